@@ -1,0 +1,350 @@
+"""Signatures, metrics and blades: the one place that knows how basis vectors multiply.
+
+Plain data and integer arithmetic only: no NumPy, no SymPy. Products of blades are worked out when they are
+asked for and remembered; there is no table of 4^n entries, so 15 dimensions cost nothing until they are used.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from .errors import BladeError, KindError, SignatureError, suggest
+
+if TYPE_CHECKING:
+    from .kinds import Kind
+
+#: Typed multivectors go to this many dimensions; a blade is a bit mask of basis vectors.
+MAX_DIMENSION = 15
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+Terms = tuple[tuple[int, Fraction], ...]
+
+
+def validated_identifier(name: object, what: str) -> str:
+    """Return ``name`` if it is a plain ASCII identifier; names from users' files pass through here.
+
+    Raises
+    ------
+    SignatureError
+        If ``name`` is not a string of letters, digits and underscores that starts with a letter.
+    """
+    if not isinstance(name, str) or not _IDENTIFIER.fullmatch(name):
+        raise SignatureError(
+            f"{what} is {name!r}; a name is a letter followed by letters, digits or underscores (64 at most)."
+        )
+    return name
+
+
+def grade(blade: int) -> int:
+    """Grade of a blade given as a bit mask."""
+    return blade.bit_count()
+
+
+def outer_sign(a: int, b: int) -> int:
+    """Sign of ``a ^ b`` for blades in storage order: +1, -1, or 0 when they share a vector."""
+    if a & b:
+        return 0
+    swaps = 0
+    a >>= 1
+    while a:
+        swaps += (a & b).bit_count()
+        a >>= 1
+    return -1 if swaps & 1 else 1
+
+
+def reverse_sign(blade: int) -> int:
+    """Sign that reversion gives a blade: (-1)^(g(g-1)/2)."""
+    return -1 if grade(blade) & 2 else 1
+
+
+class Algebra:
+    """A geometric algebra over named basis vectors with a constant, possibly non-diagonal, metric.
+
+    Parameters
+    ----------
+    name : str
+        Identifier, for example ``"cga3d"``.
+    vectors : sequence of str
+        Labels of the basis vectors in storage order: digits for e1, e2, ...; any other identifier stands for
+        itself ("no", "ni").
+    metric : sequence of sequences of int or Fraction
+        The symmetric matrix of inner products of the basis vectors.
+    pseudoscalar : str, optional
+        Name of the blade that the dual and J are taken with (its order of vectors gives the sign). Default:
+        all vectors in storage order.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        vectors: Sequence[str],
+        metric: Sequence[Sequence[int | Fraction]],
+        pseudoscalar: str | None = None,
+    ) -> None:
+        self.name = validated_identifier(name, "the algebra's name")
+        self.vectors = tuple(vectors)
+        self.metric = tuple(tuple(Fraction(g) for g in row) for row in metric)
+        self._check()
+        self.kinds: dict[str, Kind] = {}
+        self._products: dict[tuple[int, int], Terms] = {}
+        self.pseudoscalar_sign = 1
+        self.pseudoscalar_name = pseudoscalar
+        if pseudoscalar is not None:
+            blade, sign = self.parse_blade(pseudoscalar)
+            if blade != self.pseudoscalar:
+                raise SignatureError(f"pseudoscalar {pseudoscalar!r} does not hold every vector of {self.name}.")
+            self.pseudoscalar_sign = sign
+
+    def _check(self) -> None:
+        n = len(self.vectors)
+        if not 0 <= n <= MAX_DIMENSION:
+            raise SignatureError(
+                f"{self.name} has {n} dimensions; typed multivectors go to {MAX_DIMENSION}. Use fewer basis vectors."
+            )
+        if len(set(self.vectors)) != n:
+            raise SignatureError(f"the basis vectors of {self.name} are not distinct: {', '.join(self.vectors)}.")
+        for label in self.vectors:
+            if not label.isdigit():
+                validated_identifier(label, "a basis vector's label")
+        rows_fit = len(self.metric) == n and all(len(row) == n for row in self.metric)
+        if not rows_fit or any(self.metric[i][j] != self.metric[j][i] for i in range(n) for j in range(i)):
+            raise SignatureError(f"the metric of {self.name} is not a symmetric {n} x {n} matrix.")
+
+    # -- shape ---------------------------------------------------------------------------------------------
+
+    @property
+    def dimension(self) -> int:
+        """Number of basis vectors."""
+        return len(self.vectors)
+
+    @property
+    def pseudoscalar(self) -> int:
+        """Bit mask of the blade of all vectors."""
+        return (1 << self.dimension) - 1
+
+    @cached_property
+    def blades(self) -> tuple[int, ...]:
+        """All blades, by grade, then by index: the order of coefficients everywhere."""
+        return tuple(blade for g in range(self.dimension + 1) for blade in self.blades_of_grade(g))
+
+    def blades_of_grade(self, g: int) -> Iterator[int]:
+        """Blades of one grade in storage order."""
+        for indices in combinations(range(self.dimension), g):
+            yield sum(1 << i for i in indices)
+
+    def order(self, blades: Iterable[int]) -> tuple[int, ...]:
+        """Distinct blades in storage order."""
+        return tuple(sorted(set(blades), key=self.blade_key))
+
+    def blade_key(self, blade: int) -> tuple[int, tuple[int, ...]]:
+        """Sort key of the storage order."""
+        return grade(blade), tuple(i for i in range(self.dimension) if blade >> i & 1)
+
+    @cached_property
+    def is_diagonal(self) -> bool:
+        """Whether the basis is orthogonal."""
+        n = self.dimension
+        return all(self.metric[i][j] == 0 for i in range(n) for j in range(n) if i != j)
+
+    @cached_property
+    def signature(self) -> tuple[int, int, int]:
+        """(p, q, r) of the metric, by symmetric elimination in exact arithmetic (Sylvester's law)."""
+        g = [list(row) for row in self.metric]
+        p = q = 0
+        live = list(range(self.dimension))
+        while live:
+            pivot = next((i for i in live if g[i][i] != 0), None)
+            if pivot is None:
+                pair = next(((i, j) for i in live for j in live if g[i][j] != 0), None)
+                if pair is None:
+                    break
+                i, j = pair  # no square left: e_i + e_j has the square 2 g_ij
+                for k in range(self.dimension):
+                    g[i][k] += g[j][k]
+                for k in range(self.dimension):
+                    g[k][i] += g[k][j]
+                continue
+            square = g[pivot][pivot]
+            p, q = (p + 1, q) if square > 0 else (p, q + 1)
+            live.remove(pivot)
+            row = list(g[pivot])
+            for i in live:
+                factor = g[i][pivot] / square
+                for k in range(self.dimension):
+                    g[i][k] -= factor * row[k]
+        return p, q, self.dimension - p - q
+
+    @property
+    def is_degenerate(self) -> bool:
+        """Whether the pseudoscalar is not invertible; then the dual is the map J (thesis 1.4.5)."""
+        return self.signature[2] > 0
+
+    # -- names ---------------------------------------------------------------------------------------------
+
+    def blade_name(self, blade: int) -> str:
+        """Readable name, for example ``"1"``, ``"e12"``, ``"e1noni"``, ``"e1_12"``."""
+        if blade == 0:
+            return "1"
+        labels = [v for i, v in enumerate(self.vectors) if blade >> i & 1]
+        digits = [v for v in labels if v.isdigit()]
+        words = [v for v in labels if not v.isdigit()]
+        joint = "_" if any(len(v) > 1 for v in self.vectors if v.isdigit()) else ""
+        return ("e" + joint.join(digits) if digits else "") + "".join(words)
+
+    def parse_blade(self, name: str | Sequence[int]) -> tuple[int, int]:
+        """Blade and sign of a name in any order of vectors: ``"e21"`` is ``-e12``.
+
+        Raises
+        ------
+        BladeError
+            If the name holds a vector that the algebra does not have, or one twice.
+        """
+        labels = self._labels(name)
+        blade, sign = 0, 1
+        for label in labels:
+            bit = 1 << self.vectors.index(label)
+            sign *= outer_sign(blade, bit)
+            blade |= bit
+        if sign == 0:
+            raise BladeError(f"blade {name!r} names a vector twice; a blade holds each vector once.")
+        return blade, sign
+
+    def _labels(self, name: str | Sequence[int]) -> list[str]:
+        if not isinstance(name, str):
+            labels = [str(i) for i in name]
+            for label in labels:
+                if label not in self.vectors:
+                    raise self._unknown(name)
+            return labels
+        if name in ("1", "", "e"):
+            return []
+        text = name[1:] if name[0] == "e" else name
+        if name in self.vectors:
+            return [name]
+        wide = any(v.isdigit() and len(v) > 1 for v in self.vectors)
+        labels = text.split("_") if wide else self._tokens(text)
+        if not all(label in self.vectors for label in labels):
+            raise self._unknown(name)
+        return labels
+
+    def _tokens(self, text: str) -> list[str]:
+        """Cut ``"12noni"`` into labels, the longest that fits first; an unknown rest stays whole."""
+        labels = []
+        while text:
+            label = next((v for v in sorted(self.vectors, key=len, reverse=True) if text.startswith(v)), text)
+            labels.append(label)
+            text = text[len(label) :]
+        return labels
+
+    def _unknown(self, name: object) -> BladeError:
+        hint = suggest(str(name), [self.blade_name(b) for b in self.blades]) if self.dimension <= 8 else ""
+        return BladeError(f"{name!r} is not a blade of {self.name}, whose vectors are {self._vector_names()}{hint}.")
+
+    def _vector_names(self) -> str:
+        return ", ".join(self.blade_name(1 << i) for i in range(self.dimension))
+
+    def kind(self, name: str) -> Kind:
+        """The kind of this name: its blades, with its constraints known.
+
+        Raises
+        ------
+        KindError
+            If the algebra has no such kind; the message names the nearest one.
+        """
+        try:
+            return self.kinds[name]
+        except KeyError:
+            hint = suggest(str(name), list(self.kinds))
+            raise KindError(f"{self.name} has no kind {name!r}{hint}; it has: {', '.join(self.kinds) or 'none'}.") from None
+
+    def layout(self, name: str) -> Kind:
+        """The blades of a kind with nothing known of its coefficients."""
+        return self.kind(name).layout
+
+    # -- products ------------------------------------------------------------------------------------------
+
+    def product(self, a: int, b: int) -> Terms:
+        """Geometric product of two blades as ``((blade, coefficient), ...)``."""
+        key = (a, b)
+        known = self._products.get(key)
+        if known is None:
+            known = self._products[key] = self._diagonal(a, b) if self.is_diagonal else self._general(a, b)
+        return known
+
+    def _diagonal(self, a: int, b: int) -> Terms:
+        swaps, rest = 0, a >> 1
+        while rest:
+            swaps += (rest & b).bit_count()
+            rest >>= 1
+        scale = Fraction(-1 if swaps & 1 else 1)
+        common = a & b
+        while common:
+            low = common & -common
+            i = low.bit_length() - 1
+            scale *= self.metric[i][i]
+            common ^= low
+        return ((a ^ b, scale),) if scale else ()
+
+    def _general(self, a: int, b: int) -> Terms:
+        """A = e_i ^ R, hence A B = e_i (R B) - (e_i . R) B, recursively on the grade of A."""
+        if a == 0:
+            return ((b, Fraction(1)),)
+        low = a & -a
+        i, rest = low.bit_length() - 1, a ^ low
+        total: dict[int, Fraction] = {}
+        for blade, scale in self.product(rest, b):
+            if sign := outer_sign(low, blade):
+                total[low | blade] = total.get(low | blade, Fraction(0)) + sign * scale
+            for lower, inner in self._contract(i, blade):
+                total[lower] = total.get(lower, Fraction(0)) + inner * scale
+        for lower, inner in self._contract(i, rest):
+            for blade, scale in self.product(lower, b):
+                total[blade] = total.get(blade, Fraction(0)) - inner * scale
+        return tuple((blade, total[blade]) for blade in self.order(total) if total[blade])
+
+    def _contract(self, i: int, blade: int) -> list[tuple[int, Fraction]]:
+        """Left contraction of basis vector ``i`` on a blade."""
+        terms, sign = [], 1
+        for j in range(self.dimension):
+            if blade >> j & 1:
+                if self.metric[i][j]:
+                    terms.append((blade ^ (1 << j), sign * self.metric[i][j]))
+                sign = -sign
+        return terms
+
+    def __repr__(self) -> str:
+        p, q, r = self.signature
+        return f"<Algebra {self.name}: Cl({p},{q},{r}) on {self._vector_names()}>"
+
+
+def orthonormal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algebra:
+    """Cl(p, q, r) on orthonormal vectors: e1 .. ep square to +1, the next q to -1, the last r to 0.
+
+    With r = 1 the null vector is e0 and comes first, so that ``orthonormal(3, 0, 1)`` is the usual PGA.
+
+    Raises
+    ------
+    SignatureError
+        If a count is not a non-negative integer, or p + q + r exceeds 15.
+    """
+    for value, what in ((p, "p"), (q, "q"), (r, "r")):
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise SignatureError(f"{what} is {value!r}; the numbers of a signature are non-negative integers.")
+        if value < 0:
+            raise SignatureError(f"{what} is {value}; the numbers of a signature are non-negative integers.")
+    n = p + q + r
+    if n > MAX_DIMENSION:
+        raise SignatureError(
+            f"Cl({p},{q},{r}) has {n} dimensions; typed multivectors go to {MAX_DIMENSION}. Use fewer basis vectors."
+        )
+    squares = [1] * p + [-1] * q + [0] * r
+    labels = [str(i + 1) for i in range(n)]
+    if r == 1:
+        squares = [0, *squares[:-1]]
+        labels = ["0", *labels[:-1]]
+    metric = [[squares[i] if i == j else 0 for j in range(n)] for i in range(n)]
+    return Algebra(name or f"cl{p}_{q}_{r}", labels, metric)

@@ -1,0 +1,171 @@
+"""Every exception of the project, so that code generation and runtime share one family.
+
+Light on purpose: the standard library only, and no other room of this package comes in. Users meet these names as
+`bladesmith.errors`. A message says what is wrong, where, and what to do about it, in one line.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+_CLOSE_ENOUGH = 0.6  # difflib's own default ratio: half a dozen letters with one or two slips
+
+
+def suggest(word: object, candidates: Iterable[str]) -> str:
+    """End of a message that names the nearest valid word, or nothing when none is near.
+
+    Parameters
+    ----------
+    word
+        What the user wrote.
+    candidates
+        What would have been valid.
+
+    Returns
+    -------
+    str
+        `"; did you mean 'radius'?"`, or the empty string.
+    """
+    valid = list(dict.fromkeys(candidates))
+    text = str(word)
+    folded = {each.lower(): each for each in reversed(valid)}
+    near = difflib.get_close_matches(text, valid, n=1, cutoff=_CLOSE_ENOUGH) or [
+        folded[each] for each in difflib.get_close_matches(text.lower(), folded, n=1, cutoff=_CLOSE_ENOUGH)
+    ]
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+class BladesmithError(Exception):
+    """Base of every error that this package raises on purpose.
+
+    Parameters
+    ----------
+    what
+        What is wrong. May be the whole message.
+    where
+        The file, line, key, kernel or item that it is wrong in.
+    remedy
+        What the user can do.
+    """
+
+    def __init__(self, what: str, *, where: str | None = None, remedy: str | None = None) -> None:
+        self.what = what
+        self.where = where
+        self.remedy = remedy
+        super().__init__(self._message())
+
+    def _message(self) -> str:
+        text = f"{self.where}: {self.what}" if self.where else self.what
+        if not self.remedy:
+            return text
+        joint = " " if text.endswith((".", "?", "!")) else "; " if self.remedy[0].islower() else ". "
+        return f"{text}{joint}{self.remedy}"
+
+    def __reduce__(self) -> tuple[object, ...]:  # keyword arguments survive pickling to another process
+        return _rebuild, (type(self), self.args, self.__dict__)
+
+
+def _rebuild(kind: type[BladesmithError], args: tuple[object, ...], state: dict[str, object]) -> BladesmithError:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(state)
+    return error
+
+
+class InputError(BladesmithError, ValueError):
+    """A file, an argument or an option that the user gave is wrong."""
+
+
+class SceneError(InputError):
+    """A scene, as a file or as objects, is wrong."""
+
+
+class SpecError(InputError):
+    """The specification of an algebra or of a kernel is wrong."""
+
+
+class SignatureError(InputError):
+    """A signature is out of range, of a wrong type, or asks for more than an algebra of that size serves."""
+
+
+class AlgebraMismatchError(BladesmithError, TypeError):
+    """Operands of different algebras meet in one operation."""
+
+
+class BladeError(BladesmithError, ValueError):
+    """A blade's name is unknown, or a blade is not there."""
+
+
+class KindError(BladesmithError, ValueError):
+    """A kind is unknown, or a value or a formula is not of the kind that was promised."""
+
+
+class GradeError(BladesmithError, ValueError):
+    """Operands have grades for which the operation means nothing."""
+
+
+class ShapeError(BladesmithError, ValueError):
+    """Shapes do not broadcast, or the last axis has the wrong length."""
+
+
+class SingularError(BladesmithError, ArithmeticError):
+    """An item has no answer, or no unique one (raised on request, where statuses would tell)."""
+
+
+class NotInvertibleError(SingularError):
+    """The inverse of something that has none."""
+
+
+class NotARotorError(SingularError, ValueError):
+    """Logarithm or root of something that is not a rotor."""
+
+
+class TraceError(BladesmithError, TypeError):
+    """A formula cannot be run on symbolic multivectors."""
+
+
+class CompileError(BladesmithError, RuntimeError):
+    """The compiler refused a generated source."""
+
+
+class CompilerMissingError(CompileError):
+    """There is no compiler to be found, or the one asked for does not run."""
+
+
+class MissingExtraError(BladesmithError, ImportError):
+    """An optional dependency is not installed.
+
+    Parameters
+    ----------
+    extra
+        The extra of this package that brings it, such as `"plot"`.
+    purpose
+        What it is needed for, as the beginning of a sentence: `"Saving images"`.
+    """
+
+    def __init__(self, extra: str, purpose: str = "This") -> None:
+        self.extra = extra
+        super().__init__(f"{purpose} needs the extra {extra!r}", remedy=f"Run: pip install 'bladesmith[{extra}]'")
+
+
+__all__ = [
+    "AlgebraMismatchError",
+    "BladeError",
+    "BladesmithError",
+    "CompileError",
+    "CompilerMissingError",
+    "GradeError",
+    "InputError",
+    "KindError",
+    "MissingExtraError",
+    "NotARotorError",
+    "NotInvertibleError",
+    "SceneError",
+    "ShapeError",
+    "SignatureError",
+    "SingularError",
+    "SpecError",
+    "TraceError",
+    "suggest",
+]

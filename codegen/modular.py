@@ -1,0 +1,160 @@
+"""Exact values at random points of F_p^2: the layer that decides what is zero.
+
+p = 2^31 - 1, so that -1 is no square and F_p^2 = F_p[i]; products of two residues fit in 64 bits. Every value
+holds many lanes, one random point each. Nothing here knows geometric algebra.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+P = 2**31 - 1
+_P = np.uint64(P)
+_SHIFT = np.uint64(31)
+Residues = NDArray[np.uint64]
+
+
+def _mod(x: Residues) -> Residues:
+    """Residue modulo the Mersenne prime 2^31 - 1, for x < 2^63: shift and add instead of a division."""
+    x = (x & _P) + (x >> _SHIFT)
+    x = (x & _P) + (x >> _SHIFT)
+    return np.where(x >= _P, x - _P, x)
+
+
+class Lanes:
+    """Values re + im i in F_p^2; ``im`` is None while every lane is real, which saves half of the work."""
+
+    __slots__ = ("re", "im")
+
+    def __init__(self, re: Residues, im: Residues | None = None) -> None:
+        self.re = re
+        self.im = im
+
+    def imaginary(self) -> Residues:
+        """Imaginary parts, zeros where the value is real."""
+        return np.zeros_like(self.re) if self.im is None else self.im
+
+    def is_zero(self) -> NDArray[np.bool_]:
+        """Lanes in which the value vanishes."""
+        zero = self.re == 0
+        return zero if self.im is None else zero & (self.im == 0)
+
+
+def constant(value: Fraction, count: int) -> Lanes:
+    """The same rational in every lane."""
+    if value.denominator % P == 0:
+        raise ZeroDivisionError(f"{value} has no value modulo {P}")
+    residue = value.numerator % P * pow(value.denominator, -1, P) % P
+    return Lanes(np.full(count, residue, np.uint64))
+
+
+def multiply(a: Lanes, b: Lanes) -> Lanes:
+    """Product in F_p^2."""
+    if a.im is None and b.im is None:
+        return Lanes(_mod(a.re * b.re))
+    if b.im is None:
+        return Lanes(_mod(a.re * b.re), _mod(a.imaginary() * b.re))
+    if a.im is None:
+        return multiply(b, a)
+    re = _mod(_mod(a.re * b.re) + _P - _mod(a.im * b.im))
+    return Lanes(re, _mod(_mod(a.re * b.im) + _mod(a.im * b.re)))
+
+
+def combine(terms: Sequence[tuple[Lanes, Fraction]]) -> Lanes:
+    """Sum of values with rational weights."""
+    re, im = np.zeros_like(terms[0][0].re), None
+    for value, weight in terms:
+        w = np.uint64(weight.numerator % P * pow(weight.denominator, -1, P) % P)
+        re = _mod(re + value.re * w)
+        if value.im is not None:
+            scaled = _mod(value.im * w)
+            im = scaled if im is None else _mod(im + scaled)
+    return Lanes(re, im)
+
+
+def _power(x: Residues, exponent: int) -> Residues:
+    result = np.ones_like(x)
+    while exponent:
+        if exponent & 1:
+            result = _mod(result * x)
+        x = _mod(x * x)
+        exponent >>= 1
+    return result
+
+
+def reciprocal(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
+    """1/a, and the lanes in which it exists (zero elsewhere)."""
+    alive = ~a.is_zero()
+    if a.im is None:
+        return Lanes(_power(a.re, P - 2)), alive
+    norm = _power(_mod(_mod(a.re * a.re) + _mod(a.im * a.im)), P - 2)
+    return Lanes(_mod(a.re * norm), _mod((_P - a.im) % _P * norm)), alive
+
+
+def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
+    """A square root, and the lanes in which one exists in F_p^2.
+
+    For real a it always does: of a or of -a, times i. Otherwise sqrt(x + iy) = u + i y/(2u) with
+    u^2 = (x + n)/2 and n^2 = x^2 + y^2; the other sign of n is tried where the first has no root.
+    """
+    if a.im is None:
+        root = _power(a.re, (P + 1) // 4)
+        real = _mod(root * root) == a.re
+        zero = np.zeros_like(root)
+        return Lanes(np.where(real, root, zero), np.where(real, zero, root)), np.ones(a.re.shape, bool)
+    half = np.uint64((P + 1) // 2)
+    square = _mod(_mod(a.re * a.re) + _mod(a.im * a.im))
+    norm = _power(square, (P + 1) // 4)
+    alive = _mod(norm * norm) == square
+    first = _mod(_mod(a.re + norm) * half)
+    u = _power(first, (P + 1) // 4)
+    fits = _mod(u * u) == first
+    second = _mod(_mod(a.re + _P - norm) * half)
+    v = _power(second, (P + 1) // 4)
+    u = np.where(fits, u, v)
+    alive &= fits | (_mod(v * v) == second)
+    purely_real = a.im == 0
+    inverse = _power(_mod(u * np.uint64(2)), P - 2)
+    re, im = u, _mod(a.im * inverse)
+    root = _power(a.re, (P + 1) // 4)
+    real = _mod(root * root) == a.re
+    re = np.where(purely_real, np.where(real, root, 0), re)
+    im = np.where(purely_real, np.where(real, 0, root), im)
+    alive |= purely_real
+    return Lanes(re, im), alive
+
+
+def select(mask: NDArray[np.bool_], a: Lanes, b: Lanes) -> Lanes:
+    """a where the mask holds, else b."""
+    if a.im is None and b.im is None:
+        return Lanes(np.where(mask, a.re, b.re))
+    return Lanes(np.where(mask, a.re, b.re), np.where(mask, a.imaginary(), b.imaginary()))
+
+
+def opaque(salt: int, arguments: Sequence[Lanes]) -> Lanes:
+    """A value that depends on the arguments' values and on nothing else: a hash, for transcendental functions."""
+    state = np.full(arguments[0].re.shape, salt * 0x9E3779B97F4A7C15 % 2**64, np.uint64)
+    for value in arguments:
+        for part in (value.re, value.imaginary()):
+            state = state ^ part
+            state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+            state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+            state = state ^ (state >> np.uint64(31))
+    return Lanes(state % _P)
+
+
+def comparison_pattern(index: int, count: int) -> NDArray[np.bool_]:
+    """Balanced pattern of lanes for the index-th comparison: bits of the lane number, then a hash.
+
+    The first log2(count) predicates meet in all combinations, so that a select vanishes only if both of its
+    branches do.
+    """
+    lanes = np.arange(count, dtype=np.uint64)
+    bits = count.bit_length() - 1
+    if index < bits:
+        return (lanes >> np.uint64(index)) & np.uint64(1) == 1
+    return opaque(index + 1, [Lanes(lanes)]).re & np.uint64(1) == 1

@@ -1,0 +1,211 @@
+"""From a formula in GA notation to a `Kernel`: named inputs of known kinds, an expression graph, outputs.
+
+The kind of each output is proved at random exact points: `returns` is checked, otherwise the narrowest kind of
+the algebra that holds is taken.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from .algebra import Algebra, validated_identifier
+from .errors import TraceError
+from .graph import FEW_LANES, MANY_LANES, Graph, MoreLanesNeeded, Node, evaluate
+from .kinds import Kind, LaneSource
+from .multivector import Mask, Multivector, from_values
+from .rings import LaneRing, Ring
+
+#: Seed of the random points: the same text for the same formula, always.
+SEED = 20260101
+Formula = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Input:
+    """One argument of a kernel."""
+
+    name: str
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class Output:
+    """One result: its name, its kind, and one node per blade of the kind.
+
+    ``role`` is "value", or "status" for a code per item (`bladesmith.Status`) that is stored as a byte.
+    """
+
+    name: str
+    kind: Kind
+    nodes: tuple[Node, ...]
+    role: str = "value"
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A traced formula."""
+
+    name: str
+    algebra: Algebra
+    inputs: tuple[Input, ...]
+    outputs: tuple[Output, ...]
+    graph: Graph
+    formula: Formula = field(repr=False)
+    note: str = ""
+
+    @property
+    def roots(self) -> tuple[Node, ...]:
+        """All output nodes, in order."""
+        return tuple(node for output in self.outputs for node in output.nodes)
+
+    @cached_property
+    def called(self) -> tuple[Kernel, ...]:
+        """Kernels that this one calls directly, in order of first use."""
+        found: dict[str, Kernel] = {}
+        for node in self.graph.nodes:
+            if node.op == "call":
+                found.setdefault(node.data[0].name, node.data[0])
+        return tuple(found.values())
+
+    def evaluate_flat(self, values: Sequence[Any], ring: Ring) -> list[list[Any]]:
+        """Outputs on a ring, from the flat list of all inputs' coefficients."""
+        places = [(i, j) for i, item in enumerate(self.inputs) for j in range(item.kind.size)]
+        flat = evaluate(self.roots, dict(zip(places, values, strict=True)), ring)
+        result, start = [], 0
+        for output in self.outputs:
+            result.append(flat[start : start + len(output.nodes)])
+            start += len(output.nodes)
+        return result
+
+    def reference(self, ring: Ring, arguments: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        """The formula itself on numbers: no graph, no form, no compiled code; restricted to the outputs' blades."""
+        operands = [
+            from_values(item.kind.algebra, ring, item.kind.blades, values)
+            for item, values in zip(self.inputs, arguments, strict=True)
+        ]
+        results = as_outputs(self.formula(*operands))
+        zero = ring.constant(Fraction(0))
+        return [
+            [mv.terms.get(b, zero) for b in output.kind.blades]
+            for mv, output in zip((r.value for r in results), self.outputs, strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class Result:
+    """A value returned by a formula, with its role."""
+
+    value: Multivector
+    role: str = "value"
+    name: str = ""
+
+
+def status(code: Multivector) -> Result:
+    """Mark a scalar as the status code of the item."""
+    return Result(code, "status", "status")
+
+
+def as_outputs(returned: Any) -> list[Result]:
+    """What a formula returned, as a list: one multivector, or a tuple of multivectors and statuses."""
+    items = returned if isinstance(returned, tuple) else (returned,)
+    results = [item if isinstance(item, Result) else Result(item) for item in items]
+    for item in results:
+        if not isinstance(item.value, Multivector):
+            raise TraceError(f"a formula returns multivectors, not {type(item.value).__name__}.")
+    return results
+
+
+def trace(
+    formula: Formula,
+    kinds: Sequence[Kind],
+    name: str | None = None,
+    returns: Kind | None = None,
+    algebra: Algebra | None = None,
+    note: str = "",
+) -> Kernel:
+    """Run ``formula`` on symbolic members of ``kinds`` and keep what it did.
+
+    Raises
+    ------
+    TraceError
+        If the formula divides by an identical zero, returns something else than multivectors, takes another
+        number of arguments, or if ``returns`` does not hold.
+    """
+    name = validated_identifier(name or formula.__name__, "a kernel's name")
+    parameters = [p for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
+    if len(kinds) != len(parameters):
+        raise TraceError(f"{name} takes {len(parameters)} arguments, but {len(kinds)} kinds were declared.")
+    inputs = tuple(Input(validated_identifier(p.name, "an argument"), k) for p, k in zip(parameters, kinds, strict=True))
+    algebra = algebra or next((k.algebra for k in kinds if not k.is_scalar_argument), kinds[0].algebra)
+    for lanes in (FEW_LANES, MANY_LANES):
+        graph = Graph(lanes)
+        try:
+            results = as_outputs(formula(*_symbols(graph, inputs)))
+        except MoreLanesNeeded:
+            continue
+        outputs = _outputs(graph, algebra, results, returns, name)
+        return Kernel(name, algebra, inputs, outputs, graph, formula, note or (inspect.getdoc(formula) or "").split("\n")[0])
+    raise AssertionError("a graph of many lanes asked for more")
+
+
+def _symbols(graph: Graph, inputs: Sequence[Input]) -> list[Multivector]:
+    source = LaneSource(graph.lanes, SEED)
+    symbols = []
+    for i, item in enumerate(inputs):
+        member = item.kind.sample(source)
+        terms = {
+            blade: graph.variable((i, j), member.terms[blade])
+            for j, blade in enumerate(item.kind.blades)
+            if blade in member.terms
+        }
+        symbols.append(Multivector(item.kind.algebra, graph, terms))
+    return symbols
+
+
+def _outputs(
+    graph: Graph, algebra: Algebra, results: Sequence[Result], returns: Kind | None, name: str
+) -> tuple[Output, ...]:
+    outputs = []
+    for i, result in enumerate(results):
+        mv = result.value
+        if isinstance(mv, Mask):
+            raise TraceError(f"{name} returns a comparison; select values with it.")
+        if returns is not None and i == 0:
+            kind = returns
+            problem = kind.violated(_lane_values(graph, mv))
+            if problem:
+                raise TraceError(f"{name} does not return a {kind.name}: {problem}.")
+        else:
+            kind = infer_kind(graph, mv)
+        nodes = tuple(mv.terms.get(b, graph.zero) for b in kind.blades)
+        outputs.append(Output(result.name or ("out" if i == 0 else f"out{i}"), kind, nodes, result.role))
+    return tuple(outputs)
+
+
+def _lane_values(graph: Graph, mv: Multivector) -> Multivector:
+    """The multivector's exact values, over the graph's lanes."""
+    ring: LaneRing = graph.lanes
+    return from_values(mv.algebra, ring, mv.terms, [graph.values[node.id] for node in mv.terms.values()])
+
+
+def infer_kind(graph: Graph, mv: Multivector) -> Kind:
+    """The narrowest kind of the algebra that the value provably belongs to; else its own blades as a layout."""
+    values = _lane_values(graph, mv)
+    fitting = [
+        kind
+        for kind in mv.algebra.kinds.values()
+        if set(mv.terms) <= set(kind.blades) and (kind.size <= 2 * len(mv.terms)) and kind.violated(values) is None
+    ]
+    own = tuple(mv.terms)
+    if not own:
+        own = (0,)
+    best = min(fitting, key=lambda k: (k.size, -len(k.constraints)), default=None)
+    if best is None or (best.is_layout and best.size > len(own)):
+        joined = "_".join(mv.algebra.blade_name(b) for b in own) if len(own) <= 4 else f"blades{len(own)}"
+        return Kind(mv.algebra, joined, own)
+    return best

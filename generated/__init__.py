@@ -1,0 +1,1 @@
+"""Sources of the stock algebras, written by `bladesmith generate`; do not edit."""

@@ -1,0 +1,1 @@
+"""Geometric algebra for 3D geometry, compiled."""

@@ -1,0 +1,48 @@
+"""Every exception of the package, as `bladesmith.errors`.
+
+The classes live in the code generator, which may not import the runtime; this module is where users find them.
+"""
+
+from __future__ import annotations
+
+from .codegen.errors import (
+    AlgebraMismatchError,
+    BladeError,
+    BladesmithError,
+    CompileError,
+    CompilerMissingError,
+    GradeError,
+    InputError,
+    KindError,
+    MissingExtraError,
+    NotARotorError,
+    NotInvertibleError,
+    SceneError,
+    ShapeError,
+    SignatureError,
+    SingularError,
+    SpecError,
+    TraceError,
+    suggest,
+)
+
+__all__ = [
+    "AlgebraMismatchError",
+    "BladeError",
+    "BladesmithError",
+    "CompileError",
+    "CompilerMissingError",
+    "GradeError",
+    "InputError",
+    "KindError",
+    "MissingExtraError",
+    "NotARotorError",
+    "NotInvertibleError",
+    "SceneError",
+    "ShapeError",
+    "SignatureError",
+    "SingularError",
+    "SpecError",
+    "TraceError",
+    "suggest",
+]
