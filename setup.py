@@ -1,7 +1,7 @@
-"""What pyproject.toml cannot state: the packages, their data and the extensions, found by walking the folders.
+"""What pyproject.toml cannot state: packages, their data and the extensions, found by walking the folders.
 
-One extension is made for each `generated/<name>/kernels.cdef`. Extensions are optional (without a compiler the
-numba target serves) unless BLADESMITH_REQUIRE_EXTENSION=1 is set.
+One extension is made for each `generated/<name>/kernels.cdef`. Extensions are optional (without a compiler
+the numba target serves) unless BLADESMITH_REQUIRE_EXTENSION=1 is set.
 """
 
 import os
@@ -87,7 +87,7 @@ class BuildExtensions(build_ext):
 
 
 class BuildFresh(build_py):
-    """Starts from an empty build/lib: a second `pip wheel .` would otherwise ship files that no longer exist."""
+    """Starts from an empty build/lib: a second `pip wheel .` would otherwise ship files since deleted."""
 
     def run(self) -> None:
         if not self.editable_mode:
@@ -96,13 +96,13 @@ class BuildFresh(build_py):
 
 
 PACKAGES = packages()
-SOURCES = [path for path in sorted(Path("generated").glob("*/kernels.cdef")) if (path.parent / "kernels.c").exists()]
+CDEFS = [path for path in sorted(Path("generated").glob("*/kernels.cdef")) if path.with_suffix(".c").exists()]
 
 setup(
     packages=list(PACKAGES),
     package_dir=ROOMS,
     package_data={name: data(folder) for name, folder in PACKAGES.items()},
-    ext_modules=[extension(path) for path in SOURCES],
+    ext_modules=[extension(path) for path in CDEFS],
     cmdclass={"build_ext": BuildExtensions, "build_py": BuildFresh},
-    options={"bdist_wheel": {"py_limited_api": STABLE_ABI}} if SOURCES else {},
+    options={"bdist_wheel": {"py_limited_api": STABLE_ABI}} if CDEFS else {},
 )

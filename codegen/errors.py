@@ -1,13 +1,14 @@
 """Every exception of the project, so that code generation and runtime share one family.
 
-Light on purpose: the standard library only, and no other room of this package comes in. Users meet these names as
-`bladesmith.errors`. A message says what is wrong, where, and what to do about it, in one line.
+Light on purpose: the standard library only, and no other room of this package comes in. Users meet these
+names as `bladesmith.errors`. A message says what is wrong, where, and what to do about it, in one line.
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from pathlib import Path
 
 _CLOSE_ENOUGH = 0.6  # difflib's own default ratio: half a dozen letters with one or two slips
 
@@ -66,7 +67,9 @@ class BladesmithError(Exception):
         return _rebuild, (type(self), self.args, self.__dict__)
 
 
-def _rebuild(kind: type[BladesmithError], args: tuple[object, ...], state: dict[str, object]) -> BladesmithError:
+def _rebuild(
+    kind: type[BladesmithError], args: tuple[object, ...], state: dict[str, object]
+) -> BladesmithError:
     error = kind.__new__(kind, *args)
     error.args = args
     error.__dict__.update(state)
@@ -126,7 +129,28 @@ class TraceError(BladesmithError, TypeError):
 
 
 class CompileError(BladesmithError, RuntimeError):
-    """The compiler refused a generated source."""
+    """The compiler refused a generated source.
+
+    Parameters
+    ----------
+    what, where, remedy
+        As for every error.
+    source
+        The file that it refused.
+    """
+
+    def __init__(
+        self, what: str, *, where: str | None = None, remedy: str | None = None, source: Path | None = None
+    ) -> None:
+        self.source = source
+        super().__init__(what, where=where, remedy=remedy)
+
+    def kept_in(self, folder: Path) -> None:
+        """Note where the folder of the refused file was put aside."""
+        if self.source is not None:
+            self.source = folder / self.source.name
+            self.remedy = f"The source is kept in {self.source}"
+            self.args = (self._message(),)
 
 
 class CompilerMissingError(CompileError):
@@ -146,7 +170,8 @@ class MissingExtraError(BladesmithError, ImportError):
 
     def __init__(self, extra: str, purpose: str = "This") -> None:
         self.extra = extra
-        super().__init__(f"{purpose} needs the extra {extra!r}", remedy=f"Run: pip install 'bladesmith[{extra}]'")
+        remedy = f"Run: pip install 'bladesmith[{extra}]'"
+        super().__init__(f"{purpose} needs the extra {extra!r}", remedy=remedy)
 
 
 __all__ = [

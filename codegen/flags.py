@@ -17,7 +17,7 @@ C_FLAGS: tuple[str, ...] = (
     "-fno-trapping-math",
     "-fopenmp-simd",
 )
-"""Flags for gcc and clang. Never -ffast-math (it breaks NaN tests), never -march=native (the build is shipped)."""
+"""For gcc and clang. Never -ffast-math (it breaks NaN tests), never -march=native (the build is shipped)."""
 
 MSVC_FLAGS: tuple[str, ...] = ("/std:c11", "/O2", "/fp:precise")
 """The nearest that Microsoft's compiler has; it takes the scalar form of every kernel."""
@@ -33,7 +33,7 @@ _HASHED_SUFFIXES = (".c", ".cdef", ".h", ".inc")
 
 
 def source_hash(files: Mapping[str, str]) -> str:
-    """Hash of named texts: the first 16 hexadecimal digits of SHA-256 over the names and texts in order of name."""
+    """The first 16 hexadecimal digits of SHA-256 over the names and texts, in order of name."""
     digest = hashlib.sha256()
     for name in sorted(files):
         digest.update(name.encode() + b"\0" + files[name].encode() + b"\0")
@@ -50,6 +50,6 @@ def compiled_files(folder: Path, headers: Path) -> dict[str, str]:
     headers
         `templates/c`: the headers that all generated sources share.
     """
-    found = [path for path in headers.glob("*.h")]
+    found = list(headers.glob("*.h"))
     found += [path for path in folder.iterdir() if path.suffix in _HASHED_SUFFIXES and path.is_file()]
     return {path.name: path.read_text(encoding="utf-8") for path in found}

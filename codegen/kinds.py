@@ -6,7 +6,7 @@ proves a member's constraints; the tests run it on every kind.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol
@@ -43,8 +43,9 @@ class Kind:
         Expressions in ``x`` that vanish on every member. Empty for a layout.
     member : str
         Program for a random exact member; empty: every coefficient is free.
-    is_scalar_argument : bool
-        Whether arrays of this kind have no component axis (`codegen.scalar`).
+    form : str
+        "multivector"; "number": a plain number per item, arrays without a component axis (`codegen.scalar`);
+        "numbers": a row of plain numbers, which a formula sees as a tuple of scalars.
     """
 
     algebra: Algebra
@@ -52,7 +53,7 @@ class Kind:
     blades: tuple[int, ...]
     constraints: tuple[str, ...] = ()
     member: str = ""
-    is_scalar_argument: bool = field(default=False)
+    form: str = "multivector"
 
     @property
     def size(self) -> int:
@@ -65,14 +66,19 @@ class Kind:
         return self if not self.constraints else replace(self, constraints=(), member="")
 
     @property
+    def is_scalar_argument(self) -> bool:
+        """Whether arrays of this kind have no component axis."""
+        return self.form == "number"
+
+    @property
     def is_layout(self) -> bool:
         """Whether nothing is known of the coefficients."""
         return not self.constraints
 
     @cached_property
-    def identity(self) -> tuple[str, tuple[int, ...], tuple[str, ...], bool]:
+    def identity(self) -> tuple[str, tuple[int, ...], tuple[str, ...], str]:
         """What makes two kinds the same."""
-        return self.algebra.name, self.blades, self.constraints, self.is_scalar_argument
+        return self.algebra.name, self.blades, self.constraints, self.form
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Kind) and self.identity == other.identity
@@ -83,6 +89,8 @@ class Kind:
     def sample(self, source: Source) -> Multivector:
         """A random member over the source's ring: exact where the ring is."""
         ring = source.ring
+        if self.form == "numbers":
+            raise KindError("rows of plain numbers are no multivector; draw scalars one by one.")
         if not self.member:
             return from_values(self.algebra, ring, self.blades, [source.scalar() for _ in self.blades])
         like = Multivector(self.algebra, ring, {})
@@ -108,7 +116,15 @@ class Kind:
             return point * reciprocal(1 + square)
 
         functions = {"scalar": scalar, "vector": vector, "unit": unit}
-        return evaluate(self.member, like, {}, f"member of {self.algebra.name}.{self.name}", functions)
+        member = evaluate(self.member, like, {}, f"member of {self.algebra.name}.{self.name}", functions)
+        if isinstance(ring, NumericRing):  # what rounding left on other blades is no part of the member
+            return like.new({b: member.terms[b] for b in self.blades if b in member.terms})
+        return member
+
+    def values(self, x: Multivector) -> list[Any]:
+        """Coefficients of ``x`` on this kind's blades, in order, zeros included."""
+        zero = x.ring.constant(Fraction(0))
+        return [x.terms.get(b, zero) for b in self.blades]
 
     def residuals(self, x: Multivector) -> list[Multivector]:
         """Values of the constraints at ``x``; they vanish for members."""
@@ -197,4 +213,9 @@ def add_plain_kinds(algebra: Algebra) -> None:
 
 def scalar_argument(algebra: Algebra) -> Kind:
     """Kind of a plain number per item: arrays of shape (...), without a component axis."""
-    return Kind(algebra, "number", (0,), is_scalar_argument=True)
+    return Kind(algebra, "number", (0,), form="number")
+
+
+def numbers(algebra: Algebra, count: int) -> Kind:
+    """Kind of a row of ``count`` plain numbers."""
+    return Kind(algebra, f"numbers{count}", (0,) * count, form="numbers")

@@ -9,15 +9,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
 from .algebra import Algebra, validated_identifier
 from .errors import TraceError
 from .graph import FEW_LANES, MANY_LANES, Graph, MoreLanesNeeded, Node, evaluate
-from .kinds import Kind, LaneSource
-from .multivector import Mask, Multivector, from_values
+from .kinds import Kind, LaneSource, numbers
+from .multivector import Multivector, from_values
 from .rings import LaneRing, Ring
 
 #: Seed of the random points: the same text for the same formula, always.
@@ -84,39 +83,59 @@ class Kernel:
 
     def reference(self, ring: Ring, arguments: Sequence[Sequence[Any]]) -> list[list[Any]]:
         """The formula itself on numbers: no graph, no form, no compiled code; restricted to the outputs' blades."""
-        operands = [
-            from_values(item.kind.algebra, ring, item.kind.blades, values)
-            for item, values in zip(self.inputs, arguments, strict=True)
-        ]
+        operands = [operand(item.kind, ring, values) for item, values in zip(self.inputs, arguments, strict=True)]
         results = as_outputs(self.formula(*operands))
-        zero = ring.constant(Fraction(0))
         return [
-            [mv.terms.get(b, zero) for b in output.kind.blades]
-            for mv, output in zip((r.value for r in results), self.outputs, strict=True)
+            [v.scalar() for v in result.values] if output.kind.form == "numbers" else output.kind.values(result.value)
+            for result, output in zip(results, self.outputs, strict=True)
         ]
+
+
+def operand(kind: Kind, ring: Ring, values: Sequence[Any]) -> Any:
+    """What a formula receives for one argument: a multivector, or a tuple of scalars for rows of numbers."""
+    if kind.form == "numbers":
+        return tuple(Multivector(kind.algebra, ring, {0: v}) for v in values)
+    return from_values(kind.algebra, ring, kind.blades, values)
 
 
 @dataclass(frozen=True)
 class Result:
-    """A value returned by a formula, with its role."""
+    """One value returned by a formula, with its role; a row of numbers has several scalars."""
 
-    value: Multivector
+    values: tuple[Multivector, ...]
     role: str = "value"
     name: str = ""
+    is_row: bool = False
+
+    @property
+    def value(self) -> Multivector:
+        """The only multivector."""
+        return self.values[0]
 
 
 def status(code: Multivector) -> Result:
     """Mark a scalar as the status code of the item."""
-    return Result(code, "status", "status")
+    return Result((code,), "status", "status")
+
+
+def row(values: Sequence[Multivector], name: str = "") -> Result:
+    """Return several scalars as one row of plain numbers."""
+    return Result(tuple(values), name=name, is_row=True)
+
+
+def named(name: str, value: Multivector) -> Result:
+    """Give an output a name (the first is called "out" otherwise)."""
+    return Result((value,), name=name)
 
 
 def as_outputs(returned: Any) -> list[Result]:
     """What a formula returned, as a list: one multivector, or a tuple of multivectors and statuses."""
     items = returned if isinstance(returned, tuple) else (returned,)
-    results = [item if isinstance(item, Result) else Result(item) for item in items]
+    results = [item if isinstance(item, Result) else Result((item,)) for item in items]
     for item in results:
-        if not isinstance(item.value, Multivector):
-            raise TraceError(f"a formula returns multivectors, not {type(item.value).__name__}.")
+        for value in item.values:
+            if not isinstance(value, Multivector):
+                raise TraceError(f"a formula returns multivectors, not {type(value).__name__}.")
     return results
 
 
@@ -153,10 +172,14 @@ def trace(
     raise AssertionError("a graph of many lanes asked for more")
 
 
-def _symbols(graph: Graph, inputs: Sequence[Input]) -> list[Multivector]:
+def _symbols(graph: Graph, inputs: Sequence[Input]) -> list[Any]:
     source = LaneSource(graph.lanes, SEED)
-    symbols = []
+    symbols: list[Any] = []
     for i, item in enumerate(inputs):
+        if item.kind.form == "numbers":
+            values = [graph.variable((i, j), source.scalar()) for j in range(item.kind.size)]
+            symbols.append(operand(item.kind, graph, values))
+            continue
         member = item.kind.sample(source)
         terms = {
             blade: graph.variable((i, j), member.terms[blade])
@@ -173,8 +196,11 @@ def _outputs(
     outputs = []
     for i, result in enumerate(results):
         mv = result.value
-        if isinstance(mv, Mask):
-            raise TraceError(f"{name} returns a comparison; select values with it.")
+        if result.is_row:
+            kind = numbers(algebra, len(result.values))
+            nodes = tuple(v.scalar() for v in result.values)
+            outputs.append(Output(result.name or ("out" if i == 0 else f"out{i}"), kind, nodes))
+            continue
         if returns is not None and i == 0:
             kind = returns
             problem = kind.violated(_lane_values(graph, mv))

@@ -1,0 +1,200 @@
+"""Compiled kernels as functions from arrays to arrays. Light: NumPy and cffi only, no code generation.
+
+A binding broadcasts leading dimensions, converts types, calls the compiled loop once, and lets threads share the
+range. It knows no algebra: the number of coefficients per row is all that it is told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError, ShapeError
+
+Array = NDArray[Any]
+#: Splits ``run(begin, end)`` over threads; the runtime installs its own. None: one call, this thread.
+Splitter = Callable[[Callable[[int, int], None], int], None]
+_splitter: Splitter | None = None
+_F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
+
+
+def install_splitter(splitter: Splitter | None) -> None:
+    """Let ``splitter`` share large batches over threads."""
+    global _splitter
+    _splitter = splitter
+
+
+@dataclass(frozen=True)
+class Argument:
+    """Shape of one argument or result: its name and the length of its last axis (0: no such axis)."""
+
+    name: str
+    size: int
+    is_status: bool = False
+
+
+class Library:
+    """A compiled extension of kernels (see templates/c/kernels.cdef)."""
+
+    def __init__(self, module: Any) -> None:
+        self.module = module
+        self.ffi = module.ffi
+        self.lib = module.lib
+        self.lib.bs_initialize()
+        names = [self._text(self.lib.bs_kernel_name(i)) for i in range(self.lib.bs_kernel_count())]
+        self.index = {name: i for i, name in enumerate(names)}
+
+    def _text(self, pointer: Any) -> str:
+        return str(self.ffi.string(pointer).decode())
+
+    @property
+    def instances(self) -> list[str]:
+        """Compiled instances, for example ``["f64_base", "f32_base", "f64_v3", "f32_v3"]``."""
+        return [self._text(self.lib.bs_instance_name(i)) for i in range(self.lib.bs_instance_count())]
+
+    def use(self, instance: str) -> bool:
+        """Use one instance for its precision (for tests); False where the processor cannot run it."""
+        return bool(self.lib.bs_use_instance(self.instances.index(instance)))
+
+
+class BoundKernel:
+    """One compiled kernel.
+
+    Parameters
+    ----------
+    library : Library
+    symbol : str
+        Name in the library.
+    inputs, outputs : sequences of Argument
+    """
+
+    def __init__(
+        self, library: Library, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
+    ) -> None:
+        self.library = library
+        self.symbol = symbol
+        self.inputs = tuple(inputs)
+        self.outputs = tuple(outputs)
+        self.index = library.index[symbol]
+        self._from_buffer = library.ffi.from_buffer
+        self._run1 = library.lib.bs_run1
+        self._run2 = library.lib.bs_run2
+        self._single_output = len(self.outputs) == 1 and not self.outputs[0].is_status
+
+    def __call__(self, *arrays: Any) -> Any:
+        """Results for arrays of shape (..., size), leading dimensions broadcast.
+
+        Raises
+        ------
+        ShapeError, InputError
+            If an array has the wrong last axis, the shapes do not broadcast, or it holds no numbers.
+        """
+        prepared, lead = self.prepare(arrays)
+        dtype = prepared[0].dtype if prepared else _F64
+        results = [
+            np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in self.outputs
+        ]
+        self.run(prepared, results, math.prod(lead))
+        return results[0] if self._single_output else tuple(results)
+
+    def prepare(self, arrays: Sequence[Any]) -> tuple[list[Array], tuple[int, ...]]:
+        """Contiguous arrays of one floating type, each with the full leading shape or a single row."""
+        if len(arrays) != len(self.inputs):
+            raise InputError(f"{self.symbol} takes {len(self.inputs)} arrays, not {len(arrays)}.")
+        prepared = [_floating(a, item.name) for a, item in zip(arrays, self.inputs, strict=True)]
+        if any(a.dtype != prepared[0].dtype for a in prepared):
+            prepared = [a.astype(_F64) for a in prepared]
+        leads = []
+        for array, item in zip(prepared, self.inputs, strict=True):
+            if item.size and (array.ndim == 0 or array.shape[-1] != item.size):
+                raise ShapeError(
+                    f"{self.symbol}: {item.name} has shape {array.shape}; its last axis must have {item.size} entries."
+                )
+            leads.append(array.shape[:-1] if item.size else array.shape)
+        lead = leads[0] if all(s == leads[0] for s in leads) else _broadcast(leads, self.symbol)
+        rows = []
+        for array, item, own in zip(prepared, self.inputs, leads, strict=True):
+            if own != lead and math.prod(own) != 1:
+                array = np.broadcast_to(array, lead + ((item.size,) if item.size else ()))
+            rows.append(np.ascontiguousarray(array))
+        return rows, lead
+
+    def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
+        """Call the compiled loop on prepared arrays."""
+        if n == 0:
+            return
+        strides = [0 if a.size == max(i.size, 1) else max(i.size, 1) for a, i in zip(arrays, self.inputs, strict=True)]
+        single = int(bool(arrays) and arrays[0].dtype == _F32)
+        buffer = self._from_buffer
+        if self._single_output and _splitter is None and len(arrays) == 2:
+            self._run2(
+                self.index, single, n, buffer(results[0]), buffer(arrays[0]), strides[0], buffer(arrays[1]), strides[1]
+            )
+            return
+        if self._single_output and _splitter is None and len(arrays) == 1:
+            self._run1(self.index, single, n, buffer(results[0]), buffer(arrays[0]), strides[0])
+            return
+        ffi, run = self.library.ffi, self.library.lib.bs_run
+        outs = ffi.new("void *[]", [buffer(r) for r in results])
+        ins = ffi.new("void *[]", [buffer(a) for a in arrays])
+        steps = ffi.new("ptrdiff_t[]", strides)
+
+        def part(begin: int, end: int) -> None:
+            run(self.index, single, begin, end, outs, ins, steps)
+
+        if _splitter is None:
+            part(0, n)
+        else:
+            _splitter(part, n)
+
+    def plan(self, *arrays: Any) -> Plan:
+        """A call with its arrays bound: ``plan()`` computes again into ``plan.results`` without any checks."""
+        return Plan(self, *arrays)
+
+
+class Plan:
+    """Pointers kept, so that calling costs as little as C allows. The arrays must not be replaced, only refilled."""
+
+    def __init__(self, kernel: BoundKernel, *arrays: Any) -> None:
+        prepared, lead = kernel.prepare(arrays)
+        dtype = prepared[0].dtype if prepared else _F64
+        self.arrays = prepared
+        self.results = [
+            np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in kernel.outputs
+        ]
+        ffi = kernel.library.ffi
+        plan = ffi.new("bs_plan *")
+        plan.kernel, plan.single, plan.n = kernel.index, int(dtype == _F32), math.prod(lead)
+        self._kept = [ffi.from_buffer(a) for a in [*prepared, *self.results]]
+        for i, (array, item) in enumerate(zip(prepared, kernel.inputs, strict=True)):
+            plan.ins[i] = self._kept[i]
+            plan.strides[i] = 0 if array.size == max(item.size, 1) else max(item.size, 1)
+        for i in range(len(self.results)):
+            plan.outs[i] = self._kept[len(prepared) + i]
+        self._plan = plan
+        self._run = kernel.library.lib.bs_run_plan
+
+    def __call__(self) -> None:
+        self._run(self._plan)
+
+
+def _floating(value: Any, name: str) -> Array:
+    array = np.asarray(value)
+    if array.dtype == _F64 or array.dtype == _F32:
+        return array
+    if array.dtype.kind not in "iuf" and not (array.dtype.kind == "b" and array.size == 0):
+        raise InputError(f"{name} has type {array.dtype}; real numbers are needed.")
+    return array.astype(_F64)
+
+
+def _broadcast(leads: Sequence[tuple[int, ...]], symbol: str) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*leads)
+    except ValueError:
+        shapes = " and ".join(str(s) for s in leads)
+        raise ShapeError(f"{symbol}: leading shapes {shapes} do not broadcast.") from None

@@ -1,0 +1,1 @@
+"""One printer per target language, and the texts they make."""

@@ -1,0 +1,127 @@
+/* Where a ray meets a surface evolved linearly between two circles: alpha in [0, 1], 1 at the first circle. Three
+   methods with one signature; control flow only. The including file provides, made from formulas,
+     void FN(evolved_octic)(S *out9, const S *ray9, const S *surface2)
+         p_k of p = sum p_k a^k b^(8-k) = kappa times the product of both branches of the condition
+     S FN(evolved_condition)(const S *ray9, const S *surface2, S a, S b)
+         the condition without denominators, 2 D t f = t (t u - 2 a b x) + a^2 b^2 e, with D no less than zero
+     S FN(evolved_meet_square)(const S *ray9, const S *surface2, S a, S b)
+         f itself, (C v L)^2 with the projected circle C; the printed methods need its size
+     void FN(evolved_dodecic)(S *out13, const S *ray9, const S *surface2)
+         the printed polynomial of degree 12 by powers of a, b = 1 - a
+   ray9: u0 u1 u2, x0 x1 x2, e0 e1 e2 with u = u0 b^2 + u1 a b + u2 a^2; surface2: m0, kappa. All are of true size
+   (nothing is lost: each term of p and f has its own power of the size of M4).
+
+   Results: the number of roots stored, rising, at most max_roots (8 always suffice), or
+     BS_EVOLVED_VANISHES  f is zero for all alpha: the ray meets every circle (it lies in the surface or in the
+                          circles' common plane, or passes through a point shared by both circles);
+     BS_EVOLVED_INVALID   something is not finite.
+   Ends: 0 and 1 belong to the surface, with the 16 roundings that a root there may be off. Tangency: two roots that
+   arithmetic tells apart are two, a touching one (f is zero to rounding without a sign change) is reported once; a
+   ray in the plane of one circle is of that kind, with Y = 0. Where the interpolant is imaginary nothing is found. */
+
+#ifndef BS_EVOLVED_CONSTANTS
+#define BS_EVOLVED_CONSTANTS
+enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2 };
+#define BS_EVOLVED_FILTER 1e-6 /* the printed threshold on |f| */
+/* M4 of two unit circles carries some ten roundings: below 64 it is zero. */
+#define BS_EVOLVED_COSPHERICAL 64
+/* Where a circle meets its own reverse the interpolant is zero to rounding within this many sqrt(u). */
+#define BS_EVOLVED_HOLE 16
+#endif
+
+typedef struct {
+    const S *ray, *surface;
+} FN(evolved_problem);
+
+/* The sum of the absolute values of the terms of the condition: itself, for the ray of which no term is negative. */
+BS_INLINE S FN(evolved_bound)(const FN(evolved_problem) *d, S a, S b)
+{
+    S ray[9];
+    for (int i = 0; i < 9; i++)
+        ray[i] = (d->ray[i] < 0) == (i / 3 == 1) ? d->ray[i] : -d->ray[i];
+    return FN(evolved_condition)(ray, d->surface, a, b);
+}
+
+#define ROOTS(name) FN(evolved_roots_##name)
+#define ROOTS_DEGREE 8
+#define ROOTS_DATA FN(evolved_problem)
+#define ROOTS_CONDITION(d, a, b) FN(evolved_condition)((d)->ray, (d)->surface, a, b)
+#define ROOTS_BOUND(d, a, b) FN(evolved_bound)(d, a, b)
+#include "roots.h"
+
+/* Largest absolute Bernstein coefficient of a quadratic q0 b^2 + q1 a b + q2 a^2. */
+BS_INLINE S FN(evolved_size)(const S *q)
+{
+    const S q0 = q[0] < 0 ? -q[0] : q[0], q1 = K(0.5) * (q[1] < 0 ? -q[1] : q[1]), q2 = q[2] < 0 ? -q[2] : q[2];
+    const S ends = q0 > q2 ? q0 : q2;
+    return ends > q1 ? ends : q1;
+}
+
+/* 1 where the interpolant is imaginary for gap[0] < alpha < gap[1]. With kappa = k^2 >= 0, Sigma has the real
+   eigenvalues a^2 + b^2 + a b (m0 -+ k), and the smaller one is negative between its two roots, of product 1. */
+BS_INLINE int FN(evolved_gap)(S *gap, const S *surface2)
+{
+    const S u = BS_ROOTS_UNIT(S), m0 = surface2[0], size = m0 < -1 ? -m0 : K(1), kappa = surface2[1];
+    const S noise = K(BS_EVOLVED_COSPHERICAL) * u * size;
+    if (kappa < -noise * noise)
+        return 0;
+    const S q = m0 - BS_SQRT(kappa > 0 ? kappa : K(0)), above = q + K(2);
+    if (above > noise)
+        return 0;
+    const S root = BS_SQRT(above < 0 ? above * (q - K(2)) : K(0));
+    const S hole = above > -noise ? K(BS_EVOLVED_HOLE) * BS_SQRT(u) : K(0);
+    gap[0] = K(1) / (K(1) + K(0.5) * (root - q)) - hole;
+    gap[1] = K(1) - gap[0];
+    return 1;
+}
+
+/* Default: every root, no false one. */
+BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const S *surface2)
+{
+    /* One over the binomial coefficients of 8. */
+    const S scale[9] = {K(1), K(1) / K(8), K(1) / K(28), K(1) / K(56), K(1) / K(70),
+                        K(1) / K(56), K(1) / K(28), K(1) / K(8), K(1)};
+    const S unit = BS_ROOTS_UNIT(S), m0 = surface2[0], kappa = surface2[1];
+    const S size_k = kappa < 0 ? -kappa : kappa, half_m = K(0.5) * (m0 < 0 ? -m0 : m0);
+    const S size_s = half_m > 1 ? half_m : K(1);
+    const S size_u = FN(evolved_size)(ray9), size_x = FN(evolved_size)(ray9 + 3);
+    S size_e = FN(evolved_size)(ray9 + 6), c[9];
+    const S *ray = ray9;
+    S surrogate[9];
+    if (!(size_u + size_x + size_e + size_k + size_s - (size_u + size_x + size_e + size_k + size_s) == 0))
+        return BS_EVOLVED_INVALID;
+    if (size_e <= unit * unit * unit * unit * size_u && size_k <= unit * unit * unit * unit) {
+        /* M4 = 0: both branches are the same and p vanishes. With a small constant in place of e, p has the roots of
+           S0 u - a b x, which then is f, and none besides. */
+        size_e = unit * unit * size_u;
+        for (int i = 0; i < 6; i++)
+            surrogate[i] = ray9[i];
+        surrogate[6] = size_e, surrogate[7] = K(2) * size_e, surrogate[8] = size_e;
+        ray = surrogate;
+    }
+    FN(evolved_octic)(c, ray, surface2);
+    const S last = K(0.5) * (size_k * size_u + size_e);
+    const S bound = K(4) * (size_s * size_u + K(0.5) * size_x) * (size_s * size_e + K(0.5) * size_k * size_x) + last * last;
+    const S noise = K(BS_ROOTS_NOISE) * unit * bound;
+    int plus = 0, minus = 0;
+    for (int i = 0; i < 9; i++) {
+        c[i] *= scale[i];
+        plus += c[i] > noise;
+        minus += c[i] < -noise;
+    }
+    if (plus == 9 || minus == 9)
+        return 0;
+
+    const FN(evolved_problem) problem = {ray9, surface2};
+    FN(evolved_roots_search) search = {&problem, roots, max_roots, 0, 0};
+    S gap[2], left[9], right[9];
+    if (FN(evolved_gap)(gap, surface2)) {
+        FN(evolved_roots_split)(left, right, c, gap[0]);
+        FN(evolved_roots_isolate)(&search, left, noise, K(0), gap[0]);
+        FN(evolved_roots_split)(left, right, c, gap[1]);
+        FN(evolved_roots_isolate)(&search, right, noise, gap[1], K(1));
+    } else {
+        FN(evolved_roots_isolate)(&search, c, noise, K(0), K(1));
+    }
+    return search.vanishes ? BS_EVOLVED_VANISHES : search.count;
+}

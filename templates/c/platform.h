@@ -1,0 +1,92 @@
+/* bladesmith: what differs between compilers and machines, in one place. Included once per translation unit.
+ *
+ * Understood: gcc and clang (vectors of 16 bytes on x86-64 and AArch64, of 32 bytes where the processor has
+ * AVX2), CUDA (through NVRTC or nvcc) and any other C99 compiler, which takes the plain scalar form.
+ * Needed flags: no contraction of a*b + c (-ffp-contract=off, for CUDA --fmad=false), no -ffast-math.
+ */
+#ifndef BLADESMITH_PLATFORM_H
+#define BLADESMITH_PLATFORM_H
+
+#if defined(__CUDACC_RTC__) /* no libc under NVRTC; its mathematical functions are built in */
+typedef int int32_t;
+typedef unsigned int uint32_t;
+typedef long long int64_t;
+typedef unsigned long long uint64_t;
+#else
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#endif
+
+/* BS_VECTORS: GNU vector extensions are there. BS_UNROLL: before a loop of constant length.
+ * BS_COLD: a function of the rare path, never inlined. */
+#if defined(__CUDACC__)
+#define BS_VECTORS 0
+#define RESTRICT __restrict__
+#define BS_INLINE static __device__ __forceinline__
+#define BS_COLD static __device__ __noinline__
+#define BS_TABLE static __device__ const
+#define BS_UNROLL _Pragma("unroll")
+#elif defined(__GNUC__) /* clang too */
+#define BS_VECTORS 1
+#define RESTRICT __restrict__
+#define BS_INLINE static inline __attribute__((always_inline, unused))
+#define BS_COLD static __attribute__((noinline, cold, unused))
+#define BS_TABLE static const
+#if defined(__clang__)
+#define BS_UNROLL _Pragma("clang loop unroll(full)")
+#else
+#define BS_UNROLL _Pragma("GCC unroll 128")
+#endif
+#elif defined(_MSC_VER)
+#define BS_VECTORS 0
+#define RESTRICT __restrict
+#define BS_INLINE static __forceinline
+#define BS_COLD static __declspec(noinline)
+#define BS_TABLE static const
+#define BS_UNROLL
+#else
+#define BS_VECTORS 0
+#define RESTRICT restrict
+#define BS_INLINE static inline
+#define BS_COLD static
+#define BS_TABLE static const
+#define BS_UNROLL
+#endif
+
+/* Vector bytes that every machine of this target has. */
+#if BS_VECTORS && (defined(__x86_64__) || defined(__aarch64__))
+#define BS_BASELINE_BYTES 16
+#else
+#define BS_BASELINE_BYTES 0
+#endif
+
+/* The x86-64-v3 instance: everything between BS_V3_BEGIN and BS_V3_END is compiled for AVX2, and may be called
+ * only where BS_CPU_HAS_V3() holds. FMA is left out on purpose: nothing is contracted. */
+#if BS_VECTORS && defined(__x86_64__)
+#define BS_HAVE_V3 1
+#define BS_CPU_HAS_V3() (__builtin_cpu_init(), __builtin_cpu_supports("avx2") != 0)
+#if defined(__clang__)
+#define BS_V3_BEGIN _Pragma("clang attribute push(__attribute__((target(\"avx2\"))), apply_to = function)")
+#define BS_V3_END _Pragma("clang attribute pop")
+#else
+#define BS_V3_BEGIN _Pragma("GCC push_options") _Pragma("GCC target(\"avx2\")")
+#define BS_V3_END _Pragma("GCC pop_options")
+#endif
+#else
+#define BS_HAVE_V3 0
+#define BS_CPU_HAS_V3() 0
+#define BS_V3_BEGIN
+#define BS_V3_END
+#endif
+
+/* gcc notes that passing vectors by value changed between its versions 4.5 and 4.6. Nothing passes them across
+ * a file's border here: every function that takes one is inlined. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+
+#define BS_PASTE_(a, b) a##_##b
+#define BS_PASTE(a, b) BS_PASTE_(a, b)
+
+#endif

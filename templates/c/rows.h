@@ -1,0 +1,285 @@
+/* bladesmith: rows of an ordinary C-contiguous (n, k) array to one vector per column, and back.
+ *
+ * load_rows reads W consecutive rows of k numbers: lane l of dst[j] is number j of row l. Transposes are made in
+ * registers, on blocks of 16 bytes x 16 bytes; where k is not a multiple of the block, the last block overlaps the
+ * one before. The _tail forms take fewer rows than W: missing rows are read from the last real one, and nothing
+ * beyond it is touched. k is a constant at each call, so that all loops unroll and the arrays become registers.
+ */
+#if BS_BYTES == 0
+
+BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
+{
+    BS_UNROLL
+    for (int j = 0; j < k; j++)
+        dst[j] = src[j];
+}
+
+BS_INLINE void FN(store_rows)(S *dst, const V *src, int k)
+{
+    BS_UNROLL
+    for (int j = 0; j < k; j++)
+        dst[j] = src[j];
+}
+
+BS_INLINE void FN(load_tail)(V *dst, const S *src, int k, int rows)
+{
+    (void)rows; /* one row is all there is */
+    FN(load_rows)(dst, src, k);
+}
+
+BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
+{
+    (void)rows;
+    FN(store_rows)(dst, src, k);
+}
+
+#else
+
+/* A block is as many numbers as 16 bytes hold: 2 of 64 bits or 4 of 32. Vectors of 32 bytes hold block row l in
+ * their low half and row l + BS_BLOCK in their high half, because shuffles are cheap within halves only. */
+#define BS_BLOCK (128 / BS_BITS)
+
+#if BS_BYTES == 32
+typedef S FN(half) __attribute__((vector_size(16)));
+#define BS_HALF FN(half)
+#else
+#define BS_HALF V
+#endif
+typedef S FN(loose) __attribute__((vector_size(16), aligned(sizeof(S)), may_alias)); /* 16 bytes anywhere */
+typedef S FN(loose_row) __attribute__((vector_size(BS_BYTES), aligned(sizeof(S)), may_alias));
+
+#if defined(__clang__)
+#define BS_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define BS_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (I){__VA_ARGS__})
+#endif
+
+/* LOW and HIGH interleave the lower and the upper parts of each 16 bytes; LOW2 and HIGH2 by pairs of numbers. */
+#if BS_BITS == 64 && BS_BYTES == 16
+#define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 2)
+#define BS_HIGH(a, b) BS_SHUFFLE(a, b, 1, 3)
+#elif BS_BITS == 64
+#define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 4, 2, 6)
+#define BS_HIGH(a, b) BS_SHUFFLE(a, b, 1, 5, 3, 7)
+#elif BS_BYTES == 16
+#define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 4, 1, 5)
+#define BS_HIGH(a, b) BS_SHUFFLE(a, b, 2, 6, 3, 7)
+#define BS_LOW2(a, b) BS_SHUFFLE(a, b, 0, 1, 4, 5)
+#define BS_HIGH2(a, b) BS_SHUFFLE(a, b, 2, 3, 6, 7)
+#else
+#define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
+#define BS_HIGH(a, b) BS_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
+#define BS_LOW2(a, b) BS_SHUFFLE(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
+#define BS_HIGH2(a, b) BS_SHUFFLE(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#endif
+
+BS_INLINE void FN(transpose)(V *r) /* the block in each half of r[0 .. BS_BLOCK - 1]; its own inverse */
+{
+#if BS_BITS == 64
+    V low = BS_LOW(r[0], r[1]), high = BS_HIGH(r[0], r[1]);
+    r[0] = low, r[1] = high;
+#else
+    V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
+    V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
+    r[0] = BS_LOW2(low01, low23), r[1] = BS_HIGH2(low01, low23);
+    r[2] = BS_LOW2(high01, high23), r[3] = BS_HIGH2(high01, high23);
+#endif
+}
+
+BS_INLINE BS_HALF FN(load_half)(const S *src)
+{
+    return (BS_HALF)(*(const FN(loose) *)src);
+}
+
+BS_INLINE void FN(store_half)(S *dst, BS_HALF v)
+{
+    *(FN(loose) *)dst = (FN(loose))v;
+}
+
+#if BS_BYTES == 32
+BS_INLINE V FN(join)(BS_HALF a, BS_HALF b)
+{
+#if BS_BITS == 64 && (defined(__clang__) || __GNUC__ >= 12)
+    return __builtin_shufflevector(a, b, 0, 1, 2, 3);
+#elif defined(__clang__) || __GNUC__ >= 12
+    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+#elif BS_BITS == 64
+    return (V){a[0], a[1], b[0], b[1]};
+#else
+    return (V){a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]};
+#endif
+}
+
+BS_INLINE BS_HALF FN(lower)(V v)
+{
+#if BS_BITS == 64 && (defined(__clang__) || __GNUC__ >= 12)
+    return __builtin_shufflevector(v, v, 0, 1);
+#elif defined(__clang__) || __GNUC__ >= 12
+    return __builtin_shufflevector(v, v, 0, 1, 2, 3);
+#elif BS_BITS == 64
+    return (BS_HALF){v[0], v[1]};
+#else
+    return (BS_HALF){v[0], v[1], v[2], v[3]};
+#endif
+}
+
+BS_INLINE BS_HALF FN(upper)(V v)
+{
+#if BS_BITS == 64 && (defined(__clang__) || __GNUC__ >= 12)
+    return __builtin_shufflevector(v, v, 2, 3);
+#elif defined(__clang__) || __GNUC__ >= 12
+    return __builtin_shufflevector(v, v, 4, 5, 6, 7);
+#elif BS_BITS == 64
+    return (BS_HALF){v[2], v[3]};
+#else
+    return (BS_HALF){v[4], v[5], v[6], v[7]};
+#endif
+}
+#endif
+
+/* Columns j .. j + BS_BLOCK - 1 of the rows that start at src + start[l]. */
+BS_INLINE void FN(load_block)(V *dst, const S *src, const ptrdiff_t *start, int j)
+{
+    V r[BS_BLOCK];
+    BS_UNROLL
+    for (int l = 0; l < BS_BLOCK; l++) {
+#if BS_BYTES == 32
+        r[l] = FN(join)(FN(load_half)(src + start[l] + j), FN(load_half)(src + start[l + BS_BLOCK] + j));
+#else
+        r[l] = FN(load_half)(src + start[l] + j);
+#endif
+    }
+    FN(transpose)(r);
+    BS_UNROLL
+    for (int i = 0; i < BS_BLOCK; i++)
+        dst[j + i] = r[i];
+}
+
+/* The last row first: where several lanes share a row, the one that lies in it writes last. */
+BS_INLINE void FN(store_block)(S *dst, const V *src, const ptrdiff_t *start, int j)
+{
+    V r[BS_BLOCK];
+    BS_UNROLL
+    for (int i = 0; i < BS_BLOCK; i++)
+        r[i] = src[j + i];
+    FN(transpose)(r);
+#if BS_BYTES == 32
+    BS_UNROLL
+    for (int l = BS_BLOCK - 1; l >= 0; l--)
+        FN(store_half)(dst + start[l + BS_BLOCK] + j, FN(upper)(r[l]));
+    BS_UNROLL
+    for (int l = BS_BLOCK - 1; l >= 0; l--)
+        FN(store_half)(dst + start[l] + j, FN(lower)(r[l]));
+#else
+    BS_UNROLL
+    for (int l = BS_BLOCK - 1; l >= 0; l--)
+        FN(store_half)(dst + start[l] + j, r[l]);
+#endif
+}
+
+/* Rows that are shorter than a block, number by number. */
+BS_INLINE void FN(load_narrow)(V *dst, const S *src, const ptrdiff_t *start, int k)
+{
+    BS_UNROLL
+    for (int j = 0; j < k; j++) {
+        BS_UNROLL
+        for (int l = 0; l < W; l++)
+            dst[j][l] = src[start[l] + j];
+    }
+}
+
+BS_INLINE void FN(store_narrow)(S *dst, const V *src, const ptrdiff_t *start, int k)
+{
+    BS_UNROLL
+    for (int j = 0; j < k; j++) {
+        BS_UNROLL
+        for (int l = W - 1; l >= 0; l--)
+            dst[start[l] + j] = src[j][l];
+    }
+}
+
+BS_INLINE void FN(load_starts)(V *dst, const S *src, const ptrdiff_t *start, int k)
+{
+    if (k < BS_BLOCK) {
+        FN(load_narrow)(dst, src, start, k);
+    } else {
+        BS_UNROLL
+        for (int j = 0; j + BS_BLOCK <= k; j += BS_BLOCK)
+            FN(load_block)(dst, src, start, j);
+        if (k % BS_BLOCK != 0)
+            FN(load_block)(dst, src, start, k - BS_BLOCK);
+    }
+}
+
+BS_INLINE void FN(store_starts)(S *dst, const V *src, const ptrdiff_t *start, int k)
+{
+    if (k < BS_BLOCK) {
+        FN(store_narrow)(dst, src, start, k);
+    } else {
+        BS_UNROLL
+        for (int j = 0; j + BS_BLOCK <= k; j += BS_BLOCK)
+            FN(store_block)(dst, src, start, j);
+        if (k % BS_BLOCK != 0)
+            FN(store_block)(dst, src, start, k - BS_BLOCK);
+    }
+}
+
+BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
+{
+    if (k == 1) {
+        dst[0] = (V)(*(const FN(loose_row) *)src);
+        return;
+    }
+    ptrdiff_t start[W];
+    BS_UNROLL
+    for (int l = 0; l < W; l++)
+        start[l] = (ptrdiff_t)l * k;
+    FN(load_starts)(dst, src, start, k);
+}
+
+BS_INLINE void FN(store_rows)(S *dst, const V *src, int k)
+{
+    if (k == 1) {
+        *(FN(loose_row) *)dst = (FN(loose_row))src[0];
+        return;
+    }
+    ptrdiff_t start[W];
+    BS_UNROLL
+    for (int l = 0; l < W; l++)
+        start[l] = (ptrdiff_t)l * k;
+    FN(store_starts)(dst, src, start, k);
+}
+
+BS_INLINE void FN(load_tail)(V *dst, const S *src, int k, int rows)
+{
+    ptrdiff_t start[W];
+    BS_UNROLL
+    for (int l = 0; l < W; l++)
+        start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
+    FN(load_starts)(dst, src, start, k);
+}
+
+BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
+{
+    ptrdiff_t start[W];
+    BS_UNROLL
+    for (int l = 0; l < W; l++)
+        start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
+    FN(store_starts)(dst, src, start, k);
+}
+
+#undef BS_BLOCK
+#undef BS_HALF
+#undef BS_SHUFFLE
+#undef BS_LOW
+#undef BS_HIGH
+#undef BS_LOW2
+#undef BS_HIGH2
+#endif
+
+BS_INLINE void FN(load_broadcast)(V *dst, const S *src, int k)
+{
+    BS_UNROLL
+    for (int j = 0; j < k; j++)
+        dst[j] = SPLAT(src[j]);
+}
