@@ -159,7 +159,7 @@ class _Loading:
 
 _loading = _Loading()
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_loading.forget_locks)
+    os.register_at_fork(after_in_child=lambda: _loading.forget_locks())
 
 
 @lru_cache(maxsize=8)

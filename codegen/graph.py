@@ -43,6 +43,8 @@ class Node:
 class Graph:
     """Hash-consed nodes over a lane ring."""
 
+    is_symbolic = True
+
     def __init__(self, lanes: int = FEW_LANES) -> None:
         self.lanes = LaneRing(lanes)
         self.nodes: list[Node] = []

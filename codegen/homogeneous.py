@@ -26,6 +26,7 @@ class HomogeneousRing:
 
     def __init__(self, base: Ring) -> None:
         self.base = base
+        self.is_symbolic = getattr(base, "is_symbolic", False)
 
     def constant(self, value: Fraction) -> Polynomial:
         return (self.base.constant(value),) if value else ()

@@ -166,7 +166,7 @@ class Multivector:
         On numbers, other parts are rounding errors and are ignored; on a graph they are an error of the formula.
         """
         others = [b for b in self.terms if b]
-        if others and getattr(self.ring, "lanes", None) is not None:
+        if others and getattr(self.ring, "is_symbolic", False):
             names = ", ".join(self.algebra.blade_name(b) for b in others[:4])
             raise GradeError(f"a scalar is needed here, but the value also has {names}; take .grade(0) if it is meant.")
         return self.terms.get(0, self.ring.constant(Fraction(0)))

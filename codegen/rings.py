@@ -22,7 +22,7 @@ Terms = Sequence[tuple[Coefficient, Fraction]]
 #: Functions of real arguments that a formula may apply, with their number of arguments.
 FUNCTIONS = {
     "sqrt": 1, "reciprocal": 1, "abs": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "atan2": 2,
-    "stumpff0": 1, "stumpff1": 1, "stumpff2": 1, "stumpff3": 1,
+    "stumpff0": 1, "stumpff1": 1, "stumpff2": 1, "stumpff3": 1, "stumpff4": 1, "stumpff5": 1,
 }  # fmt: skip
 #: Comparisons and their combinations: their results are masks, which only `select` takes.
 PREDICATES = {"lt": 2, "le": 2, "and": 2, "or": 2, "not": 1}
@@ -76,13 +76,15 @@ class NumericRing:
 
     def combine(self, terms: Terms) -> Any:
         total: Any = None
-        for c, w in terms:
-            scaled = c if w == 1 else -c if w == -1 else c * self.constant(w)
-            total = scaled if total is None else total + scaled
+        with np.errstate(all="ignore"):
+            for c, w in terms:
+                scaled = c if w == 1 else -c if w == -1 else c * self.constant(w)
+                total = scaled if total is None else total + scaled
         return self.constant(Fraction(0)) if total is None else total
 
     def multiply(self, a: Any, b: Any) -> Any:
-        return a * b
+        with np.errstate(all="ignore"):  # both branches of a selection are computed
+            return a * b
 
     def apply(self, name: str, *arguments: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -108,18 +110,20 @@ def _stumpff(k: int) -> Any:
         r = np.sqrt(np.abs(w))
         c0 = np.where(w > 0, np.cos(r), np.cosh(r))
         c1 = np.where(w > 0, np.sin(r), np.sinh(r)) / r
-        closed = (c0, c1, (1 - c0) / w, (1 - c1) / w)[k]
-        return np.where(np.abs(w) < 1, series, closed)
+        closed = [c0, c1]
+        for j in range(k - 1):
+            closed.append((1 / _FACTORIAL[j] - closed[j]) / w)
+        return np.where(np.abs(w) < 1, series, closed[k])
 
     return function
 
 
-_FACTORIAL = (1, 1, 2, 6)
+_FACTORIAL = (1, 1, 2, 6, 24, 120)
 _NUMPY: dict[str, Any] = {
     "sqrt": np.sqrt, "reciprocal": lambda a: np.float64(1) / a if np.ndim(a) == 0 else a.dtype.type(1) / a,
     "abs": np.abs, "sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log, "atan2": np.arctan2,
     "lt": np.less, "le": np.less_equal, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not,
-    **{f"stumpff{k}": _stumpff(k) for k in range(4)},
+    **{f"stumpff{k}": _stumpff(k) for k in range(6)},
 }  # fmt: skip
 
 
@@ -200,9 +204,11 @@ class LaneRing:
             return self._conic(0 if name == "cos" else 1, arguments[0], self.constant(Fraction(1)), salt=1)
         if name in ("stumpff0", "stumpff1"):
             return self._conic(int(name[-1]), arguments[0], arguments[0], salt=2)
-        if name in ("stumpff2", "stumpff3"):  # c_k = (1/k! - w c_{k+2}) read backwards: c_{k+2} = (1/k! - c_k)/w
-            lower = self.apply(f"stumpff{int(name[-1]) - 2}", arguments[0])
-            difference = self.combine([(self.constant(Fraction(1)), Fraction(1)), (lower, Fraction(-1))])
+        if name.startswith("stumpff"):  # c_{k+2} = (1/k! - c_k)/w
+            k = int(name[-1]) - 2
+            lower = self.apply(f"stumpff{k}", arguments[0])
+            first = self.constant(Fraction(1, _FACTORIAL[k]))
+            difference = self.combine([(first, Fraction(1)), (lower, Fraction(-1))])
             return self.multiply(difference, self.apply("reciprocal", arguments[0]))
         return modular.opaque(100 + sorted(FUNCTIONS).index(name), arguments)
 

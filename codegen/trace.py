@@ -146,6 +146,7 @@ def trace(
     returns: Kind | None = None,
     algebra: Algebra | None = None,
     note: str = "",
+    arguments: Sequence[str] | None = None,
 ) -> Kernel:
     """Run ``formula`` on symbolic members of ``kinds`` and keep what it did.
 
@@ -156,10 +157,10 @@ def trace(
         number of arguments, or if ``returns`` does not hold.
     """
     name = validated_identifier(name or formula.__name__, "a kernel's name")
-    parameters = [p for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
-    if len(kinds) != len(parameters):
-        raise TraceError(f"{name} takes {len(parameters)} arguments, but {len(kinds)} kinds were declared.")
-    inputs = tuple(Input(validated_identifier(p.name, "an argument"), k) for p, k in zip(parameters, kinds, strict=True))
+    arguments = arguments or argument_names(formula)
+    if len(kinds) != len(arguments):
+        raise TraceError(f"{name} takes {len(arguments)} arguments, but {len(kinds)} kinds were declared.")
+    inputs = tuple(Input(validated_identifier(a, "an argument"), k) for a, k in zip(arguments, kinds, strict=True))
     algebra = algebra or next((k.algebra for k in kinds if not k.is_scalar_argument), kinds[0].algebra)
     for lanes in (FEW_LANES, MANY_LANES):
         graph = Graph(lanes)
@@ -170,6 +171,11 @@ def trace(
         outputs = _outputs(graph, algebra, results, returns, name)
         return Kernel(name, algebra, inputs, outputs, graph, formula, note or (inspect.getdoc(formula) or "").split("\n")[0])
     raise AssertionError("a graph of many lanes asked for more")
+
+
+def argument_names(formula: Formula) -> list[str]:
+    """Names of a formula's arguments; those with defaults are no inputs of its kernel."""
+    return [p.name for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
 
 
 def _symbols(graph: Graph, inputs: Sequence[Input]) -> list[Any]:

@@ -14,10 +14,10 @@ from .printer import Printer, coefficient_name, decimal
 FUNCTIONS = {
     "sqrt": "SQRT", "abs": "ABS", "sin": "SIN", "cos": "COS", "exp": "EXP", "log": "LOG", "atan2": "ATAN2",
     "lt": "LT", "le": "LE", "and": "AND", "or": "OR", "not": "NOT", "select": "SELECT",
-    "stumpff0": "STUMPFF0", "stumpff1": "STUMPFF1", "stumpff2": "STUMPFF2", "stumpff3": "STUMPFF3",
+    **{f"stumpff{k}": f"STUMPFF{k}" for k in range(6)},
 }  # fmt: skip
 #: Functions whose text lives in elementary.h; it is included only when one is used.
-ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", "stumpff0", "stumpff1", "stumpff2", "stumpff3"))
+ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", *(f"stumpff{k}" for k in range(6))))
 
 
 def symbol(kernel: Kernel) -> str:

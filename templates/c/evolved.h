@@ -114,12 +114,14 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
 
     const FN(evolved_problem) problem = {ray9, surface2};
     FN(evolved_roots_search) search = {&problem, roots, max_roots, 0, 0};
-    S gap[2], left[9], right[9];
+    S gap[2], upper[9];
     if (FN(evolved_gap)(gap, surface2)) {
-        FN(evolved_roots_split)(left, right, c, gap[0]);
-        FN(evolved_roots_isolate)(&search, left, noise, K(0), gap[0]);
-        FN(evolved_roots_split)(left, right, c, gap[1]);
-        FN(evolved_roots_isolate)(&search, right, noise, gap[1], K(1));
+        for (int i = 0; i < 9; i++)
+            upper[i] = c[i];
+        FN(evolved_roots_cut)(c, gap[0], 0);
+        FN(evolved_roots_isolate)(&search, c, noise, K(0), gap[0]);
+        FN(evolved_roots_cut)(upper, gap[1], 1);
+        FN(evolved_roots_isolate)(&search, upper, noise, gap[1], K(1));
     } else {
         FN(evolved_roots_isolate)(&search, c, noise, K(0), K(1));
     }

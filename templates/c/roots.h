@@ -26,8 +26,15 @@
 /* All in unit roundoffs. NOISE: errors of p's coefficients, relative to the caller's bound; about 60 when they are
    made, the rest is for the halvings and for MARGIN. MARGIN: how far outside [0, 1] a root still counts, because it
    was rounded there. TOUCH: error of f relative to its bound, some ten roundings. */
-enum { BS_ROOTS_NOISE = 256, BS_ROOTS_MARGIN = 16, BS_ROOTS_TOUCH = 16 };
+enum { BS_ROOTS_NOISE = 96, BS_ROOTS_MARGIN = 8, BS_ROOTS_TOUCH = 16 };
 /* STEPS is out of reach: bisection alone ends after 53. PROBES: places where f is asked in a wide run. */
+#if defined(__CUDACC__) || defined(__clang__)
+#define BS_ROOTS_UNROLL _Pragma("unroll")
+#elif defined(__GNUC__)
+#define BS_ROOTS_UNROLL _Pragma("GCC unroll 32")
+#else
+#define BS_ROOTS_UNROLL
+#endif
 enum { BS_ROOTS_STEPS = 128, BS_ROOTS_PROBES = 32, BS_ROOTS_STACK = 28 };
 #endif
 
@@ -54,15 +61,21 @@ BS_INLINE S ROOTS(magnitude)(S x)
     return x < 0 ? -x : x;
 }
 
-/* p's coefficients on [0, r] and [r, 1], r a fraction of the interval of c. right may be c. */
-BS_INLINE void ROOTS(split)(S *left, S *right, const S *c, S r)
+/* p's coefficients on both halves of the interval of c; left or right may be c. Unrolled, the triangle stays in
+   registers; made of vectors it is six times slower, through misaligned reloads. */
+BS_INLINE void ROOTS(halve)(S *left, S *right, const S *c)
 {
+    S w[ROOTS_DEGREE + 1];
+    BS_ROOTS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++)
-        right[i] = c[i];
+        w[i] = c[i];
+    BS_ROOTS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++) {
-        left[i] = right[0];
+        left[i] = w[0];
+        right[ROOTS_DEGREE - i] = w[ROOTS_DEGREE - i];
+        BS_ROOTS_UNROLL
         for (int j = 0; j < ROOTS_DEGREE - i; j++)
-            right[j] = (K(1) - r) * right[j] + r * right[j + 1];
+            w[j] = K(0.5) * (w[j] + w[j + 1]);
     }
 }
 
@@ -70,15 +83,20 @@ BS_INLINE void ROOTS(split)(S *left, S *right, const S *c, S r)
    roots. -1: they all have one certain sign. -2: they are all noise. */
 BS_INLINE int ROOTS(variations)(const S *c, S noise)
 {
-    int plus = 0, minus = 0, changes = 0, last = 0;
-    for (int i = 0; i <= ROOTS_DEGREE; i++) {
-        plus += c[i] > noise;
-        minus += c[i] < -noise;
+    int changes = 0, last = 0;
+    S least = ROOTS(magnitude)(c[0]), most = least;
+    BS_ROOTS_UNROLL
+    for (int i = 1; i <= ROOTS_DEGREE; i++) {
+        const S size = ROOTS(magnitude)(c[i]);
+        least = size < least ? size : least;
+        most = size > most ? size : most;
+        changes += (c[i] < 0) != (c[i - 1] < 0);
     }
-    if (plus > ROOTS_DEGREE || minus > ROOTS_DEGREE)
-        return -1;
-    if (plus + minus == 0)
+    if (least > noise)
+        return changes ? changes : -1;
+    if (!(most > noise))
         return -2;
+    changes = 0;
     for (int i = 0; i <= ROOTS_DEGREE; i++) {
         const int certain = (c[i] > noise) - (c[i] < -noise), sign = certain ? certain : -last;
         changes += sign == 0 || sign * last < 0;
@@ -87,39 +105,52 @@ BS_INLINE int ROOTS(variations)(const S *c, S noise)
     return changes;
 }
 
-/* The root between lo and hi, where f has unlike signs: inverse quadratic interpolation where the last three points
-   are in a fit state for it (Chandrupatla's test), else bisection. */
+/* The root between lo and hi, where f has unlike signs. a is the last point, b the nearest one with the other sign of
+   f, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's test), else
+   bisection; one division. The secant through a and c tells the interpolation's error: when that is a rounding, the
+   next value of f could not add anything. */
 BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi)
 {
-    const S tolerance = K(2) * BS_ROOTS_UNIT(S);
-    S a = hi, fa = f_hi, b = lo, fb = f_lo, t = fa / (fa - fb);
+    const S tolerance = K(2) * BS_ROOTS_UNIT(S), scale = K(1) / (f_hi - f_lo);
+    S a = hi, fa = f_hi * scale, b = lo, fb = f_lo * scale;
+    S move = (b - a) * fa;
     for (int step = 0; step < BS_ROOTS_STEPS; step++) {
-        const S width = b - a, size = ROOTS(magnitude)(width);
-        if (size <= K(2) * tolerance || fa == 0)
-            break;
-        const S least = tolerance / size;
-        t = t > least ? t : least;
-        t = t < K(1) - least ? t : K(1) - least;
-        const S x = a + t * width, fx = ROOTS(at)(d, x);
+        const S x = a + move, fx = scale * ROOTS(at)(d, x);
         S c = a, fc = fa;
         if ((fx < 0) != (fa < 0)) {
             c = b, fc = fb;
             b = a, fb = fa;
         }
         a = x, fa = fx;
-        const S xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
-        if (phi * phi < xi && (K(1) - phi) * (K(1) - phi) < K(1) - xi)
-            t = fa / (fb - fa) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb));
-        else
-            t = K(0.5);
+        const S ab = b - a, ac = c - a, fab = fb - fa, fac = fc - fa, fbc = fc - fb, w = ROOTS(magnitude)(ab - ac);
+        if (fa == 0 || ROOTS(magnitude)(ab) <= tolerance)
+            break;
+        move = K(0.5) * ab;
+        if (fab * fab * w < ROOTS(magnitude)(ab) * (fbc * fbc) && fac * fac * w < ROOTS(magnitude)(ac) * (fbc * fbc)) {
+            const S weight = fa / (fab * fac * fbc), secant = ac * fab * fbc;
+            const S inverse = fc * ab * fac - fb * ac * fab;
+            move = -weight * inverse;
+            if (ROOTS(magnitude)(weight * (secant - inverse)) <= tolerance)
+                return a + move;
+        }
     }
-    return ROOTS(magnitude)(fa) < ROOTS(magnitude)(fb) ? a : b;
+    return a;
 }
 
 BS_INLINE void ROOTS(append)(ROOTS(search) *s, S root)
 {
     if (s->count < s->max_roots)
         s->roots[s->count++] = root < 0 ? K(0) : root > 1 ? K(1) : root;
+}
+
+/* p's coefficients from the fraction r of the interval of c to its end (upper) or from its start to there. */
+BS_INLINE void ROOTS(cut)(S *c, S r, int upper)
+{
+    for (int n = ROOTS_DEGREE; n > 0; n--)
+        for (int i = 0; i < n; i++) {
+            S *low = upper ? &c[i] : &c[ROOTS_DEGREE - i - 1];
+            *(upper ? low : low + 1) = (K(1) - r) * low[0] + r * low[1];
+        }
 }
 
 /* Derivative of p, up to a positive factor, at the fraction r of the interval of c. */
@@ -181,39 +212,39 @@ BS_INLINE void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S 
 BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S end)
 {
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
-    ROOTS(piece) stack[BS_ROOTS_STACK], now, run;
+    ROOTS(piece) stack[BS_ROOTS_STACK], run;
     int height = 0, running = 0;
     for (int i = 0; i <= ROOTS_DEGREE; i++)
-        now.c[i] = c[i];
-    now.lo = begin, now.hi = end, now.depth = 0;
-    now.f_lo = ROOTS(at)(s->data, begin > 0 ? begin : -margin);
-    now.f_hi = ROOTS(at)(s->data, end < 1 ? end : K(1) + margin);
-    run = now;
-    for (;;) {
-        const int roots = ROOTS(variations)(now.c, noise), unlike = (now.f_lo < 0) != (now.f_hi < 0);
-        const int crowded = roots > 1 + unlike, noisy = roots == -2 || (crowded && now.depth == BS_ROOTS_DEPTH(S));
+        stack->c[i] = c[i];
+    stack->lo = begin, stack->hi = end, stack->depth = 0;
+    stack->f_lo = ROOTS(at)(s->data, begin > 0 ? begin : -margin);
+    stack->f_hi = ROOTS(at)(s->data, end < 1 ? end : K(1) + margin);
+    run = *stack;
+    while (height >= 0) {
+        ROOTS(piece) *now = &stack[height], *next = now + 1;
+        const int roots = ROOTS(variations)(now->c, noise), unlike = (now->f_lo < 0) != (now->f_hi < 0);
+        const int crowded = roots > 1 + unlike, noisy = roots == -2 || (crowded && now->depth == BS_ROOTS_DEPTH(S));
         if (crowded && !noisy) {
-            ROOTS(piece) *right = &stack[height++];
-            const S middle = K(0.5) * (now.lo + now.hi), f_middle = ROOTS(at)(s->data, middle);
-            ROOTS(split)(now.c, right->c, now.c, K(0.5));
-            right->lo = middle, right->hi = now.hi, right->f_lo = f_middle, right->f_hi = now.f_hi;
-            right->depth = ++now.depth;
-            now.hi = middle, now.f_hi = f_middle;
+            const S middle = K(0.5) * (now->lo + now->hi), f_middle = ROOTS(at)(s->data, middle);
+            ROOTS(halve)(next->c, now->c, now->c);
+            next->lo = now->lo, next->f_lo = now->f_lo;
+            next->hi = now->lo = middle, next->f_hi = now->f_lo = f_middle;
+            next->depth = ++now->depth;
+            height++;
             continue;
         }
-        if (noisy && running) {
-            run.hi = now.hi, run.f_hi = now.f_hi;
-        } else if (noisy) {
-            run = now, running = 1;
-        } else if (running) {
+        if (running && !noisy) {
             ROOTS(settle)(s, &run, c, begin, end);
             running = 0;
         }
-        if (roots >= 0 && unlike && !noisy)
-            ROOTS(append)(s, ROOTS(refine)(s->data, now.lo, now.f_lo, now.hi, now.f_hi));
-        if (height == 0)
-            break;
-        now = stack[--height];
+        if (noisy) {
+            run.lo = running ? run.lo : now->lo, run.f_lo = running ? run.f_lo : now->f_lo;
+            run.hi = now->hi, run.f_hi = now->f_hi;
+            running = 1;
+        } else if (roots >= 0 && unlike) {
+            ROOTS(append)(s, ROOTS(refine)(s->data, now->lo, now->f_lo, now->hi, now->f_hi));
+        }
+        height--;
     }
     if (running)
         ROOTS(settle)(s, &run, c, begin, end);

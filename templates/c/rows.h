@@ -35,9 +35,11 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
 
 #else
 
-/* A block is as many numbers as 16 bytes hold: 2 of 64 bits or 4 of 32. Vectors of 32 bytes hold block row l in
- * their low half and row l + BS_BLOCK in their high half, because shuffles are cheap within halves only. */
+/* A block is as many numbers as 16 bytes hold: 2 of 64 bits or 4 of 32. Vectors of 32 bytes hold row l of a block
+ * in their low half and row l + BS_BLOCK in their high half, because shuffles are cheap within halves only.
+ * Four numbers of 64 bits and 32-byte vectors have a square block besides, with fewer loads: BS_SQUARE. */
 #define BS_BLOCK (128 / BS_BITS)
+#define BS_SQUARE (BS_BITS == 64 && BS_BYTES == 32)
 
 #if BS_BYTES == 32
 typedef S FN(half) __attribute__((vector_size(16)));
@@ -46,7 +48,7 @@ typedef S FN(half) __attribute__((vector_size(16)));
 #define BS_HALF V
 #endif
 typedef S FN(loose) __attribute__((vector_size(16), aligned(sizeof(S)), may_alias)); /* 16 bytes anywhere */
-typedef S FN(loose_row) __attribute__((vector_size(BS_BYTES), aligned(sizeof(S)), may_alias));
+typedef S FN(loose_vector) __attribute__((vector_size(BS_BYTES), aligned(sizeof(S)), may_alias));
 
 #if defined(__clang__)
 #define BS_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
@@ -54,7 +56,8 @@ typedef S FN(loose_row) __attribute__((vector_size(BS_BYTES), aligned(sizeof(S))
 #define BS_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (I){__VA_ARGS__})
 #endif
 
-/* LOW and HIGH interleave the lower and the upper parts of each 16 bytes; LOW2 and HIGH2 by pairs of numbers. */
+/* LOW and HIGH interleave the lower and the upper parts of each 16 bytes, LOW2 and HIGH2 by pairs of numbers;
+ * FIRST and SECOND interleave whole vectors, EVEN and ODD undo that. */
 #if BS_BITS == 64 && BS_BYTES == 16
 #define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 2)
 #define BS_HIGH(a, b) BS_SHUFFLE(a, b, 1, 3)
@@ -66,11 +69,19 @@ typedef S FN(loose_row) __attribute__((vector_size(BS_BYTES), aligned(sizeof(S))
 #define BS_HIGH(a, b) BS_SHUFFLE(a, b, 2, 6, 3, 7)
 #define BS_LOW2(a, b) BS_SHUFFLE(a, b, 0, 1, 4, 5)
 #define BS_HIGH2(a, b) BS_SHUFFLE(a, b, 2, 3, 6, 7)
+#define BS_EVEN(a, b) BS_SHUFFLE(a, b, 0, 2, 4, 6)
+#define BS_ODD(a, b) BS_SHUFFLE(a, b, 1, 3, 5, 7)
+#define BS_FIRST(a, b) BS_LOW(a, b)
+#define BS_SECOND(a, b) BS_HIGH(a, b)
 #else
 #define BS_LOW(a, b) BS_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define BS_HIGH(a, b) BS_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
 #define BS_LOW2(a, b) BS_SHUFFLE(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
 #define BS_HIGH2(a, b) BS_SHUFFLE(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#define BS_EVEN(a, b) BS_SHUFFLE(a, b, 0, 2, 4, 6, 8, 10, 12, 14)
+#define BS_ODD(a, b) BS_SHUFFLE(a, b, 1, 3, 5, 7, 9, 11, 13, 15)
+#define BS_FIRST(a, b) BS_SHUFFLE(a, b, 0, 8, 1, 9, 2, 10, 3, 11)
+#define BS_SECOND(a, b) BS_SHUFFLE(a, b, 4, 12, 5, 13, 6, 14, 7, 15)
 #endif
 
 BS_INLINE void FN(transpose)(V *r) /* the block in each half of r[0 .. BS_BLOCK - 1]; its own inverse */
@@ -96,43 +107,43 @@ BS_INLINE void FN(store_half)(S *dst, BS_HALF v)
     *(FN(loose) *)dst = (FN(loose))v;
 }
 
-#if BS_BYTES == 32
+#if BS_BYTES == 32 /* gcc folds a memory operand into the instruction only when it is called by name */
 BS_INLINE V FN(join)(BS_HALF a, BS_HALF b)
 {
-#if BS_BITS == 64 && (defined(__clang__) || __GNUC__ >= 12)
+#if defined(__clang__) && BS_BITS == 64
     return __builtin_shufflevector(a, b, 0, 1, 2, 3);
-#elif defined(__clang__) || __GNUC__ >= 12
+#elif defined(__clang__)
     return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
 #elif BS_BITS == 64
-    return (V){a[0], a[1], b[0], b[1]};
+    return __builtin_ia32_vinsertf128_pd256(__builtin_ia32_pd256_pd(a), b, 1);
 #else
-    return (V){a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]};
+    return __builtin_ia32_vinsertf128_ps256(__builtin_ia32_ps256_ps(a), b, 1);
 #endif
 }
 
 BS_INLINE BS_HALF FN(lower)(V v)
 {
-#if BS_BITS == 64 && (defined(__clang__) || __GNUC__ >= 12)
+#if defined(__clang__) && BS_BITS == 64
     return __builtin_shufflevector(v, v, 0, 1);
-#elif defined(__clang__) || __GNUC__ >= 12
+#elif defined(__clang__)
     return __builtin_shufflevector(v, v, 0, 1, 2, 3);
 #elif BS_BITS == 64
-    return (BS_HALF){v[0], v[1]};
+    return __builtin_ia32_pd_pd256(v);
 #else
-    return (BS_HALF){v[0], v[1], v[2], v[3]};
+    return __builtin_ia32_ps_ps256(v);
 #endif
 }
 
 BS_INLINE BS_HALF FN(upper)(V v)
 {
-#if BS_BITS == 64 && (defined(__clang__) || __GNUC__ >= 12)
+#if defined(__clang__) && BS_BITS == 64
     return __builtin_shufflevector(v, v, 2, 3);
-#elif defined(__clang__) || __GNUC__ >= 12
+#elif defined(__clang__)
     return __builtin_shufflevector(v, v, 4, 5, 6, 7);
 #elif BS_BITS == 64
-    return (BS_HALF){v[2], v[3]};
+    return __builtin_ia32_vextractf128_pd256(v, 1);
 #else
-    return (BS_HALF){v[4], v[5], v[6], v[7]};
+    return __builtin_ia32_vextractf128_ps256(v, 1);
 #endif
 }
 #endif
@@ -177,14 +188,50 @@ BS_INLINE void FN(store_block)(S *dst, const V *src, const ptrdiff_t *start, int
 #endif
 }
 
-/* Rows that are shorter than a block, number by number. */
+#if BS_SQUARE
+BS_INLINE void FN(transpose_square)(V *r)
+{
+    V low01 = BS_LOW(r[0], r[1]), high01 = BS_HIGH(r[0], r[1]);
+    V low23 = BS_LOW(r[2], r[3]), high23 = BS_HIGH(r[2], r[3]);
+    r[0] = BS_SHUFFLE(low01, low23, 0, 1, 4, 5), r[1] = BS_SHUFFLE(high01, high23, 0, 1, 4, 5);
+    r[2] = BS_SHUFFLE(low01, low23, 2, 3, 6, 7), r[3] = BS_SHUFFLE(high01, high23, 2, 3, 6, 7);
+}
+
+BS_INLINE void FN(load_square)(V *dst, const S *src, const ptrdiff_t *start, int j)
+{
+    V r[W];
+    BS_UNROLL
+    for (int l = 0; l < W; l++)
+        r[l] = (V)(*(const FN(loose_vector) *)(src + start[l] + j));
+    FN(transpose_square)(r);
+    BS_UNROLL
+    for (int i = 0; i < W; i++)
+        dst[j + i] = r[i];
+}
+
+BS_INLINE void FN(store_square)(S *dst, const V *src, const ptrdiff_t *start, int j)
+{
+    V r[W];
+    BS_UNROLL
+    for (int i = 0; i < W; i++)
+        r[i] = src[j + i];
+    FN(transpose_square)(r);
+    BS_UNROLL
+    for (int l = W - 1; l >= 0; l--)
+        *(FN(loose_vector) *)(dst + start[l] + j) = (FN(loose_vector))r[l];
+}
+#endif
+
+/* Number by number: rows shorter than a block, where they need not lie one behind the other. */
 BS_INLINE void FN(load_narrow)(V *dst, const S *src, const ptrdiff_t *start, int k)
 {
     BS_UNROLL
     for (int j = 0; j < k; j++) {
+        V column = SPLAT(src[start[0] + j]);
         BS_UNROLL
-        for (int l = 0; l < W; l++)
-            dst[j][l] = src[start[l] + j];
+        for (int l = 1; l < W; l++)
+            column[l] = src[start[l] + j];
+        dst[j] = column;
     }
 }
 
@@ -198,56 +245,144 @@ BS_INLINE void FN(store_narrow)(S *dst, const V *src, const ptrdiff_t *start, in
     }
 }
 
-BS_INLINE void FN(load_starts)(V *dst, const S *src, const ptrdiff_t *start, int k)
+BS_INLINE void FN(load_at)(V *dst, const S *src, const ptrdiff_t *start, int k)
 {
+    int j = 0;
     if (k < BS_BLOCK) {
         FN(load_narrow)(dst, src, start, k);
-    } else {
-        BS_UNROLL
-        for (int j = 0; j + BS_BLOCK <= k; j += BS_BLOCK)
-            FN(load_block)(dst, src, start, j);
-        if (k % BS_BLOCK != 0)
-            FN(load_block)(dst, src, start, k - BS_BLOCK);
+        return;
     }
+#if BS_SQUARE
+    BS_UNROLL
+    for (; j + W <= k; j += W)
+        FN(load_square)(dst, src, start, j);
+#endif
+    BS_UNROLL
+    for (; j + BS_BLOCK <= k; j += BS_BLOCK)
+        FN(load_block)(dst, src, start, j);
+    if (j < k)
+        FN(load_block)(dst, src, start, k - BS_BLOCK);
 }
 
-BS_INLINE void FN(store_starts)(S *dst, const V *src, const ptrdiff_t *start, int k)
+BS_INLINE void FN(store_at)(S *dst, const V *src, const ptrdiff_t *start, int k)
 {
+    int j = 0;
     if (k < BS_BLOCK) {
         FN(store_narrow)(dst, src, start, k);
-    } else {
-        BS_UNROLL
-        for (int j = 0; j + BS_BLOCK <= k; j += BS_BLOCK)
-            FN(store_block)(dst, src, start, j);
-        if (k % BS_BLOCK != 0)
-            FN(store_block)(dst, src, start, k - BS_BLOCK);
+        return;
     }
+#if BS_SQUARE
+    BS_UNROLL
+    for (; j + W <= k; j += W)
+        FN(store_square)(dst, src, start, j);
+#endif
+    BS_UNROLL
+    for (; j + BS_BLOCK <= k; j += BS_BLOCK)
+        FN(store_block)(dst, src, start, j);
+    if (j < k)
+        FN(store_block)(dst, src, start, k - BS_BLOCK);
 }
+
+#if BS_BITS == 32
+/* Two numbers a row: W rows are two vectors. */
+BS_INLINE void FN(load_twos)(V *dst, const S *src)
+{
+    V a = (V)(*(const FN(loose_vector) *)src), b = (V)(*(const FN(loose_vector) *)(src + W));
+    dst[0] = BS_EVEN(a, b), dst[1] = BS_ODD(a, b);
+}
+
+BS_INLINE void FN(store_twos)(S *dst, const V *src)
+{
+    *(FN(loose_vector) *)dst = (FN(loose_vector))BS_FIRST(src[0], src[1]);
+    *(FN(loose_vector) *)(dst + W) = (FN(loose_vector))BS_SECOND(src[0], src[1]);
+}
+
+/* Three numbers a row: a block of four reaches into the next row. The last row has none behind it: it is loaded
+ * from one number earlier and shifted, and stored number by number. Rows are stored in order, so that each one
+ * overwrites what the row before left in it. */
+BS_INLINE void FN(load_threes)(V *dst, const S *src)
+{
+    BS_HALF piece[W];
+    V r[BS_BLOCK];
+    BS_UNROLL
+    for (int l = 0; l < W - 1; l++)
+        piece[l] = FN(load_half)(src + 3 * l);
+    BS_HALF last = FN(load_half)(src + 3 * (W - 1) - 1);
+    piece[W - 1] = (BS_HALF){last[1], last[2], last[3], last[3]};
+    BS_UNROLL
+    for (int l = 0; l < BS_BLOCK; l++) {
+#if BS_BYTES == 32
+        r[l] = FN(join)(piece[l], piece[l + BS_BLOCK]);
+#else
+        r[l] = piece[l];
+#endif
+    }
+    FN(transpose)(r);
+    dst[0] = r[0], dst[1] = r[1], dst[2] = r[2];
+}
+
+BS_INLINE void FN(store_threes)(S *dst, const V *src)
+{
+    V r[BS_BLOCK] = {src[0], src[1], src[2], src[2]};
+    FN(transpose)(r);
+    BS_UNROLL
+    for (int l = 0; l < W - 1; l++) {
+#if BS_BYTES == 32
+        FN(store_half)(dst + 3 * l, l < BS_BLOCK ? FN(lower)(r[l]) : FN(upper)(r[l % BS_BLOCK]));
+#else
+        FN(store_half)(dst + 3 * l, r[l]);
+#endif
+    }
+    BS_UNROLL
+    for (int j = 0; j < 3; j++)
+        dst[3 * (W - 1) + j] = src[j][W - 1];
+}
+#endif
 
 BS_INLINE void FN(load_rows)(V *dst, const S *src, int k)
 {
     if (k == 1) {
-        dst[0] = (V)(*(const FN(loose_row) *)src);
+        dst[0] = (V)(*(const FN(loose_vector) *)src);
         return;
     }
+#if BS_BITS == 32
+    if (k == 2) {
+        FN(load_twos)(dst, src);
+        return;
+    }
+    if (k == 3) {
+        FN(load_threes)(dst, src);
+        return;
+    }
+#endif
     ptrdiff_t start[W];
     BS_UNROLL
     for (int l = 0; l < W; l++)
         start[l] = (ptrdiff_t)l * k;
-    FN(load_starts)(dst, src, start, k);
+    FN(load_at)(dst, src, start, k);
 }
 
 BS_INLINE void FN(store_rows)(S *dst, const V *src, int k)
 {
     if (k == 1) {
-        *(FN(loose_row) *)dst = (FN(loose_row))src[0];
+        *(FN(loose_vector) *)dst = (FN(loose_vector))src[0];
         return;
     }
+#if BS_BITS == 32
+    if (k == 2) {
+        FN(store_twos)(dst, src);
+        return;
+    }
+    if (k == 3) {
+        FN(store_threes)(dst, src);
+        return;
+    }
+#endif
     ptrdiff_t start[W];
     BS_UNROLL
     for (int l = 0; l < W; l++)
         start[l] = (ptrdiff_t)l * k;
-    FN(store_starts)(dst, src, start, k);
+    FN(store_at)(dst, src, start, k);
 }
 
 BS_INLINE void FN(load_tail)(V *dst, const S *src, int k, int rows)
@@ -256,7 +391,7 @@ BS_INLINE void FN(load_tail)(V *dst, const S *src, int k, int rows)
     BS_UNROLL
     for (int l = 0; l < W; l++)
         start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
-    FN(load_starts)(dst, src, start, k);
+    FN(load_at)(dst, src, start, k);
 }
 
 BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
@@ -265,16 +400,21 @@ BS_INLINE void FN(store_tail)(S *dst, const V *src, int k, int rows)
     BS_UNROLL
     for (int l = 0; l < W; l++)
         start[l] = (ptrdiff_t)(l < rows ? l : rows - 1) * k;
-    FN(store_starts)(dst, src, start, k);
+    FN(store_at)(dst, src, start, k);
 }
 
 #undef BS_BLOCK
+#undef BS_SQUARE
 #undef BS_HALF
 #undef BS_SHUFFLE
 #undef BS_LOW
 #undef BS_HIGH
 #undef BS_LOW2
 #undef BS_HIGH2
+#undef BS_EVEN
+#undef BS_ODD
+#undef BS_FIRST
+#undef BS_SECOND
 #endif
 
 BS_INLINE void FN(load_broadcast)(V *dst, const S *src, int k)

@@ -1,0 +1,249 @@
+"""Derives the constants of templates/c/elementary.h and templates/numba/elementary.py, so that they are reproducible.
+
+Minimax polynomials by Remez exchange at 60 digits, rounded one coefficient at a time: each rounding is made good by
+the coefficients that are still free. `python benchmarks/derive_elementary.py` prints the C and the Python block.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mpmath as mp
+
+mp.mp.dps = 60
+Real = mp.mpf
+POINTS_PER_TERM = 30  # of the grid on which the exchange looks for extrema
+EXCHANGES = 12
+SLACK = Real("1e-6")  # intervals are this much wider, relatively: a reduced argument may fall just outside
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A polynomial to find: `name` in the header, its function on an interval, the weight of its error."""
+
+    name: str
+    function: Callable[[Real], Real]
+    low: Real
+    high: Real
+    weight: Callable[[Real], Real]  # error of the polynomial -> relative error of the result
+    terms: dict[int, int]  # bits of the precision -> number of coefficients
+
+
+def stumpff(k: int, w: Real) -> Real:
+    """c_k(w) = sum over n of (-w)^n / (2n + k)!."""
+    total, term, n = mp.mpf(0), 1 / mp.factorial(k), 0
+    while abs(term) > mp.eps / 1000:
+        total += term
+        n += 1
+        term *= -w / ((2 * n + k - 1) * (2 * n + k))
+    return total
+
+
+def power_series(z: Real, coefficient: Callable[[int], Real]) -> Real:
+    """Sum of coefficient(n) z^n, |z| < 1."""
+    total, n, power = mp.mpf(0), 0, mp.mpf(1)
+    while abs(power) > mp.eps / 1000:
+        total += coefficient(n) * power
+        power *= z
+        n += 1
+    return total
+
+
+def fits() -> list[Fit]:
+    """All polynomials; the header's comments say how each is used."""
+    quarter = (mp.pi / 4) ** 2 * (1 + SLACK)
+    half_ln2 = mp.log(2) / 2 * (1 + SLACK)
+    log_range = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * (1 + SLACK)
+    near = mp.mpf(4)
+    return [
+        Fit("SIN", lambda z: stumpff(3, z), mp.mpf(0), quarter, lambda z: z / stumpff(1, z), {64: 6, 32: 3}),
+        Fit("COS", lambda z: stumpff(4, z), mp.mpf(0), quarter, lambda z: z**2 / stumpff(0, z), {64: 6, 32: 3}),
+        Fit("C2", lambda w: stumpff(2, w), -near, near, lambda w: 1 / stumpff(2, w), {64: 10, 32: 6}),
+        Fit("C3", lambda w: stumpff(3, w), -near, near, lambda w: 1 / stumpff(3, w), {64: 10, 32: 6}),
+        Fit(
+            "EXP",
+            lambda r: power_series(r, lambda n: 1 / mp.factorial(n + 2)),
+            -half_ln2,
+            half_ln2,
+            lambda r: r**2 / mp.exp(r),
+            {64: 10, 32: 5},
+        ),
+        Fit(
+            "LOG",
+            lambda z: power_series(z, lambda n: mp.mpf(2) / (2 * n + 3)),
+            mp.mpf(0),
+            log_range,
+            lambda z: z / 2 + mp.mpf("1e-30"),
+            {64: 7, 32: 3},
+        ),
+        Fit(
+            "ATAN",
+            lambda z: power_series(z, lambda n: mp.mpf((-1) ** n) / (2 * n + 3)),
+            mp.mpf(0),
+            mp.mpf(1) / 4 * (1 + SLACK),
+            lambda z: z,
+            {64: 12, 32: 5},
+        ),
+    ]
+
+
+def minimax(fit: Fit, count: int, fixed: list[Real]) -> tuple[list[Real], Real]:
+    """Coefficients after the fixed ones that minimise the largest weighted error, and that error.
+
+    One exchange: solve for equal and alternating errors on count + 1 points, then move the points to the extrema.
+    """
+    free = count - len(fixed)
+    size = POINTS_PER_TERM * count
+    middle, radius = (fit.low + fit.high) / 2, (fit.high - fit.low) / 2
+    grid = [middle - radius * mp.cos(mp.pi * (i + mp.mpf(1) / 2) / size) for i in range(size)]
+    values = [fit.function(x) for x in grid]
+    weights = [fit.weight(x) for x in grid]
+    rest = [v - mp.polyval(fixed[::-1], x) if fixed else v for v, x in zip(values, grid, strict=True)]
+    chosen = [round(i * (size - 1) / free) for i in range(free + 1)]
+    best: tuple[list[Real], Real] = ([], mp.inf)
+    for _ in range(EXCHANGES):
+        rows = [
+            [grid[i] ** (len(fixed) + j) for j in range(free)] + [(-1) ** number / max(weights[i], mp.mpf("1e-40"))]
+            for number, i in enumerate(chosen)
+        ]
+        solution = mp.lu_solve(mp.matrix(rows), mp.matrix([rest[i] for i in chosen]))
+        found = [solution[j] for j in range(free)]
+        full = fixed + found
+        errors = [w * (mp.polyval(full[::-1], x) - v) for w, x, v in zip(weights, grid, values, strict=True)]
+        worst = max(abs(e) for e in errors)
+        if worst < best[1]:
+            best = (found, worst)
+        chosen = extrema(errors, free + 1)
+        if len(chosen) < free + 1:
+            break
+    return best
+
+
+def extrema(errors: list[Real], wanted: int) -> list[int]:
+    """Places of the largest error in each run of one sign; of too many, an alternating `wanted` with the largest."""
+    runs: list[int] = []
+    for i, error in enumerate(errors):
+        if runs and mp.sign(errors[runs[-1]]) == mp.sign(error):
+            if abs(error) > abs(errors[runs[-1]]):
+                runs[-1] = i
+        else:
+            runs.append(i)
+    while len(runs) > wanted:
+        runs.pop(0 if abs(errors[runs[0]]) < abs(errors[runs[-1]]) else -1)
+    return runs
+
+
+def rounded(x: Real, bits: int) -> Real:
+    """The nearest float64 or float32."""
+    if bits == 64:
+        return mp.mpf(float(x))
+    with mp.workprec(24):
+        return +mp.mpf(x)
+
+
+def polynomial(fit: Fit, bits: int) -> tuple[list[float], float]:
+    """Rounded coefficients, lowest first, and the base 2 logarithm of the largest relative error of the result."""
+    count = fit.terms[bits]
+    fixed: list[Real] = []
+    while len(fixed) < count:
+        found, _ = minimax(fit, count, fixed)
+        fixed.append(rounded(found[0], bits))
+    size = 4 * POINTS_PER_TERM * count
+    grid = [fit.low + (fit.high - fit.low) * i / size for i in range(size + 1)]
+    worst = max(abs(fit.weight(x) * (mp.polyval(fixed[::-1], x) - fit.function(x))) for x in grid)
+    return [float(c) for c in fixed], float(mp.log(worst, 2))
+
+
+def head(x: Real, bits: int) -> Real:
+    """x cut to this many significant bits, toward zero."""
+    exponent = mp.floor(mp.log(abs(x), 2)) + 1
+    return mp.floor(x * mp.mpf(2) ** (bits - exponent)) / mp.mpf(2) ** (bits - exponent)
+
+
+def parts(x: Real, short: int, count: int, bits: int) -> list[float]:
+    """x as `count` parts: all but the last have `short` bits, so that small integers times them are exact."""
+    result: list[Real] = []
+    for _ in range(count - 1):
+        result.append(head(x - sum(result), short))
+    result.append(rounded(x - sum(result), bits))
+    return [float(part) for part in result]
+
+
+def constants(bits: int) -> dict[str, list[float]]:
+    """Everything but the polynomials. Short parts leave 16 (float32: 11) bits to the integer they are multiplied by."""
+    digits, spare, count = (53, 16, 3) if bits == 64 else (24, 11, 4)
+    half_pi, ln2 = mp.pi / 2, mp.log(2)
+
+    def pair(x: Real) -> list[float]:
+        return [float(rounded(x, bits)), float(rounded(x - rounded(x, bits), bits))]
+
+    return {
+        "HALF_PI": parts(half_pi, digits - spare, count, bits),
+        "LN2": parts(ln2, digits - spare, count, bits),
+        "QUARTER": pair(mp.pi / 4),
+        "PER_HALF_PI": [float(rounded(1 / half_pi, bits))],
+        "PER_LN2": [float(rounded(1 / ln2, bits))],
+    }
+
+
+def two_over_pi(words: int) -> list[int]:
+    """Binary places of 2/pi, in words of 64 bits, after one word of zeros."""
+    with mp.workprec(64 * words + 64):
+        places = int(mp.floor(2 / mp.pi * mp.mpf(2) ** (64 * words)))
+    return [0] + [places >> (64 * (words - 1 - i)) & (2**64 - 1) for i in range(words)]
+
+
+def hexadecimal(x: float) -> str:
+    """A C constant; float32 values have short mantissas."""
+    text = float(x).hex()
+    mantissa, exponent = text.split("p")
+    mantissa = mantissa.rstrip("0") if "." in mantissa else mantissa
+    return f"{mantissa.rstrip('.')}p{exponent}"
+
+
+def c_block(bits: int) -> str:
+    """The #define lines of one precision."""
+    lines = []
+    for fit in fits():
+        coefficients, error = polynomial(fit, bits)
+        lines.append(f"#define BS_{fit.name} /* relative error 2^{error:.1f} */ \\")
+        texts = [hexadecimal(c) for c in coefficients]
+        for start in range(0, len(texts), 4):
+            more = start + 4 < len(texts)
+            lines.append("    " + ", ".join(texts[start : start + 4]) + (", \\" if more else ""))
+    for name, values in constants(bits).items():
+        for number, value in enumerate(values):
+            suffix = f"_{number + 1}" if len(values) > 1 else ""
+            lines.append(f"#define BS_{name}{suffix} K({hexadecimal(value)})")
+    return "\n".join(lines)
+
+
+def python_block() -> str:
+    """The same for numba, float64 only."""
+    lines = []
+    for fit in fits():
+        coefficients, _ = polynomial(fit, 64)
+        texts = ", ".join(f'"{hexadecimal(c)}"' for c in coefficients)
+        lines.append(f"_{fit.name} = _exact({texts})")
+    for name, values in constants(64).items():
+        texts = ", ".join(f'"{hexadecimal(v)}"' for v in values)
+        lines.append(f"_{name} = _exact({texts})")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print what belongs into the two files."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--bits", type=int, choices=(32, 64), help="only this precision's C block")
+    chosen = parser.parse_args().bits
+    for bits in (64, 32) if chosen is None else (chosen,):
+        print(f"/* {bits} bits */\n{c_block(bits)}\n")
+    if chosen is None:
+        print(python_block(), "\n")
+        print(",\n".join(f"0x{word:016x}" for word in two_over_pi(19)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,341 @@
+"""`@kernel`: a formula becomes a function that is compiled when it is first called.
+
+Called with arrays or runtime multivectors it runs compiled code; inside another formula it becomes a shared call;
+on numeric or exact multivectors it is the formula itself.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .algebra import Algebra
+from .binding import Argument, BoundKernel, Library
+from .differentiate import derivative_formula, derivative_kinds
+from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
+from .graph import Graph
+from .kinds import Kind, numbers as numbers_kind, scalar_argument
+from .multivector import Multivector
+from .rings import NumericRing
+from .simplify import Form, Operations, chosen_form
+from .trace import Formula, Kernel, argument_names, trace
+
+_log = logging.getLogger("bladesmith")
+
+
+class ScalarArgument:
+    """Marks a plain number per item; the algebra comes from the kernel's other arguments."""
+
+
+class RowArgument:
+    """Marks a row of plain numbers per item."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+
+#: Declares an argument that is a plain number: an array of shape (...).
+scalar = ScalarArgument()
+Declared = Kind | ScalarArgument | RowArgument
+
+
+def numbers(count: int) -> RowArgument:
+    """Declare an argument that is a row of ``count`` numbers: an array of shape (..., count)."""
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InputError(f"numbers({count!r}): a row has a positive number of entries.")
+    return RowArgument(count)
+
+
+def kernel(
+    *kinds: Declared, returns: Kind | None = None, name: str | None = None, algebra: Algebra | None = None
+) -> Callable[[Formula], KernelFunction]:
+    """Declare a kernel: a decorator for a formula in GA notation.
+
+    Parameters
+    ----------
+    *kinds : Kind, `scalar` or `numbers(n)`
+        One for each argument of the formula. ``algebra.kind("circle")`` knows the constraints of a unit circle,
+        ``algebra.layout("circle")`` only its blades.
+    returns : Kind, optional
+        Kind of the result, proved when the kernel is traced. Default: the narrowest kind that is proved.
+    name : str, optional
+        Name in generated code; default: the function's.
+    algebra : Algebra, optional
+        Needed only where no argument is a multivector.
+
+    Raises
+    ------
+    TraceError
+        When the kernel is first used, if the formula cannot be traced or ``returns`` does not hold.
+
+    Examples
+    --------
+    >>> from bladesmith import codegen, cga3d as cga
+    >>> @codegen.kernel(cga.kind("motor"), cga.kind("point"))
+    ... def move(m, x):
+    ...     return m * x * ~m
+    """
+
+    def decorate(formula: Formula) -> KernelFunction:
+        return KernelFunction(formula, kinds, returns, name or formula.__name__, algebra)
+
+    return decorate
+
+
+class KernelFunction:
+    """A declared kernel; see `kernel`."""
+
+    def __init__(
+        self,
+        formula: Formula,
+        declared: Sequence[Declared],
+        returns: Kind | None,
+        name: str,
+        algebra: Algebra | None,
+        arguments: Sequence[str] | None = None,
+    ) -> None:
+        home = algebra or next((k.algebra for k in declared if isinstance(k, Kind)), None)
+        if home is None:
+            raise TraceError(f"{name} has no multivector argument; say which algebra it belongs to: algebra=...")
+        self.formula = formula
+        self.kinds = tuple(_kind(k, home, name) for k in declared)
+        self.returns = returns
+        self.name = name
+        self.algebra = home
+        self.arguments = list(arguments or argument_names(formula))
+        self.__doc__ = formula.__doc__
+        self.__name__ = name
+        self._bound: dict[tuple[str, str], Any] = {}
+
+    # -- stages --------------------------------------------------------------------------------------------
+
+    @cached_property
+    def traced(self) -> Kernel:
+        """The kernel's expression graph."""
+        return trace(self.formula, self.kinds, self.name, self.returns, self.algebra, arguments=self.arguments)
+
+    @cached_property
+    def form(self) -> Form:
+        """The form that is printed."""
+        return chosen_form(self.traced)
+
+    @property
+    def operations(self) -> Operations:
+        """Operation counts of the chosen form."""
+        return self.form.operations
+
+    @property
+    def expr(self) -> list[Any]:
+        """The outputs' coefficients as SymPy expressions, one list per output."""
+        from .symbolic import expressions
+
+        return expressions(self.traced)
+
+    def source(self, target: str = "c") -> str:
+        """Source text for "c", "numba" or "cuda"."""
+        if target == "c":
+            from .targets.extension import kernel_files
+
+            return kernel_files(self.name, [self.traced])["kernels.h"]
+        if target == "numba":
+            from .targets.numba import numba_source
+
+            return numba_source([self.traced])
+        if target == "cuda":
+            from .targets.cuda import cuda_source
+
+            return "\n".join(cuda_source([self.traced]).values())
+        raise InputError(f"there is no target {target!r}; choose c, numba or cuda.")
+
+    def derivative(self, wrt: str) -> KernelFunction:
+        """Forward derivative with respect to one argument.
+
+        For a number: the same arguments. For a multivector: the derivative along one more argument, ``d_<wrt>``
+        (same blades). It is traced without the constraints of ``wrt``, so any direction is good.
+        """
+        names, kinds = derivative_kinds(self.arguments, self.kinds, wrt)
+        is_scalar = self.kinds[self.arguments.index(wrt)].is_scalar_argument
+        formula = derivative_formula(self.formula, self.arguments, wrt, is_scalar)
+        formula.__doc__ = f"Derivative of {self.name} with respect to {wrt}."
+        return KernelFunction(formula, kinds, None, f"{self.name}_d_{wrt}", self.algebra, names)
+
+    # -- calls ---------------------------------------------------------------------------------------------
+
+    def __call__(self, *arguments: Any) -> Any:
+        if any(isinstance(a, Multivector) for a in arguments):
+            return self._in_formula(arguments)
+        arrays, owner = self._arrays(arguments)
+        return self._wrapped(self.bound("c", arrays)(*arrays), owner)
+
+    def on(self, target: str) -> Callable[..., Any]:
+        """The kernel on one target: "c", "numba", or "numpy" (the graph on arrays, not compiled)."""
+
+        def call(*arguments: Any) -> Any:
+            arrays, owner = self._arrays(arguments)
+            return self._wrapped(self.bound(target, arrays)(*arrays), owner)
+
+        return call
+
+    def plan(self, *arguments: Any) -> Any:
+        """A call with its arrays bound: ``p = k.plan(a, b); p(); p.results``."""
+        arrays, _ = self._arrays(arguments)
+        return self.bound("c", arrays).plan(*arrays)
+
+    def reference(self, *arguments: Any, digits: int | None = None) -> Any:
+        """The formula itself on numbers, never a compiled kernel.
+
+        With ``digits`` given, one item is computed with mpmath numbers of that precision and returned as lists.
+        """
+        arrays, owner = self._arrays(arguments)
+        if digits is not None:
+            from .rings import PrecisionRing
+
+            precise = PrecisionRing(digits)
+            items = [[precise.context.mpf(float(v)) for v in np.ravel(a)] for a in arrays]
+            values = self.traced.reference(precise, items)
+            return values[0] if len(values) == 1 else values
+        lead = np.broadcast_shapes(*(self._lead(a, k) for a, k in zip(arrays, self.kinds, strict=True)))
+        columns = [
+            [a] if k.is_scalar_argument else [a[..., j] for j in range(k.size)]
+            for a, k in zip(arrays, self.kinds, strict=True)
+        ]
+        results = self.traced.reference(NumericRing(arrays[0].dtype), columns)
+        stacked = tuple(np.stack([np.broadcast_to(v, lead) for v in r], -1) for r in results)
+        return self._wrapped(stacked[0] if len(stacked) == 1 else stacked, owner)
+
+    def _lead(self, array: Any, kind: Kind) -> tuple[int, ...]:
+        return array.shape if kind.is_scalar_argument else array.shape[:-1]
+
+    def bound(self, target: str, arrays: Sequence[Any]) -> Any:
+        """The compiled function for the precision of ``arrays``, made on first use."""
+        single = all(getattr(a, "dtype", None) == np.float32 for a in arrays)
+        key = (target, "f32" if single else "f64")
+        if key not in self._bound:
+            self._bound[key] = self._compile(target, key[1])
+        return self._bound[key]
+
+    def _compile(self, target: str, precision: str) -> Any:
+        if target == "c":
+            try:
+                return compile_kernel(self.traced, precision)
+            except CompilerMissingError as error:
+                _log.warning("%s Falling back to another target.", error)
+                target = "numba" if _has_numba() else "numpy"
+        if target == "numba":
+            from .targets.numba import bind
+
+            return bind(self.traced)
+        if target == "numpy":
+            from .interpret import Interpreted
+
+            return Interpreted(self.traced)
+        raise InputError(f"there is no target {target!r}; choose c, numba or numpy.")
+
+    def _in_formula(self, arguments: Sequence[Any]) -> Any:
+        first = next(a for a in arguments if isinstance(a, Multivector))
+        if not isinstance(first.ring, Graph):
+            return self.formula(*arguments)
+        return _call_in_graph(self.traced, first.ring, arguments)
+
+    def _arrays(self, arguments: Sequence[Any]) -> tuple[list[Any], Any]:
+        """Arrays of coefficients in the declared order, and the algebra that wraps the results (or None)."""
+        if len(arguments) != len(self.kinds):
+            raise InputError(f"{self.name} takes {len(self.kinds)} arguments ({', '.join(self.arguments)}).")
+        owner, arrays = None, []
+        for value, kind, argument in zip(arguments, self.kinds, self.arguments, strict=True):
+            if hasattr(value, "as_kind"):
+                if value.algebra is not kind.algebra:
+                    raise AlgebraMismatchError(
+                        f"{self.name}: {argument} belongs to {value.algebra.name}, not to {kind.algebra.name}."
+                    )
+                owner = owner or value.algebra
+                try:
+                    arrays.append(value.as_kind(kind).values)
+                except KindError as error:
+                    raise KindError(f"{self.name}: argument {argument}: {error}") from None
+            else:
+                arrays.append(np.asarray(value))
+        dtypes = {a.dtype for a in arrays}
+        if dtypes != {np.dtype(np.float32)}:  # numbers of any type become double, unless everything is single
+            floats = {a.dtype for a, k in zip(arrays, self.kinds, strict=True) if not k.is_scalar_argument}
+            if floats == {np.dtype(np.float32)}:
+                arrays = [a.astype(np.float32) for a in arrays]
+        return arrays, owner
+
+    def _wrapped(self, results: Any, owner: Any) -> Any:
+        if owner is None:
+            return results
+        items = results if isinstance(results, tuple) else (results,)
+        outputs = self.traced.outputs
+        codes = next((v for v, o in zip(items, outputs, strict=True) if o.role == "status"), None)
+        values = [
+            v if o.kind.form != "multivector" else owner.wrap(o.kind, v, codes)
+            for v, o in zip(items, outputs, strict=True)
+            if o.role != "status"
+        ]
+        return values[0] if len(values) == 1 else tuple(values)
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(f"{n}: {k.name}" for n, k in zip(self.arguments, self.kinds, strict=True))
+        return f"<kernel {self.name}({kinds})>"
+
+
+def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:
+    if isinstance(declared, Kind):
+        return declared
+    if isinstance(declared, ScalarArgument):
+        return scalar_argument(algebra)
+    if isinstance(declared, RowArgument):
+        return numbers_kind(algebra, declared.count)
+    raise KindError(f"{name}: {declared!r} is no kind; use algebra.kind(...), algebra.layout(...) or codegen.scalar.")
+
+
+def _call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any:
+    """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
+    flat = []
+    for item, value in zip(callee.inputs, arguments, strict=True):
+        mv = value if isinstance(value, Multivector) else next(
+            a for a in arguments if isinstance(a, Multivector)
+        ).constant(value)
+        lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
+        problem = item.kind.violated(lanes)
+        if problem:
+            raise TraceError(f"{callee.name}: argument {item.name} is not a {item.kind.name}: {problem}.")
+        flat.extend(item.kind.values(mv))
+    values = callee.evaluate_flat([graph.values[n.id] for n in flat], graph.lanes)
+    results = []
+    for o, (output, lanes_of_output) in enumerate(zip(callee.outputs, values, strict=True)):
+        terms = {
+            blade: graph.call(callee, flat, (o, j), lane)
+            for j, (blade, lane) in enumerate(zip(output.kind.blades, lanes_of_output, strict=True))
+        }
+        results.append(Multivector(output.kind.algebra, graph, terms))
+    return results[0] if len(results) == 1 else tuple(results)
+
+
+def compile_kernel(traced: Kernel, precision: str = "f64") -> BoundKernel:
+    """Compile one kernel for this machine, through the cache."""
+    from .build import load
+    from .machine import instances
+    from .targets.c import symbol
+    from .targets.extension import extension_source
+
+    extension = extension_source(symbol(traced), [traced], instances(precision))
+    return bind(Library(load(extension)), traced, symbol(traced))
+
+
+def bind(library: Library, traced: Kernel, symbol: str) -> BoundKernel:
+    """A kernel of a compiled library, as a function of arrays."""
+    inputs = [Argument(i.name, 0 if i.kind.is_scalar_argument else i.kind.size) for i in traced.inputs]
+    outputs = [Argument(o.name, 0 if o.role == "status" else len(o.nodes), o.role == "status") for o in traced.outputs]
+    return BoundKernel(library, symbol, inputs, outputs)
+
+
+def _has_numba() -> bool:
+    from importlib.util import find_spec
+
+    return find_spec("numba") is not None
