@@ -1,7 +1,8 @@
 """Derives the constants of templates/c/elementary.h and templates/numba/elementary.py, so that they are reproducible.
 
-Minimax polynomials by Remez exchange at 60 digits, rounded one coefficient at a time: each rounding is made good by
-the coefficients that are still free. `python benchmarks/derive_elementary.py` prints the C and the Python block.
+Minimax polynomials by Remez exchange at 40 digits. On intervals that start at zero they are rounded one coefficient
+at a time, and each rounding is made good by the coefficients that are still free (on others z, z^2, ... is no basis
+in which an exchange works). `python benchmarks/derive_elementary.py` prints the C and the Python block.
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from dataclasses import dataclass
 
 import mpmath as mp
 
-mp.mp.dps = 60
+mp.mp.dps = 40
 Real = mp.mpf
-POINTS_PER_TERM = 30  # of the grid on which the exchange looks for extrema
-EXCHANGES = 12
+POINTS_PER_TERM = 16  # of the grid on which the exchange looks for extrema
+EXCHANGES = 8
 SLACK = Real("1e-6")  # intervals are this much wider, relatively: a reduced argument may fall just outside
 
 
@@ -147,6 +148,8 @@ def polynomial(fit: Fit, bits: int) -> tuple[list[float], float]:
     """Rounded coefficients, lowest first, and the base 2 logarithm of the largest relative error of the result."""
     count = fit.terms[bits]
     fixed: list[Real] = []
+    if fit.low < 0:
+        fixed = [rounded(c, bits) for c in minimax(fit, count, [])[0]]
     while len(fixed) < count:
         found, _ = minimax(fit, count, fixed)
         fixed.append(rounded(found[0], bits))
@@ -172,17 +175,19 @@ def parts(x: Real, short: int, count: int, bits: int) -> list[float]:
 
 
 def constants(bits: int) -> dict[str, list[float]]:
-    """Everything but the polynomials. Short parts leave 16 (float32: 11) bits to the integer they are multiplied by."""
-    digits, spare, count = (53, 16, 3) if bits == 64 else (24, 11, 4)
-    half_pi, ln2 = mp.pi / 2, mp.log(2)
+    """Everything but the polynomials.
 
-    def pair(x: Real) -> list[float]:
-        return [float(rounded(x, bits)), float(rounded(x - rounded(x, bits), bits))]
+    Short parts leave bits to the integer that they are multiplied by: 16 (float32: 11) of a count of half turns, 11
+    (8) of an exponent, 3 of a count of eighths of a turn.
+    """
+    digits, spare, count, exponent = (53, 16, 3, 11) if bits == 64 else (24, 11, 4, 8)
+    half_pi, ln2 = mp.pi / 2, mp.log(2)
 
     return {
         "HALF_PI": parts(half_pi, digits - spare, count, bits),
         "LN2": parts(ln2, digits - spare, count, bits),
-        "QUARTER": pair(mp.pi / 4),
+        "LN2_PAIR": parts(ln2, digits - exponent, 2, bits),
+        "QUARTER_PI": parts(mp.pi / 4, digits - 3, 2, bits),
         "PER_HALF_PI": [float(rounded(1 / half_pi, bits))],
         "PER_LN2": [float(rounded(1 / ln2, bits))],
     }

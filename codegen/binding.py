@@ -7,6 +7,7 @@ range. It knows no algebra: the number of coefficients per row is all that it is
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -27,6 +28,14 @@ def install_splitter(splitter: Splitter | None) -> None:
     """Let ``splitter`` share large batches over threads."""
     global _splitter
     _splitter = splitter
+
+
+def share(run: Callable[[int, int], None], n: int) -> None:
+    """Run items 0 .. n - 1: over threads where a splitter is installed, else in one call."""
+    if _splitter is None:
+        run(0, n)
+    else:
+        _splitter(run, n)
 
 
 @dataclass(frozen=True)
@@ -62,28 +71,20 @@ class Library:
         return bool(self.lib.bs_use_instance(self.instances.index(instance)))
 
 
-class BoundKernel:
-    """One compiled kernel.
+class Binding(ABC):
+    """A kernel as a function of arrays. A target says how prepared arrays are run.
 
     Parameters
     ----------
-    library : Library
     symbol : str
-        Name in the library.
+        Name of the kernel in generated code.
     inputs, outputs : sequences of Argument
     """
 
-    def __init__(
-        self, library: Library, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
-    ) -> None:
-        self.library = library
+    def __init__(self, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]) -> None:
         self.symbol = symbol
         self.inputs = tuple(inputs)
         self.outputs = tuple(outputs)
-        self.index = library.index[symbol]
-        self._from_buffer = library.ffi.from_buffer
-        self._run1 = library.lib.bs_run1
-        self._run2 = library.lib.bs_run2
         self._single_output = len(self.outputs) == 1 and not self.outputs[0].is_status
 
     def __call__(self, *arrays: Any) -> Any:
@@ -124,11 +125,42 @@ class BoundKernel:
             rows.append(np.ascontiguousarray(array))
         return rows, lead
 
+    @abstractmethod
+    def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
+        """Compute ``n`` items of prepared arrays into contiguous results."""
+
+    def strides(self, arrays: Sequence[Array]) -> list[int]:
+        """Numbers from one item to the next in each prepared array: 0 where all items share one row."""
+        widths = [max(item.size, 1) for item in self.inputs]
+        return [0 if a.size == width else width for a, width in zip(arrays, widths, strict=True)]
+
+
+class BoundKernel(Binding):
+    """One kernel of a compiled library.
+
+    Parameters
+    ----------
+    library : Library
+    symbol : str
+        Name in the library.
+    inputs, outputs : sequences of Argument
+    """
+
+    def __init__(
+        self, library: Library, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
+    ) -> None:
+        super().__init__(symbol, inputs, outputs)
+        self.library = library
+        self.index = library.index[symbol]
+        self._from_buffer = library.ffi.from_buffer
+        self._run1 = library.lib.bs_run1
+        self._run2 = library.lib.bs_run2
+
     def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
         """Call the compiled loop on prepared arrays."""
         if n == 0:
             return
-        strides = [0 if a.size == max(i.size, 1) else max(i.size, 1) for a, i in zip(arrays, self.inputs, strict=True)]
+        strides = self.strides(arrays)
         single = int(bool(arrays) and arrays[0].dtype == _F32)
         buffer = self._from_buffer
         if self._single_output and _splitter is None and len(arrays) == 2:
@@ -147,10 +179,7 @@ class BoundKernel:
         def part(begin: int, end: int) -> None:
             run(self.index, single, begin, end, outs, ins, steps)
 
-        if _splitter is None:
-            part(0, n)
-        else:
-            _splitter(part, n)
+        share(part, n)
 
     def plan(self, *arrays: Any) -> Plan:
         """A call with its arrays bound: ``plan()`` computes again into ``plan.results`` without any checks."""
@@ -171,9 +200,9 @@ class Plan:
         plan = ffi.new("bs_plan *")
         plan.kernel, plan.single, plan.n = kernel.index, int(dtype == _F32), math.prod(lead)
         self._kept = [ffi.from_buffer(a) for a in [*prepared, *self.results]]
-        for i, (array, item) in enumerate(zip(prepared, kernel.inputs, strict=True)):
+        for i, stride in enumerate(kernel.strides(prepared)):
             plan.ins[i] = self._kept[i]
-            plan.strides[i] = 0 if array.size == max(item.size, 1) else max(item.size, 1)
+            plan.strides[i] = stride
         for i in range(len(self.results)):
             plan.outs[i] = self._kept[len(prepared) + i]
         self._plan = plan

@@ -6,20 +6,17 @@ templates and arrays are not known here.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import logging
 import os
 import re
-import shlex
-import shutil
-import subprocess
 import sys
 import sysconfig
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -31,30 +28,15 @@ import _cffi_backend
 from . import cache
 from .errors import CompileError, CompilerMissingError, SpecError
 from .flags import C_FLAGS, HASH_MACRO, compiled_files, source_hash
+from .toolchain import REMEDY, CompilerInfo, compiler, execute, required_compiler
 from .version import __version__
 
 __all__ = ["CompilerInfo", "ExtensionSource", "compiler", "generated_extension", "load", "source_hash"]
 
-_CANDIDATES = ("gcc", "clang", "cc")  # gcc first: it is the one that the speeds in the documents are of
-_VERSION_TIMEOUT = 20.0  # seconds; a compiler that does not answer by then is not usable
 _STEM_NAME = 60  # characters of the name in file names, which systems limit to 255
 _STEM_DIGITS = 24  # 96 bits of the key: no two sources will ever share them
 _ERROR_LINES = 3
-_REMEDY = "Install gcc or clang (or set CC to one), or use target='numba'"
 _log = logging.getLogger("bladesmith")
-
-
-@dataclass(frozen=True)
-class CompilerInfo:
-    """A C compiler that runs on this machine."""
-
-    command: tuple[str, ...]
-    version: str
-
-    @property
-    def summary(self) -> str:
-        """First line of what it says about itself."""
-        return self.version.splitlines()[0]
 
 
 @dataclass(frozen=True)
@@ -96,12 +78,7 @@ class ExtensionSource:
         CompilerMissingError
             If there is no compiler, whose version is a part of the key.
         """
-        return _key(self, _required_compiler())
-
-
-def compiler() -> CompilerInfo | None:
-    """The C compiler: `CC` when that is set, else the first of gcc, clang and cc that runs."""
-    return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+        return _key(self, required_compiler())
 
 
 def load(extension: ExtensionSource) -> ModuleType:
@@ -114,7 +91,7 @@ def load(extension: ExtensionSource) -> ModuleType:
     CompileError
         If the compiler refuses the source.
     """
-    chosen = _required_compiler()
+    chosen = required_compiler()
     stem = f"bs_{extension.name[:_STEM_NAME]}_{_key(extension, chosen)[:_STEM_DIGITS]}"
     with _loading.lock(stem):
         module = _loading.modules.get(stem)
@@ -160,49 +137,6 @@ class _Loading:
 _loading = _Loading()
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=lambda: _loading.forget_locks())
-
-
-@lru_cache(maxsize=8)
-def _find_compiler(chosen: str, path: str) -> CompilerInfo | None:
-    for name, *options in [_split(chosen)] if chosen.strip() else [[name] for name in _CANDIDATES]:
-        program = shutil.which(name, path=path)
-        if program and (version := _version_of((program, *options))):
-            return CompilerInfo((program, *options), version)
-    return None
-
-
-def _split(command: str) -> list[str]:
-    try:
-        return shlex.split(command)
-    except ValueError:  # an unbalanced quotation mark: not a command line, then perhaps a path
-        return [command]
-
-
-def _version_of(command: tuple[str, ...]) -> str | None:
-    """What the compiler says about itself; options come along, because `ccache gcc` is one command."""
-    try:
-        done = _execute([*command, "--version"], timeout=_VERSION_TIMEOUT)
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout.strip() or None if done.returncode == 0 else None
-
-
-def _execute(
-    command: list[str], folder: Path | None = None, timeout: float | None = None
-) -> subprocess.CompletedProcess[str]:
-    english = {**os.environ, "LC_ALL": "C"}  # errors are found by that word
-    return subprocess.run(
-        command, cwd=folder, timeout=timeout, env=english, capture_output=True, text=True, errors="replace"
-    )
-
-
-def _required_compiler() -> CompilerInfo:
-    found = compiler()
-    if found is None:
-        chosen = os.environ.get("CC", "").strip()
-        what = f"the C compiler CC={chosen!r} does not run" if chosen else "no C compiler was found"
-        raise CompilerMissingError(what, remedy=_REMEDY)
-    return found
 
 
 def _include() -> str:
@@ -272,15 +206,22 @@ def _emit_wrapper(stem: str, extension: ExtensionSource, source: Path) -> None:
 
 def _run(command: list[str], extension: ExtensionSource, folder: Path, source: Path) -> None:
     try:
-        done = _execute(command, folder=folder)
+        done = execute(command, folder=folder)
     except OSError as error:  # it answered --version, and is gone
-        raise CompilerMissingError(f"{command[0]} does not run: {error.strerror}", remedy=_REMEDY) from None
-    if done.returncode != 0:
-        raise CompileError(_first_errors(done.stderr or done.stdout), where=extension.name, source=source)
+        raise CompilerMissingError(f"{command[0]} does not run: {error.strerror}", remedy=REMEDY) from None
+    if done.returncode == 0:
+        return
+    output = done.stderr or done.stdout
+    for number in (errno.ENOSPC, errno.EDQUOT):
+        if os.strerror(number) in output:  # not the source's fault: another directory may do
+            raise OSError(number, os.strerror(number), str(folder))
+    raise CompileError(_first_errors(output), where=extension.name, source=source)
 
 
 def _first_errors(output: str) -> str:
     lines = [line.strip() for line in output.splitlines() if line.strip()]
+    # collect2 only says that the linker failed
+    lines = [line for line in lines if not line.startswith("collect2:")] or lines
     errors = [line for line in lines if "error:" in line] or lines
     return " | ".join(errors[:_ERROR_LINES]) or "the compiler failed and said nothing"
 

@@ -1,57 +1,89 @@
 """Common products: the last stage of factoring, where sums are settled and monomials share their parts.
 
-A coefficient other than +-1 is a literal like any other here, so that 2 a in 2 a b and 2 a c can be shared.
+A coefficient other than +-1 is a literal like any other here, so that the 2 a of 2 a b and 2 a c can be shared.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
+from itertools import combinations
 from typing import TypeAlias
 
-from .factor_packed import System
+from .factor_packed import Number, System
 
-Literal: TypeAlias = tuple[int, Fraction]
-"""(0, coefficient), (1, variable) or (2, number of a shared product)."""
-
-_COEFFICIENT, _VARIABLE, _SHARED = 0, 1, 2
-
-Node: TypeAlias = tuple[Literal, ...]
-"""A product of literals, ascending."""
+Node: TypeAlias = tuple[int, ...]
+"""A product as ascending literals: -1 - i is coefficient i, others are variables and, above them, shared pairs."""
 
 
 @dataclass(frozen=True)
 class Products:
     """How the products of a system are computed.
 
-    `shared` are pairs of literals in order of computation; `nodes` says what remains of each distinct product.
+    `shared[i]`, two literals, is the literal `first_shared + i`; `rests` says what remains of each distinct
+    product, and `uses` in how many terms it stands.
     """
 
-    shared: tuple[tuple[Literal, Literal], ...]
-    nodes: dict[Node, Node]
+    coefficients: tuple[Number, ...]
+    first_shared: int
+    shared: tuple[Node, ...]
+    rests: dict[Node, Node]
+    uses: dict[Node, int]
 
     @property
     def multiplications(self) -> int:
         """Multiplications in all of them."""
-        return len(self.shared) + sum(len(rest) - 1 for rest in dict.fromkeys(self.nodes.values()))
+        return len(self.shared) + sum(len(rest) - 1 for rest in self.rests.values())
 
 
-def coefficient_literal(value: Fraction) -> Literal:
-    """The literal of a coefficient's magnitude."""
-    return (_COEFFICIENT, value)
-
-
-def variable_literal(variable: int) -> Literal:
-    """The literal of an atom or a definition."""
-    return (_VARIABLE, Fraction(variable))
-
-
-def system_nodes(system: System) -> dict[Node, int]:
-    """The distinct products of two or more literals, with the number of terms that use each."""
-    found: dict[Node, int] = {}
+def common_products(system: System) -> Products:
+    """Greedily share the pair of literals that the most products contain, until none is in two."""
+    numbers: dict[Number, int] = {}
+    uses: dict[Node, int] = {}
     for terms in system.polynomials.values():
         for monomial, value in terms.items():
-            node = term_node(system, monomial, Fraction(value))
-            if len(node) > 1:
-                found[node] = found.get(node, 0) + 1
-    return found
+            literals = system.packing.literals(monomial)
+            size = abs(value)
+            if size != 1 and literals:
+                literals.insert(0, -1 - numbers.setdefault(size, len(numbers)))
+            if len(literals) > 1:
+                node = tuple(literals)
+                uses[node] = uses.get(node, 0) + 1
+    first_shared = len(system.packing.bits)
+    rests, shared = _share(list(uses), first_shared)
+    return Products(tuple(numbers), first_shared, tuple(shared), dict(zip(uses, rests, strict=True)), uses)
+
+
+def _share(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]]:
+    """What remains of each node, and the shared pairs in order."""
+    rests = list(nodes)
+    shared: list[Node] = []
+    members: dict[Node, dict[int, None]] = {}
+    for number, node in enumerate(rests):
+        for pair in combinations(node, 2):
+            members.setdefault(pair, {})[number] = None
+    while members:
+        pair = max(members, key=lambda key: (len(members[key]), key))
+        if len(members[pair]) < 2:
+            break
+        literal = first_shared + len(shared)
+        shared.append(pair)
+        for number in list(members[pair]):
+            for old in dict.fromkeys(combinations(rests[number], 2)):
+                del members[old][number]
+                if not members[old]:
+                    del members[old]
+            rests[number] = _replaced(rests[number], pair, literal)
+            for new in combinations(rests[number], 2):
+                members.setdefault(new, {})[number] = None
+    return rests, shared
+
+
+def _replaced(node: Node, pair: Node, literal: int) -> Node:
+    """The node with the pair, as often as it occurs, replaced by its literal."""
+    left = list(node)
+    found = 0
+    while pair[0] in left and pair[1] in left and (pair[0] != pair[1] or left.count(pair[0]) > 1):
+        left.remove(pair[0])
+        left.remove(pair[1])
+        found += 1
+    return tuple(left + [literal] * found)

@@ -179,7 +179,7 @@ class LaneRing:
     def __init__(self, count: int) -> None:
         self.count = count
         self.alive = np.ones(count, bool)
-        self.comparisons = 0
+        self._comparisons: list[tuple[str, Lanes, Lanes]] = []
 
     def constant(self, value: Fraction) -> Lanes:
         return modular.constant(value, self.count)
@@ -196,8 +196,7 @@ class LaneRing:
             self.alive &= alive
             return value
         if name in ("lt", "le"):
-            self.comparisons += 1
-            return modular.comparison_pattern(self.comparisons - 1, self.count)
+            return modular.comparison_pattern(self._comparison(name, *arguments), self.count)
         if name in ("and", "or", "not"):
             return _NUMPY[name](*arguments)
         if name in ("sin", "cos"):
@@ -211,6 +210,17 @@ class LaneRing:
             difference = self.combine([(first, Fraction(1)), (lower, Fraction(-1))])
             return self.multiply(difference, self.apply("reciprocal", arguments[0]))
         return modular.opaque(100 + sorted(FUNCTIONS).index(name), arguments)
+
+    def _comparison(self, name: str, a: Lanes, b: Lanes) -> int:
+        """Number of a comparison: equal ones, however their operands were computed, share theirs."""
+        for i, (other, c, d) in enumerate(self._comparisons):
+            if other == name and self._equal(a, c) and self._equal(b, d):
+                return i
+        self._comparisons.append((name, a, b))
+        return len(self._comparisons) - 1
+
+    def _equal(self, a: Lanes, b: Lanes) -> bool:
+        return self.is_zero(self.combine([(a, Fraction(1)), (b, Fraction(-1))]))
 
     def _conic(self, which: int, argument: Lanes, w: Lanes, salt: int) -> Lanes:
         """Point (c, s) with c^2 + w s^2 = 1 that depends on the argument only: the rational parametrisation."""

@@ -1,6 +1,6 @@
 """Every exception of the package, as `bladesmith.errors`.
 
-The classes live in the code generator, which may not import the runtime; this module is where users find them.
+The classes live in the code generator, which may not import the runtime; here is where users find them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What every test runs under: one cache of compiled kernels for the session, no display, repeatable examples."""
+"""What every test runs under: one cache of compiled kernels, no display, repeatable examples."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ import pytest
 from hypothesis import settings
 
 CACHE_VARIABLE = "BLADESMITH_CACHE_DIR"
-KEPT_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR")  # a developer's choice: kernels stay between sessions
+KEPT_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR")  # a developer's: kept between sessions
 
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))

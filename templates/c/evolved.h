@@ -42,34 +42,50 @@ BS_INLINE S FN(evolved_bound)(const FN(evolved_problem) *d, S a, S b)
     return FN(evolved_condition)(ray, d->surface, a, b);
 }
 
+/* The same for the octic, with a and b of their own: it rises in both. */
+BS_INLINE S FN(evolved_noise)(const FN(evolved_problem) *d, S a, S b)
+{
+    const S kappa = BS_ABS1(d->surface[1]), ab = a * b, s0 = a * a + b * b + ab * BS_ABS1(d->surface[0]);
+    S q[3];
+    for (int i = 0; i < 3; i++) {
+        const S *c = d->ray + 3 * i;
+        q[i] = BS_ABS1(c[0]) * (b * b) + BS_ABS1(c[1]) * ab + BS_ABS1(c[2]) * (a * a);
+    }
+    const S last = ab * (kappa * q[0] + q[2]);
+    return K(4) * (s0 * q[0] + ab * q[1]) * (s0 * q[2] + kappa * ab * q[1]) + last * last;
+}
+
 #define ROOTS(name) FN(evolved_roots_##name)
 #define ROOTS_DEGREE 8
 #define ROOTS_DATA FN(evolved_problem)
 #define ROOTS_CONDITION(d, a, b) FN(evolved_condition)((d)->ray, (d)->surface, a, b)
 #define ROOTS_BOUND(d, a, b) FN(evolved_bound)(d, a, b)
+#define ROOTS_NOISE(d, a, b) FN(evolved_noise)(d, a, b)
+#include "companion.h"
 #include "roots.h"
 
 /* Largest absolute Bernstein coefficient of a quadratic q0 b^2 + q1 a b + q2 a^2. */
 BS_INLINE S FN(evolved_size)(const S *q)
 {
-    const S q0 = q[0] < 0 ? -q[0] : q[0], q1 = K(0.5) * (q[1] < 0 ? -q[1] : q[1]), q2 = q[2] < 0 ? -q[2] : q[2];
+    const S q0 = BS_ABS1(q[0]), q1 = K(0.5) * BS_ABS1(q[1]), q2 = BS_ABS1(q[2]);
     const S ends = q0 > q2 ? q0 : q2;
     return ends > q1 ? ends : q1;
 }
 
-/* 1 where the interpolant is imaginary for gap[0] < alpha < gap[1]. With kappa = k^2 >= 0, Sigma has the real
+/* 1 if the interpolant is imaginary for gap[0] < alpha < gap[1], else 0 and an empty gap from 1 to 0. With kappa = k^2 >= 0, Sigma has the real
    eigenvalues a^2 + b^2 + a b (m0 -+ k), and the smaller one is negative between its two roots, of product 1. */
 BS_INLINE int FN(evolved_gap)(S *gap, const S *surface2)
 {
     const S u = BS_ROOTS_UNIT(S), m0 = surface2[0], size = m0 < -1 ? -m0 : K(1), kappa = surface2[1];
     const S noise = K(BS_EVOLVED_COSPHERICAL) * u * size;
+    gap[0] = 1, gap[1] = 0;
     if (kappa < -noise * noise)
         return 0;
-    const S q = m0 - BS_SQRT(kappa > 0 ? kappa : K(0)), above = q + K(2);
+    const S q = m0 - BS_SQRT1(kappa > 0 ? kappa : K(0)), above = q + K(2);
     if (above > noise)
         return 0;
-    const S root = BS_SQRT(above < 0 ? above * (q - K(2)) : K(0));
-    const S hole = above > -noise ? K(BS_EVOLVED_HOLE) * BS_SQRT(u) : K(0);
+    const S root = BS_SQRT1(above < 0 ? above * (q - K(2)) : K(0));
+    const S hole = above > -noise ? K(BS_EVOLVED_HOLE) * BS_SQRT1(u) : K(0);
     gap[0] = K(1) / (K(1) + K(0.5) * (root - q)) - hole;
     gap[1] = K(1) - gap[0];
     return 1;
@@ -82,7 +98,7 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
     const S scale[9] = {K(1), K(1) / K(8), K(1) / K(28), K(1) / K(56), K(1) / K(70),
                         K(1) / K(56), K(1) / K(28), K(1) / K(8), K(1)};
     const S unit = BS_ROOTS_UNIT(S), m0 = surface2[0], kappa = surface2[1];
-    const S size_k = kappa < 0 ? -kappa : kappa, half_m = K(0.5) * (m0 < 0 ? -m0 : m0);
+    const S size_k = BS_ABS1(kappa), half_m = K(0.5) * BS_ABS1(m0);
     const S size_s = half_m > 1 ? half_m : K(1);
     const S size_u = FN(evolved_size)(ray9), size_x = FN(evolved_size)(ray9 + 3);
     S size_e = FN(evolved_size)(ray9 + 6), c[9];
@@ -112,18 +128,84 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
     if (plus == 9 || minus == 9)
         return 0;
 
-    const FN(evolved_problem) problem = {ray9, surface2};
+    const FN(evolved_problem) problem = {ray, surface2};
     FN(evolved_roots_search) search = {&problem, roots, max_roots, 0, 0};
-    S gap[2], upper[9];
-    if (FN(evolved_gap)(gap, surface2)) {
+    S gap[2], part[9];
+    const int holed = FN(evolved_gap)(gap, surface2);
+    for (int side = 0; side <= holed; side++) {
         for (int i = 0; i < 9; i++)
-            upper[i] = c[i];
-        FN(evolved_roots_cut)(c, gap[0], 0);
-        FN(evolved_roots_isolate)(&search, c, noise, K(0), gap[0]);
-        FN(evolved_roots_cut)(upper, gap[1], 1);
-        FN(evolved_roots_isolate)(&search, upper, noise, gap[1], K(1));
-    } else {
-        FN(evolved_roots_isolate)(&search, c, noise, K(0), K(1));
+            part[i] = c[i];
+        if (holed)
+            FN(evolved_roots_cut)(part, gap[side], side);
+        FN(evolved_roots_isolate)(&search, part, noise, side ? gap[1] : K(0), side ? K(1) : gap[0]);
     }
     return search.vanishes ? BS_EVOLVED_VANISHES : search.count;
+}
+
+/* The printed method: all roots of the polynomial of degree 12, real ones in [0, 1] kept where |f| < 1e-6. */
+BS_INLINE int FN(evolved_companion)(S *roots, int max_roots, const S *ray9, const S *surface2)
+{
+    S p[BS_COMPANION_DEGREE + 1], re[BS_COMPANION_DEGREE], im[BS_COMPANION_DEGREE], gap[2];
+    FN(companion_matrix) h;
+    int n = BS_COMPANION_DEGREE, count = 0;
+    FN(evolved_gap)(gap, surface2);
+    FN(evolved_dodecic)(p, ray9, surface2);
+    while (n > 0 && p[n] == 0)
+        n--;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            h.m[i][j] = i == 0 ? -p[n - 1 - j] / p[n] : K(i == j + 1);
+    h.shift = 0;
+    FN(companion_balance)(&h, n);
+    const int found = FN(companion_eigenvalues)(re, im, &h, n);
+    for (int i = 0; i < found; i++) {
+        const S a = re[i];
+        if (im[i] != 0 || !(a >= 0 && a <= 1) || (a > gap[0] && a < gap[1]))
+            continue;
+        const S f = FN(evolved_meet_square)(ray9, surface2, a, K(1) - a);
+        if (!(BS_ABS1(f) < K(BS_EVOLVED_FILTER)) || count == max_roots)
+            continue;
+        int place = count++;
+        for (; place > 0 && roots[place - 1] > a; place--)
+            roots[place] = roots[place - 1];
+        roots[place] = a;
+    }
+    return count;
+}
+
+/* Root between from and from + 1, where the values have unlike signs, of the quadratic through (0, f0), (1, f1) and
+   (2, f2); of the secant where the quadratic is not finite. */
+BS_INLINE S FN(evolved_quadratic)(S f0, S f1, S f2, int from)
+{
+    const S c2 = K(0.5) * (f0 + f2) - f1, c1 = f1 - f0 - c2, square = c1 * c1 - K(4) * c2 * f0;
+    const S root = BS_SQRT1(square > 0 ? square : K(0)), q = K(-0.5) * (c1 < 0 ? c1 - root : c1 + root);
+    const S low = f0 / q, high = q / c2, secant = from ? K(1) + f1 / (f1 - f2) : f0 / (f0 - f1);
+    if (low >= from && low <= from + 1)
+        return low;
+    return high >= from && high <= from + 1 ? high : secant;
+}
+
+/* The sampled finder as printed: f at samples (three or more) evenly spaced from 0 to 1, and where it changes sign
+   the root of the quadratic through these two and a neighbour. */
+BS_INLINE int FN(evolved_sampled)(S *roots, int max_roots, const S *ray9, const S *surface2, int samples)
+{
+    const S step = K(1) / K(samples - 1);
+    S gap[2], f0 = 0, f1 = 0;
+    int count = 0, run = 0;
+    FN(evolved_gap)(gap, surface2);
+    for (int i = 0; i < samples; i++) {
+        const S a = K(i) * step, next = a + step;
+        if (a > gap[0] && a < gap[1]) {
+            run = 0;
+            continue;
+        }
+        const S f2 = FN(evolved_meet_square)(ray9, surface2, a, K(1) - a);
+        if (run > 0 && (f1 < 0) != (f2 < 0) && count < max_roots) {
+            const S t = run > 1 ? FN(evolved_quadratic)(f0, f1, f2, 1)
+                                : FN(evolved_quadratic)(f1, f2, FN(evolved_meet_square)(ray9, surface2, next, K(1) - next), 0) + K(1);
+            roots[count++] = a + (t - K(2)) * step;
+        }
+        f0 = f1, f1 = f2, run++;
+    }
+    return count;
 }

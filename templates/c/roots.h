@@ -9,6 +9,7 @@
      ROOTS_DATA                type of a problem, handed on to f as a const pointer
      ROOTS_CONDITION(d, a, b)  f at a, with b = 1 - a, or any positive continuous multiple of it
      ROOTS_BOUND(d, a, b)      sum of the absolute values of its terms there, to which its rounding error is relative
+     ROOTS_NOISE(d, a, b)      sum of the absolute values of p's terms, rising in a and b, b not bound to 1 - a
 
    A piece of [0, 1] is dropped when p has one certain sign on it, or at most one root and f no sign change. It holds
    one root when f changes sign and p has at most two roots. Otherwise it is halved. So no tolerance tells true from
@@ -23,24 +24,19 @@
 #define BS_ROOTS_DEPTH(T) (sizeof(T) == 4 ? 13 : 27)
 /* A run of noisy pieces up to this width is two or three roots that nearly meet; a wider one is probed. */
 #define BS_ROOTS_SHORT(T) ((T)(sizeof(T) == 4 ? 0.015625 : 0.000244140625))
+/* Cube root of the unit roundoff: a third-order step from here is exact. */
+#define BS_ROOTS_NEAR(T) ((T)(sizeof(T) == 4 ? 0.00390625 : 4.76837158203125e-6))
 /* All in unit roundoffs. NOISE: errors of p's coefficients, relative to the caller's bound; about 60 when they are
    made, the rest is for the halvings and for MARGIN. MARGIN: how far outside [0, 1] a root still counts, because it
    was rounded there. TOUCH: error of f relative to its bound, some ten roundings. */
 enum { BS_ROOTS_NOISE = 96, BS_ROOTS_MARGIN = 8, BS_ROOTS_TOUCH = 16 };
 /* STEPS is out of reach: bisection alone ends after 53. PROBES: places where f is asked in a wide run. */
-#if defined(__CUDACC__) || defined(__clang__)
-#define BS_ROOTS_UNROLL _Pragma("unroll")
-#elif defined(__GNUC__)
-#define BS_ROOTS_UNROLL _Pragma("GCC unroll 32")
-#else
-#define BS_ROOTS_UNROLL
-#endif
 enum { BS_ROOTS_STEPS = 128, BS_ROOTS_PROBES = 32, BS_ROOTS_STACK = 28 };
 #endif
 
 typedef struct {
     S c[ROOTS_DEGREE + 1]; /* Bernstein coefficients on [lo, hi] */
-    S lo, hi, f_lo, f_hi;
+    S lo, hi, f_lo, f_hi, noise;
     int depth;
 } ROOTS(piece);
 
@@ -56,24 +52,19 @@ BS_INLINE S ROOTS(at)(const ROOTS_DATA *d, S a)
     return ROOTS_CONDITION(d, a, K(1) - a);
 }
 
-BS_INLINE S ROOTS(magnitude)(S x)
-{
-    return x < 0 ? -x : x;
-}
-
 /* p's coefficients on both halves of the interval of c; left or right may be c. Unrolled, the triangle stays in
    registers; made of vectors it is six times slower, through misaligned reloads. */
 BS_INLINE void ROOTS(halve)(S *left, S *right, const S *c)
 {
     S w[ROOTS_DEGREE + 1];
-    BS_ROOTS_UNROLL
+    BS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++)
         w[i] = c[i];
-    BS_ROOTS_UNROLL
+    BS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++) {
         left[i] = w[0];
         right[ROOTS_DEGREE - i] = w[ROOTS_DEGREE - i];
-        BS_ROOTS_UNROLL
+        BS_UNROLL
         for (int j = 0; j < ROOTS_DEGREE - i; j++)
             w[j] = K(0.5) * (w[j] + w[j + 1]);
     }
@@ -81,18 +72,19 @@ BS_INLINE void ROOTS(halve)(S *left, S *right, const S *c)
 
 /* Most sign changes of the coefficients when those within noise of zero may take either sign: no fewer than p has
    roots. -1: they all have one certain sign. -2: they are all noise. */
-BS_INLINE int ROOTS(variations)(const S *c, S noise)
+BS_INLINE int ROOTS(variations)(const S *c, S noise, int *unsure)
 {
     int changes = 0, last = 0;
-    S least = ROOTS(magnitude)(c[0]), most = least;
-    BS_ROOTS_UNROLL
+    S least = BS_ABS1(c[0]), most = least;
+    BS_UNROLL
     for (int i = 1; i <= ROOTS_DEGREE; i++) {
-        const S size = ROOTS(magnitude)(c[i]);
+        const S size = BS_ABS1(c[i]);
         least = size < least ? size : least;
         most = size > most ? size : most;
         changes += (c[i] < 0) != (c[i - 1] < 0);
     }
-    if (least > noise)
+    *unsure = !(least > noise);
+    if (!*unsure)
         return changes ? changes : -1;
     if (!(most > noise))
         return -2;
@@ -107,8 +99,8 @@ BS_INLINE int ROOTS(variations)(const S *c, S noise)
 
 /* The root between lo and hi, where f has unlike signs. a is the last point, b the nearest one with the other sign of
    f, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's test), else
-   bisection; one division. The secant through a and c tells the interpolation's error: when that is a rounding, the
-   next value of f could not add anything. */
+   bisection; one division. The secant through a and c tells the interpolation's error: when that is a rounding, and
+   not by chance far from the root, the next value of f could not add anything. */
 BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi)
 {
     const S tolerance = K(2) * BS_ROOTS_UNIT(S), scale = K(1) / (f_hi - f_lo);
@@ -122,15 +114,15 @@ BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi)
             b = a, fb = fa;
         }
         a = x, fa = fx;
-        const S ab = b - a, ac = c - a, fab = fb - fa, fac = fc - fa, fbc = fc - fb, w = ROOTS(magnitude)(ab - ac);
-        if (fa == 0 || ROOTS(magnitude)(ab) <= tolerance)
+        const S ab = b - a, ac = c - a, fab = fb - fa, fac = fc - fa, fbc = fc - fb, w = BS_ABS1(ab - ac);
+        if (fa == 0 || BS_ABS1(ab) <= tolerance)
             break;
         move = K(0.5) * ab;
-        if (fab * fab * w < ROOTS(magnitude)(ab) * (fbc * fbc) && fac * fac * w < ROOTS(magnitude)(ac) * (fbc * fbc)) {
+        if (fab * fab * w < BS_ABS1(ab) * (fbc * fbc) && fac * fac * w < BS_ABS1(ac) * (fbc * fbc)) {
             const S weight = fa / (fab * fac * fbc), secant = ac * fab * fbc;
             const S inverse = fc * ab * fac - fb * ac * fab;
             move = -weight * inverse;
-            if (ROOTS(magnitude)(weight * (secant - inverse)) <= tolerance)
+            if (BS_ABS1(weight * (secant - inverse)) <= tolerance && BS_ABS1(move) <= BS_ROOTS_NEAR(S))
                 return a + move;
         }
     }
@@ -166,14 +158,14 @@ BS_INLINE S ROOTS(slope)(const S *c, S r)
 }
 
 /* Roots of f in a wide run on which p is noise: p vanishes, and f may. Sign changes between the probes. */
-BS_INLINE void ROOTS(probe)(ROOTS(search) *s, const ROOTS(piece) *run)
+BS_COLD void ROOTS(probe)(ROOTS(search) *s, const ROOTS(piece) *run)
 {
     S a = run->lo, fa = run->f_lo;
     int zeros = 0;
     for (int i = 1; i <= BS_ROOTS_PROBES; i++) {
         const S b = i < BS_ROOTS_PROBES ? run->lo + (run->hi - run->lo) * (K(i) / K(BS_ROOTS_PROBES)) : run->hi;
         const S fb = i < BS_ROOTS_PROBES ? ROOTS(at)(s->data, b) : run->f_hi;
-        zeros += !(ROOTS(magnitude)(fb) > K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(s->data, b, K(1) - b));
+        zeros += !(BS_ABS1(fb) > K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(s->data, b, K(1) - b));
         if ((fa < 0) != (fb < 0))
             ROOTS(append)(s, ROOTS(refine)(s->data, a, fa, b, fb));
         a = b, fa = fb;
@@ -184,7 +176,7 @@ BS_INLINE void ROOTS(probe)(ROOTS(search) *s, const ROOTS(piece) *run)
 /* Roots of f in a run of noisy pieces: some roots of p nearly meet there. c: p's coefficients on [begin, end]. With
    unlike signs of f one root is true. With like signs two are or none is, and f at the extremum of p between them
    tells. The extremum is a simple root of p' and known to full accuracy where p's own roots are not. */
-BS_INLINE void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S *c, S begin, S end)
+BS_COLD void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S *c, S begin, S end)
 {
     const S width = end - begin, lo = (run->lo - begin) / width, hi = (run->hi - begin) / width;
     if (run->hi - run->lo > BS_ROOTS_SHORT(S)) {
@@ -196,14 +188,14 @@ BS_INLINE void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S 
         return;
     }
     const S g_lo = ROOTS(slope)(c, lo), g_hi = ROOTS(slope)(c, hi);
-    S x = ROOTS(magnitude)(run->f_lo) < ROOTS(magnitude)(run->f_hi) ? run->lo : run->hi;
+    S x = BS_ABS1(run->f_lo) < BS_ABS1(run->f_hi) ? run->lo : run->hi;
     if ((g_lo < 0) != (g_hi < 0))
         x = begin + width * (lo + (hi - lo) * (g_lo / (g_lo - g_hi)));
     const S fx = ROOTS(at)(s->data, x);
     if ((fx < 0) != (run->f_lo < 0)) {
         ROOTS(append)(s, ROOTS(refine)(s->data, run->lo, run->f_lo, x, fx));
         ROOTS(append)(s, ROOTS(refine)(s->data, x, fx, run->hi, run->f_hi));
-    } else if (ROOTS(magnitude)(fx) <= K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(s->data, x, K(1) - x)) {
+    } else if (BS_ABS1(fx) <= K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(s->data, x, K(1) - x)) {
         ROOTS(append)(s, x);
     }
 }
@@ -216,20 +208,26 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
     int height = 0, running = 0;
     for (int i = 0; i <= ROOTS_DEGREE; i++)
         stack->c[i] = c[i];
-    stack->lo = begin, stack->hi = end, stack->depth = 0;
+    stack->lo = begin, stack->hi = end, stack->noise = noise, stack->depth = 0;
     stack->f_lo = ROOTS(at)(s->data, begin > 0 ? begin : -margin);
     stack->f_hi = ROOTS(at)(s->data, end < 1 ? end : K(1) + margin);
     run = *stack;
     while (height >= 0) {
         ROOTS(piece) *now = &stack[height], *next = now + 1;
-        const int roots = ROOTS(variations)(now->c, noise), unlike = (now->f_lo < 0) != (now->f_hi < 0);
+        const int unlike = (now->f_lo < 0) != (now->f_hi < 0);
+        int unsure, roots = ROOTS(variations)(now->c, now->noise, &unsure);
+        if (unsure && (roots == -2 || roots > 1 + unlike)) {
+            const S local = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * ROOTS_NOISE(s->data, now->hi, K(1) - now->lo);
+            now->noise = local < now->noise ? local : now->noise;
+            roots = ROOTS(variations)(now->c, now->noise, &unsure);
+        }
         const int crowded = roots > 1 + unlike, noisy = roots == -2 || (crowded && now->depth == BS_ROOTS_DEPTH(S));
         if (crowded && !noisy) {
             const S middle = K(0.5) * (now->lo + now->hi), f_middle = ROOTS(at)(s->data, middle);
             ROOTS(halve)(next->c, now->c, now->c);
             next->lo = now->lo, next->f_lo = now->f_lo;
             next->hi = now->lo = middle, next->f_hi = now->f_lo = f_middle;
-            next->depth = ++now->depth;
+            next->noise = now->noise, next->depth = ++now->depth;
             height++;
             continue;
         }
@@ -255,3 +253,4 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
 #undef ROOTS_DATA
 #undef ROOTS_CONDITION
 #undef ROOTS_BOUND
+#undef ROOTS_NOISE

@@ -1,0 +1,191 @@
+"""Rays against planes, spheres and discs; reflection, normals and lighting (thesis 4.3, 4.4).
+
+Positions and directions are Euclidean vectors; a direction may have any length, and a parameter t counts in
+units of it. Objects are moved to a local origin before anything is multiplied: far from the origin a point
+stores the square of its distance, and subtracting two such squares loses every digit that matters.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Multivector, select, sqrt
+from ..trace import Result, named, row
+
+
+def no(x: Multivector) -> Multivector:
+    """The origin."""
+    return x.basis("no")
+
+
+def ni(x: Multivector) -> Multivector:
+    """The point at infinity."""
+    return x.basis("ni")
+
+
+def dot(x: Multivector, y: Multivector) -> Multivector:
+    """Scalar product, also where an operand vanishes identically."""
+    return x.scalar_product(y)
+
+
+def euclidean(x: Multivector) -> Multivector:
+    """The part of a vector in e1, e2, e3."""
+    kept = {x.algebra.parse_blade(name)[0] for name in ("e1", "e2", "e3")}
+    return x.new({blade: value for blade, value in x.terms.items() if blade in kept})
+
+
+def unit(x: Multivector) -> Multivector:
+    """A Euclidean vector over its length."""
+    return x / sqrt(dot(x, x))
+
+
+# -- constructors --------------------------------------------------------------------------------------------
+
+
+def point(x: Multivector) -> Multivector:
+    """F(x) = x^2/2 n_inf + x + n0 (4.1)."""
+    return dot(x, x) / 2 * ni(x) + x + no(x)
+
+
+def line(origin: Multivector, direction: Multivector) -> Multivector:
+    """X ^ direction ^ n_inf: the line through a position; its weight is the length of the direction."""
+    return (origin + no(origin)) ^ direction ^ ni(origin)
+
+
+def dual_plane(normal: Multivector, offset: Multivector) -> Multivector:
+    """Dual of the plane normal . x = offset."""
+    return normal + offset * ni(normal)
+
+
+def dual_sphere(center: Multivector, radius: Multivector) -> Multivector:
+    """Dual of a sphere, weighted S* . n_inf = -1 (4.6)."""
+    return point(center) - radius * radius / 2 * ni(center)
+
+
+def circle(center: Multivector, normal: Multivector, radius: Multivector) -> Multivector:
+    """The unit circle that turns counter-clockwise about its normal: sphere v plane, dual sphere* ^ plane*."""
+    sphere = dual_sphere(center, radius) / radius
+    return (sphere ^ dual_plane(normal, dot(normal, center))).undual()
+
+
+# -- meets ---------------------------------------------------------------------------------------------------
+
+
+def plane_hit(origin: Multivector, direction: Multivector, normal: Multivector, offset: Multivector) -> Result:
+    """Parameter t of the point of a ray on a plane, infinite or NaN where they are parallel.
+
+    X(t) . Phi* = 0 is linear in t: the meet L v Phi of (4.4) in the ray's own frame.
+    """
+    plane = dual_plane(normal, offset)
+    return row([-dot(point(origin), plane) / dot(direction, plane)], "t")
+
+
+def pair_points(pair: Multivector) -> tuple[Multivector, Multivector]:
+    """Positions A, B of a point pair F = A ^ B; NaN for an imaginary one.
+
+    (4.5) times sqrt(F^2), so that a tangent's double point is found too.
+    """
+    chord = pair | ni(pair)
+    root = sqrt(dot(pair, pair))
+    middle = (pair * chord).grade(1)
+    first, last = root * chord - middle, root * chord + middle
+    return euclidean(first) / -dot(first, ni(pair)), euclidean(last) / -dot(last, ni(pair))
+
+
+def sphere_hit(
+    origin: Multivector, direction: Multivector, center: Multivector, radius: Multivector
+) -> tuple[Result, Result, Result]:
+    """Parameters of the first and last point of a ray on a sphere, and the points relative to the centre.
+
+    The sphere stands at the origin, so F = L v S has the square r^2 m^2 - moment^2 of the line's direction m
+    and moment about the centre. NaN where the ray passes by.
+    """
+    relative = origin - center
+    sphere = dual_sphere(relative - relative, radius).undual()
+    pair = line(relative, direction) & sphere
+    first, last = pair_points(pair)
+    square = dot(direction, direction)
+    middle = -dot(relative, direction) / square  # the pair's middle is the foot of the centre on the line
+    half = sqrt(dot(pair, pair)) / square
+    return row([middle - half, middle + half], "t"), named("first", first), named("last", last)
+
+
+def disc_hit(
+    origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
+) -> tuple[Result, Result]:
+    """Parameter of the point of a ray on a disc's plane with Y^2, and the point relative to the centre.
+
+    Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1).
+    """
+    relative = origin - center
+    origin_sphere = dual_sphere(relative - relative, radius)
+    meet = line(relative, direction) & (origin_sphere ^ normal).undual()
+    t = -dot(relative, normal) / dot(direction, normal)
+    return row([t, dot(meet, meet)], "t_square"), named("local", relative + t * direction)
+
+
+# -- reflection and light ------------------------------------------------------------------------------------
+
+
+def reflect_in_plane(ray: Multivector, plane: Multivector) -> Multivector:
+    """Phi L Phi: the reflected line, correctly oriented, for a unit plane."""
+    return plane * ray * plane
+
+
+def reflect_in_sphere(ray: Multivector, sphere: Multivector, hit: Multivector) -> Multivector:
+    """-(X . (S L S)) ^ n_inf, up to a positive weight (4.7)."""
+    return -((hit | (sphere * ray * sphere).grade(3)) ^ ni(ray))
+
+
+def tangent_plane(sphere: Multivector, hit: Multivector) -> Multivector:
+    """(X . S) ^ n_inf (4.8)."""
+    return (hit | sphere) ^ ni(hit)
+
+
+def line_direction(ray: Multivector) -> Multivector:
+    """Euclidean direction of a line, of the line's weight."""
+    return euclidean(-(ray | (no(ray) ^ ni(ray))))
+
+
+def reflected_direction(direction: Multivector, normal: Multivector) -> Multivector:
+    """Direction of Phi L Phi for the plane with a unit normal through the ray's own origin (4.8)."""
+    plane = dual_plane(normal, dot(normal, normal - normal)).undual()
+    origin = direction - direction
+    return line_direction(reflect_in_plane(line(origin, direction), plane).grade(3))
+
+
+def facing(normal: Multivector, direction: Multivector) -> Multivector:
+    """The normal or its opposite, whichever looks towards where the ray comes from."""
+    along = dot(normal, direction)
+    return select(along > 0, along.constant(-1), along.constant(1)) * normal
+
+
+def light_terms(
+    position: Multivector, normal: Multivector, direction: Multivector, light: Multivector
+) -> tuple[Result, Result]:
+    """Vector from a position to a light, and the cosines of Lambert's law and of Blinn's highlight."""
+    towards = light - position
+    lamp, eye = unit(towards), unit(direction)
+    half = lamp - eye
+    blinn = dot(half, normal) / sqrt(dot(half, half))
+    return named("towards", towards), row([dot(lamp, normal), blinn], "cosines")
+
+
+# -- camera --------------------------------------------------------------------------------------------------
+
+
+def camera_direction(motor: Multivector, lens: tuple[Multivector, ...], pixel: tuple[Multivector, ...]) -> Multivector:
+    """Unit direction of the ray through a point of the image plane (4.2, through pixel centres).
+
+    ``lens`` holds the focal length and the widths x_max and y_max of the image plane; ``pixel`` runs over
+    [-1, 1] from left to right and from bottom to top. The camera looks along e2, with e1 right and e3 up.
+    """
+    focal, x_max, y_max = lens
+    right, up = pixel
+    e1, e2, e3 = (motor.basis(name) for name in ("e1", "e2", "e3"))
+    target = focal * e2 + x_max / 2 * right * e1 + y_max / 2 * up * e3
+    ray = motor >> line(target - target, target)
+    return unit(line_direction(ray.grade(3)))
+
+
+def camera_position(motor: Multivector) -> Multivector:
+    """Where a motor takes the origin."""
+    return euclidean(motor >> no(motor))

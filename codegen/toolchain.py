@@ -1,0 +1,90 @@
+"""The C compiler of this machine: finding one, and running it.
+
+`CC` is respected; what is compiled is not known here.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from .errors import CompilerMissingError
+
+REMEDY = "Install gcc or clang (or set CC to one), or use target='numba'"
+
+_CANDIDATES = ("gcc", "clang", "cc")  # gcc first: the speeds in the documents are its
+_VERSION_TIMEOUT = 20.0  # seconds; a compiler that does not answer by then is not usable
+
+
+@dataclass(frozen=True)
+class CompilerInfo:
+    """A C compiler that runs on this machine."""
+
+    command: tuple[str, ...]
+    version: str
+
+    @property
+    def summary(self) -> str:
+        """First line of what it says about itself."""
+        return self.version.splitlines()[0]
+
+
+def compiler() -> CompilerInfo | None:
+    """The C compiler: `CC` when that is set, else the first of gcc, clang and cc that runs."""
+    return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+
+
+def required_compiler() -> CompilerInfo:
+    """The C compiler, or an error that names the remedy.
+
+    Raises
+    ------
+    CompilerMissingError
+        If there is none, or `CC` does not run.
+    """
+    found = compiler()
+    if found is None:
+        chosen = os.environ.get("CC", "").strip()
+        what = f"the C compiler CC={chosen!r} does not run" if chosen else "no C compiler was found"
+        raise CompilerMissingError(what, remedy=REMEDY)
+    return found
+
+
+def execute(
+    command: list[str], folder: Path | None = None, timeout: float | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, with its output as text."""
+    english = {**os.environ, "LC_ALL": "C"}  # errors are found by that word
+    return subprocess.run(
+        command, cwd=folder, timeout=timeout, env=english, capture_output=True, text=True, errors="replace"
+    )
+
+
+@lru_cache(maxsize=8)
+def _find_compiler(chosen: str, path: str) -> CompilerInfo | None:
+    for name, *options in [_split(chosen)] if chosen.strip() else [[name] for name in _CANDIDATES]:
+        program = shutil.which(name, path=path)
+        if program and (version := _version_of((program, *options))):
+            return CompilerInfo((program, *options), version)
+    return None
+
+
+def _split(command: str) -> list[str]:
+    try:
+        return shlex.split(command)
+    except ValueError:  # an unbalanced quotation mark: not a command line, then perhaps a path
+        return [command]
+
+
+def _version_of(command: tuple[str, ...]) -> str | None:
+    """What the compiler says about itself; options come along, because `ccache gcc` is one command."""
+    try:
+        done = execute([*command, "--version"], timeout=_VERSION_TIMEOUT)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None if done.returncode == 0 else None

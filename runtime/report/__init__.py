@@ -1,0 +1,8 @@
+"""Error against run time: declarative studies, their runner, and the report that `bladesmith report` writes."""
+
+from __future__ import annotations
+
+from .runner import Measurement, run_study
+from .study import Case, Method, Study
+
+__all__ = ["Case", "Measurement", "Method", "Study", "run_study"]

@@ -1,0 +1,91 @@
+"""What a study is: methods with a knob, cases with a reference, and a measure of error. Declarations only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Errors = NDArray[np.float64]
+#: ordinary inputs; stiff ones (scales far apart); extreme ones (near a limit of the method); singular ones.
+Nature = Literal["ordinary", "stiff", "extreme", "singular"]
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to compute an answer, with a knob that trades time for error.
+
+    Parameters
+    ----------
+    name : str
+    run : callable
+        ``run(inputs, setting)`` returns the answer for all items of a case: the call that is timed.
+    knob : str
+        What is turned, for the reader: "samples", "precision", ...
+    settings : tuple
+        Values of the knob, cheap first.
+    """
+
+    name: str
+    run: Callable[[Any, Any], Any]
+    knob: str = ""
+    settings: tuple[Any, ...] = (None,)
+
+
+@dataclass(frozen=True)
+class Case:
+    """Inputs of one nature.
+
+    Parameters
+    ----------
+    name : str
+    make : callable
+        ``make(rng, count)`` returns inputs; ``rng`` is a seeded `numpy.random.Generator`.
+    nature : str
+        "ordinary", "stiff", "extreme" or "singular".
+    describe : callable
+        ``describe(inputs, index)`` prints one item, for the worst error.
+    """
+
+    name: str
+    make: Callable[[np.random.Generator, int], Any]
+    nature: Nature = "ordinary"
+    describe: Callable[[Any, int], str] = field(default=lambda inputs, index: f"item {index}")
+
+
+@dataclass(frozen=True)
+class Study:
+    """Methods, cases, a reference of high precision, and an error measure.
+
+    Parameters
+    ----------
+    name, title : str
+    methods, cases : tuples
+    reference : callable
+        ``reference(inputs)``: the truth, from an independent computation of high precision.
+    error : callable
+        ``error(answer, truth, inputs)`` gives one error per item; infinite where an answer is lost or false.
+    unit : str
+        What the error is relative to.
+    count : int
+        Items per case (a tenth in a quick run).
+    answer : callable
+        ``answer(result, inputs, index)``: what came out, in words, shown for singular cases.
+    source : str
+        Where the method comes from.
+    """
+
+    name: str
+    title: str
+    methods: tuple[Method, ...]
+    cases: tuple[Case, ...]
+    reference: Callable[[Any], Any]
+    error: Callable[[Any, Any, Any], Errors]
+    unit: str
+    count: int = 200
+    answer: Callable[[Any, Any, int], str] | None = None
+    source: str = ""
+    notes: str = ""
