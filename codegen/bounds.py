@@ -58,6 +58,8 @@ class BoundRing:
             return self.values.apply(name, *arguments)
         x = [a[0] for a in arguments]
         value = self.values.apply(name, *x)
+        if not arguments:
+            return value, 0.0
         if name in ("lt", "le"):
             return value
         with np.errstate(all="ignore"):

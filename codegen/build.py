@@ -143,7 +143,8 @@ def _include() -> str:
     return sysconfig.get_path("include")
 
 
-def _has_python_headers() -> bool:
+def has_python_headers() -> bool:
+    """Whether modules for this interpreter can be compiled; without, libraries are opened through libffi."""
     return (Path(_include()) / "Python.h").is_file()
 
 
@@ -153,7 +154,7 @@ def _key(extension: ExtensionSource, chosen: CompilerInfo) -> str:
         extension.name, extension.cdef, extension.source, sorted(extension.headers.items()),
         extension.options, C_FLAGS, chosen.command, chosen.version,
         sys.implementation.cache_tag, sysconfig.get_config_var("SOABI"), sysconfig.get_platform(),
-        _has_python_headers(), _cffi_backend.__version__, __version__,
+        has_python_headers(), _cffi_backend.__version__, __version__,
     ]  # fmt: skip
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
@@ -177,7 +178,7 @@ def _compile(
     for name, text in extension.headers.items():
         (folder / name).write_text(text, encoding="utf-8")
     source = folder / f"{stem}.c"
-    if _has_python_headers():
+    if has_python_headers():
         _emit_wrapper(stem, extension, source)
     else:
         source.write_text(extension.source, encoding="utf-8")
@@ -227,7 +228,7 @@ def _first_errors(output: str) -> str:
 
 
 def _import(stem: str, extension: ExtensionSource, library: Path) -> ModuleType:
-    if not _has_python_headers():
+    if not has_python_headers():
         return _open(stem, extension, library)
     spec = spec_from_file_location(stem, library, loader=ExtensionFileLoader(stem, str(library)))
     assert spec is not None and spec.loader is not None

@@ -51,6 +51,8 @@ class DualRing:
         if name in ("lt", "le"):
             return base.apply(name, arguments[0][0], arguments[1][0])
         value = base.apply(name, *(a[0] for a in arguments))
+        if not arguments:  # where there is no value there is no derivative
+            return value, value if name == "nan" else None
         parts = [
             (base.multiply(factor(), a[1]), Fraction(1))
             for factor, a in zip(self._factors(name, value, [a[0] for a in arguments]), arguments, strict=True)

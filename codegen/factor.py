@@ -214,7 +214,7 @@ class _Builder:
         return self._shared(("*", *map(id, factors)), Product(tuple(factors)))
 
     def _constant(self, value: Fraction) -> Expr:
-        return self._shared(value, Constant(value))
+        return self._shared(("constant", value), Constant(value))
 
     def _polynomial(self, index: int) -> Expr:
         """The sum that an output or a definition is."""
@@ -248,7 +248,7 @@ class _Builder:
         if literal in self._literals:
             return self._literals[literal]
         if literal < self._atom_count:
-            made = self._shared(literal, Atom(literal))
+            made = self._shared(("atom", literal), Atom(literal))
         elif literal < self._products.first_shared:
             made = self._polynomial(literal)
         else:

@@ -69,7 +69,7 @@ def generate(
 def declared_kernels(
     algebra: Algebra, entries: Sequence[Mapping[str, Any]]
 ) -> list[tuple[str, str, Formula, list[Kind]]]:
-    """Formula name, kernel name, formula and kinds of each kernel that a spec asks for.
+    """Operation served, kernel name, formula and kinds of each kernel that a spec asks for.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def declared_kernels(
             name = validated_identifier("_".join(parts), "a kernel's name")
             if name in found:
                 raise SpecError(f"the spec of {algebra.name} asks twice for the kernel {name!r}.")
-            found[name] = (entry["formula"], name, formula, kinds)
+            found[name] = (entry.get("serves") or entry["formula"], name, formula, kinds)
     return list(found.values())
 
 

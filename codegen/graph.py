@@ -126,6 +126,8 @@ class Graph:
         known = self._lookup(name, arguments, None)
         if known:
             return known
+        if not arguments:
+            return self._node(name, (), None, self.lanes.apply(name))
         if name == "reciprocal" and self.lanes.is_zero(self.values[arguments[0].id]):
             raise TraceError("a divisor is identically zero on the declared kinds; declare the input as a layout.")
         if arguments[0].op == "const" and name in ("reciprocal", "abs"):

@@ -110,6 +110,14 @@ class Multivector:
             total[blade] = self.ring.combine(parts)
         return self.new(total)
 
+    def sum(self, values: Iterable[Multivector]) -> Multivector:
+        """Sum of several multivectors, one n-ary sum per blade."""
+        gathered: dict[int, list[tuple[Any, Fraction]]] = {}
+        for mv in values:
+            for blade, c in self._lift(mv).terms.items():
+                gathered.setdefault(blade, []).append((c, Fraction(1)))
+        return self.new({b: self.ring.combine(parts) for b, parts in gathered.items()})
+
     def __add__(self, other: Multivector | Number) -> Multivector:
         return self.weighted(1, other, 1)
 

@@ -23,7 +23,9 @@ Terms = Sequence[tuple[Coefficient, Fraction]]
 FUNCTIONS = {
     "sqrt": 1, "reciprocal": 1, "abs": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "atan2": 2,
     "stumpff0": 1, "stumpff1": 1, "stumpff2": 1, "stumpff3": 1, "stumpff4": 1, "stumpff5": 1,
+    "nan": 0, "epsilon": 0,
 }  # fmt: skip
+#: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1.
 #: Comparisons and their combinations: their results are masks, which only `select` takes.
 PREDICATES = {"lt": 2, "le": 2, "and": 2, "or": 2, "not": 1}
 
@@ -56,6 +58,12 @@ class RationalRing:
             return 1 / arguments[0]
         if name in ("lt", "le"):
             return arguments[0] < arguments[1] if name == "lt" else arguments[0] <= arguments[1]
+        if name in ("and", "or", "not"):
+            return bool(_NUMPY[name](*arguments))
+        if name == "abs":
+            return abs(arguments[0])
+        if name in ("nan", "epsilon"):  # exact arithmetic has no rounding unit, and no number that is none
+            return Fraction(0) if name == "epsilon" else None
         raise NotImplementedError(f"{name} of a rational number")
 
     def select(self, mask: bool, a: Fraction, b: Fraction) -> Fraction:
@@ -87,6 +95,8 @@ class NumericRing:
             return a * b
 
     def apply(self, name: str, *arguments: Any) -> Any:
+        if not arguments:
+            return self.dtype.type(np.nan if name == "nan" else np.finfo(self.dtype).eps)
         with np.errstate(all="ignore"):
             return _NUMPY[name](*arguments)
 
@@ -149,7 +159,10 @@ class PrecisionRing:
         return a * b
 
     def apply(self, name: str, *arguments: Any) -> Any:
-        mp, x = self.context, arguments[0]
+        mp = self.context
+        if not arguments:
+            return mp.nan if name == "nan" else mp.mpf(mp.eps)
+        x = arguments[0]
         if name == "lt" or name == "le":
             return x < arguments[1] if name == "lt" else x <= arguments[1]
         if name in ("and", "or", "not"):
@@ -179,6 +192,7 @@ class LaneRing:
     def __init__(self, count: int) -> None:
         self.count = count
         self.alive = np.ones(count, bool)
+        self._nan = modular.opaque(99, [self.constant(Fraction(0))])
         self._comparisons: list[tuple[str, Lanes, Lanes]] = []
 
     def constant(self, value: Fraction) -> Lanes:
@@ -195,6 +209,8 @@ class LaneRing:
             value, alive = (modular.reciprocal if name == "reciprocal" else modular.sqrt)(arguments[0])
             self.alive &= alive
             return value
+        if not arguments:
+            return self._nan if name == "nan" else modular.opaque(98, [self.constant(Fraction(0))])
         if name in ("lt", "le"):
             return modular.comparison_pattern(self._comparison(name, *arguments), self.count)
         if name in ("and", "or", "not"):
@@ -233,6 +249,8 @@ class LaneRing:
         return self.multiply(self.combine([(t, Fraction(2))]), scale)
 
     def select(self, mask: Any, a: Lanes, b: Lanes) -> Lanes:
+        if a is self._nan or b is self._nan:  # items without a value prove nothing and disprove nothing
+            return b if a is self._nan else a
         return modular.select(mask, a, b)
 
     def is_zero(self, a: Lanes) -> bool:

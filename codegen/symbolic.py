@@ -40,6 +40,8 @@ class SymbolicRing:
                 return sympy.Abs(*arguments)
             case "sqrt" | "sin" | "cos" | "exp" | "log" | "atan2":
                 return getattr(sympy, name)(*arguments)
+        if not arguments:
+            return sympy.nan if name == "nan" else sympy.Symbol(name, positive=True)
         return sympy.Function(name)(*arguments)
 
     def select(self, mask: Any, a: Any, b: Any) -> Any:

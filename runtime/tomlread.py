@@ -4,6 +4,6 @@ import the runtime; imported only when a file is read, because pydantic is slow 
 
 from __future__ import annotations
 
-from .codegen.tomlread import Document, Positive, Table, Vector3, dotted, read_document, read_toml
+from .codegen.toml.document import Document, Positive, Table, Vector3, read_document, read_toml
 
-__all__ = ["Document", "Positive", "Table", "Vector3", "dotted", "read_document", "read_toml"]
+__all__ = ["Document", "Positive", "Table", "Vector3", "read_document", "read_toml"]

@@ -7,7 +7,7 @@ stores the square of its distance, and subtracting two such squares loses every 
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select, sqrt
+from ..multivector import Multivector, exp, log, select, sqrt
 from ..trace import Result, named, row
 
 
@@ -19,6 +19,11 @@ def no(x: Multivector) -> Multivector:
 def ni(x: Multivector) -> Multivector:
     """The point at infinity."""
     return x.basis("ni")
+
+
+def zero(x: Multivector) -> Multivector:
+    """The zero of the same algebra and ring, as a position the local origin."""
+    return x.new({})
 
 
 def dot(x: Multivector, y: Multivector) -> Multivector:
@@ -55,14 +60,14 @@ def dual_plane(normal: Multivector, offset: Multivector) -> Multivector:
     return normal + offset * ni(normal)
 
 
-def dual_sphere(center: Multivector, radius: Multivector) -> Multivector:
-    """Dual of a sphere, weighted S* . n_inf = -1 (4.6)."""
-    return point(center) - radius * radius / 2 * ni(center)
+def dual_sphere(center: Multivector, square: Multivector) -> Multivector:
+    """Dual of the sphere of a squared radius, weighted S* . n_inf = -1 (4.6)."""
+    return point(center) - square / 2 * ni(center)
 
 
 def circle(center: Multivector, normal: Multivector, radius: Multivector) -> Multivector:
     """The unit circle that turns counter-clockwise about its normal: sphere v plane, dual sphere* ^ plane*."""
-    sphere = dual_sphere(center, radius) / radius
+    sphere = dual_sphere(center, radius * radius) / radius
     return (sphere ^ dual_plane(normal, dot(normal, center))).undual()
 
 
@@ -90,6 +95,14 @@ def pair_points(pair: Multivector) -> tuple[Multivector, Multivector]:
     return euclidean(first) / -dot(first, ni(pair)), euclidean(last) / -dot(last, ni(pair))
 
 
+def pair_parameters(pair: Multivector, origin: Multivector, direction: Multivector) -> list[Multivector]:
+    """Parameters t of a ray's point pair on a sphere about the local origin, the foot of which is its middle."""
+    square = dot(direction, direction)
+    middle = -dot(origin, direction) / square
+    half = sqrt(dot(pair, pair)) / square
+    return [middle - half, middle + half]
+
+
 def sphere_hit(
     origin: Multivector, direction: Multivector, center: Multivector, radius: Multivector
 ) -> tuple[Result, Result, Result]:
@@ -99,13 +112,9 @@ def sphere_hit(
     and moment about the centre. NaN where the ray passes by.
     """
     relative = origin - center
-    sphere = dual_sphere(relative - relative, radius).undual()
-    pair = line(relative, direction) & sphere
+    pair = line(relative, direction) & dual_sphere(zero(relative), radius * radius).undual()
     first, last = pair_points(pair)
-    square = dot(direction, direction)
-    middle = -dot(relative, direction) / square  # the pair's middle is the foot of the centre on the line
-    half = sqrt(dot(pair, pair)) / square
-    return row([middle - half, middle + half], "t"), named("first", first), named("last", last)
+    return row(pair_parameters(pair, relative, direction), "t"), named("first", first), named("last", last)
 
 
 def disc_hit(
@@ -116,8 +125,8 @@ def disc_hit(
     Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1).
     """
     relative = origin - center
-    origin_sphere = dual_sphere(relative - relative, radius)
-    meet = line(relative, direction) & (origin_sphere ^ normal).undual()
+    rim = (dual_sphere(zero(relative), radius * radius) ^ normal).undual()
+    meet = line(relative, direction) & rim
     t = -dot(relative, normal) / dot(direction, normal)
     return row([t, dot(meet, meet)], "t_square"), named("local", relative + t * direction)
 
@@ -147,9 +156,8 @@ def line_direction(ray: Multivector) -> Multivector:
 
 def reflected_direction(direction: Multivector, normal: Multivector) -> Multivector:
     """Direction of Phi L Phi for the plane with a unit normal through the ray's own origin (4.8)."""
-    plane = dual_plane(normal, dot(normal, normal - normal)).undual()
-    origin = direction - direction
-    return line_direction(reflect_in_plane(line(origin, direction), plane).grade(3))
+    plane = dual_plane(normal, zero(normal)).undual()
+    return line_direction(reflect_in_plane(line(zero(direction), direction), plane).grade(3))
 
 
 def facing(normal: Multivector, direction: Multivector) -> Multivector:
@@ -159,14 +167,20 @@ def facing(normal: Multivector, direction: Multivector) -> Multivector:
 
 
 def light_terms(
-    position: Multivector, normal: Multivector, direction: Multivector, light: Multivector
+    position: Multivector, normal: Multivector, direction: Multivector, light: Multivector, shininess: Multivector
 ) -> tuple[Result, Result]:
-    """Vector from a position to a light, and the cosines of Lambert's law and of Blinn's highlight."""
+    """Vector from a position to a light, and the factors of Lambert's law and of Blinn's and Phong's highlight.
+
+    Both are 0 where the light is behind the surface.
+    """
     towards = light - position
     lamp, eye = unit(towards), unit(direction)
     half = lamp - eye
+    lambert = dot(lamp, normal)
     blinn = dot(half, normal) / sqrt(dot(half, half))
-    return named("towards", towards), row([dot(lamp, normal), blinn], "cosines")
+    nothing = lambert.constant(0)
+    highlight = select((lambert > 0) & (blinn > 0), exp(shininess * log(blinn)), nothing)
+    return named("towards", towards), row([select(lambert > 0, lambert, nothing), highlight], "factors")
 
 
 # -- camera --------------------------------------------------------------------------------------------------
@@ -182,7 +196,7 @@ def camera_direction(motor: Multivector, lens: tuple[Multivector, ...], pixel: t
     right, up = pixel
     e1, e2, e3 = (motor.basis(name) for name in ("e1", "e2", "e3"))
     target = focal * e2 + x_max / 2 * right * e1 + y_max / 2 * up * e3
-    ray = motor >> line(target - target, target)
+    ray = motor >> line(zero(target), target)
     return unit(line_direction(ray.grade(3)))
 
 

@@ -9,13 +9,15 @@ from fractions import Fraction
 from ..graph import Node
 from ..simplify import Form
 from ..trace import Kernel
-from .printer import Printer, coefficient_name, decimal
+from .printer import Printer, coefficient_name, comment_text, decimal
 
 FUNCTIONS = {
     "sqrt": "SQRT", "abs": "ABS", "sin": "SIN", "cos": "COS", "exp": "EXP", "log": "LOG", "atan2": "ATAN2",
     "lt": "LT", "le": "LE", "and": "AND", "or": "OR", "not": "NOT", "select": "SELECT",
     **{f"stumpff{k}": f"STUMPFF{k}" for k in range(6)},
 }  # fmt: skip
+#: Functions of no argument.
+CONSTANTS = {"nan": "SPLAT(BS_NOT_A_NUMBER)", "epsilon": "SPLAT(BS_EPSILON)"}
 #: Functions whose text lives in elementary.h; it is included only when one is used.
 ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", *(f"stumpff{k}" for k in range(6))))
 
@@ -40,7 +42,7 @@ class CPrinter(Printer):
     def function(self, name: str, arguments: Sequence[str]) -> str:
         if name == "reciprocal":
             return f"K(1.0) / {arguments[0]}" if arguments[0].isidentifier() else f"K(1.0) / ({arguments[0]})"
-        return f"{FUNCTIONS[name]}({', '.join(arguments)})"
+        return f"{FUNCTIONS[name]}({', '.join(arguments)})" if arguments else CONSTANTS[name]
 
     def call(self, node: Node, arguments: Sequence[Sequence[str]], names: Sequence[str]) -> list[str]:
         kernel: Kernel = node.data[0]
@@ -100,7 +102,7 @@ def c_function(form: Form) -> Function:
         start += len(output.nodes)
     return Function(
         symbol(kernel),
-        f"{symbol(kernel)}: {kernel.note or kernel.name} {form.operations.text()}",
+        f"{symbol(kernel)}: {comment_text(kernel.note or kernel.name)} {form.operations.text()}",
         tuple(Parameter(i.name, i.kind.size) for i in kernel.inputs),
         tuple(Parameter(o.name, len(o.nodes), o.role == "status") for o in kernel.outputs),
         tuple(loads + unused + statements + stores),

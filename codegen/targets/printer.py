@@ -11,9 +11,10 @@ from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 
+from ..binding import Argument
 from ..graph import Node, reachable
 from ..simplify import Form
-from ..trace import Input
+from ..trace import Input, Kernel
 
 #: A single-use value longer than this gets a name: lines that a person can read.
 MAX_INLINE = 72
@@ -29,6 +30,20 @@ def coefficient_name(item: Input, index: int) -> str:
     if item.kind.form == "numbers":
         return f"{item.name}_{index}"
     return f"{item.name}_{blade_label(item.kind.algebra.blade_name(item.kind.blades[index]))}"
+
+
+def comment_text(note: str) -> str:
+    """A note on one line that cannot end a comment of any target, nor begin another."""
+    return " ".join(note.split()).replace("/*", "/ *").replace("*/", "* /")
+
+
+def interface(kernel: Kernel) -> tuple[list[Argument], list[Argument]]:
+    """Inputs and outputs of a kernel as functions of arrays see them."""
+    inputs = [Argument(i.name, 0 if i.kind.is_scalar_argument else i.kind.size) for i in kernel.inputs]
+    outputs = [
+        Argument(o.name, 0 if o.role == "status" else len(o.nodes), o.role == "status") for o in kernel.outputs
+    ]
+    return inputs, outputs
 
 
 class Printer(ABC):

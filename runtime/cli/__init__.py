@@ -1,1 +1,1 @@
-"""The `bladesmith` command."""
+"""The `bladesmith` command: one module for each subcommand, loaded when it is called."""

@@ -25,6 +25,7 @@
 #define BS_SQRT1 sqrt
 #define BS_ABS1 fabs
 #define BS_SIGN_BIT (-(int64_t)0x7fffffffffffffff - 1)
+#define BS_EPSILON 2.220446049250313e-16
 #elif BS_BITS == 32
 #define S float
 #define BS_INT int32_t
@@ -32,6 +33,7 @@
 #define BS_SQRT1 sqrtf
 #define BS_ABS1 fabsf
 #define BS_SIGN_BIT (-(int32_t)0x7fffffff - 1)
+#define BS_EPSILON 1.1920928955078125e-07
 #else
 #error "BS_BITS is 64 or 32"
 #endif
@@ -59,6 +61,7 @@
 #define SQRT(v) BS_SQRT1(v)
 #define ABS(v) BS_ABS1(v)
 #define ANY(m) (m)
+#define BS_LANE(m, l) (m)
 #define BIT0(i) ((int)((i) & 1))
 
 #if defined(__CUDACC__) && BS_BITS == 64
@@ -103,6 +106,7 @@ typedef BS_UINT UI __attribute__((vector_size(BS_BYTES)));
 #define SQRT(v) FN(sqrt)(v)
 #define ABS(v) FROM_BITS(BITS(v) & ~BS_SIGN_BIT)
 #define ANY(m) FN(any)(m)
+#define BS_LANE(m, l) ((m)[l])
 #define BIT0(i) (-((i) & 1)) /* mask: lane's lowest bit is set */
 #define BITS(v) ((I)(v))
 #define FROM_BITS(i) ((V)(i))

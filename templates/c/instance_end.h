@@ -32,3 +32,16 @@
 #undef BS_SQRT1
 #undef BS_ABS1
 #undef BS_SIGN_BIT
+#undef BS_EPSILON
+#undef BS_LANE
+#undef SIN
+#undef COS
+#undef EXP
+#undef LOG
+#undef SINH
+#undef COSH
+#undef ATAN2
+#undef STUMPFF0
+#undef STUMPFF1
+#undef STUMPFF2
+#undef STUMPFF3

@@ -12,6 +12,8 @@ typedef int int32_t;
 typedef unsigned int uint32_t;
 typedef long long int64_t;
 typedef unsigned long long uint64_t;
+#define INT32_C(x) x
+#define INT64_C(x) x##LL
 #else
 #include <math.h>
 #include <stddef.h>
@@ -84,6 +86,14 @@ typedef unsigned long long uint64_t;
  * a file's border here: every function that takes one is inlined. */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+
+#if defined(__CUDACC__)
+#define BS_HUGE_VALUE __longlong_as_double(0x7ff0000000000000)
+#define BS_NOT_A_NUMBER __longlong_as_double(0x7ff8000000000000)
+#else
+#define BS_HUGE_VALUE HUGE_VAL /* infinity */
+#define BS_NOT_A_NUMBER NAN
 #endif
 
 #define BS_PASTE_(a, b) a##_##b

@@ -1,0 +1,52 @@
+"""Singular cases of a formula: items without a value become NaN, and a status code says why.
+
+Only masks and scalars are handled here; which items are singular is each formula's own business.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Mask, Multivector, select
+from ..status import Status
+from ..trace import Result, status
+
+#: A sum smaller than this many rounding errors of its terms is taken for zero.
+NOISE = 64
+
+
+def undefined(like: Multivector) -> Multivector:
+    """The scalar NaN over the ring of ``like``; only a branch of `select` may hold it."""
+    return like.new({0: like.ring.apply("nan")})
+
+
+def epsilon(like: Multivector) -> Multivector:
+    """Spacing of the ring's floating-point numbers at 1: tolerances that suit every precision."""
+    return like.new({0: like.ring.apply("epsilon")})
+
+
+def only_if(mask: Mask, x: Multivector) -> Multivector:
+    """The scalar x where the mask holds, else NaN. Divide by it, or multiply with it, and the item is NaN."""
+    return select(mask, x, undefined(x))
+
+
+def outcome(like: Multivector, *cases: tuple[Mask, Status]) -> Result:
+    """Status output: the code of the first case that holds, else `OK`."""
+    code = like.constant(Status.OK)
+    for mask, value in reversed(cases):
+        code = select(mask, like.constant(value), code)
+    return status(code)
+
+
+def is_finite(x: Multivector) -> Mask:
+    """Whether no coefficient is NaN or infinite (nor so large that its double is)."""
+    total = x.sum(abs_coefficients(x))
+    return total < 2**1023
+
+
+def abs_coefficients(x: Multivector) -> list[Multivector]:
+    """Absolute values of all coefficients, as scalars."""
+    return [x.new({0: x.ring.apply("abs", c)}) for c in x.terms.values()]
+
+
+def size(x: Multivector) -> Multivector:
+    """Sum of the absolute values of the coefficients: how large x is written, not what it measures."""
+    return x.sum(abs_coefficients(x))

@@ -1,0 +1,83 @@
+"""CUDA: the kernel bodies of the C target as device functions, and a launcher around each.
+
+One text serves both precisions. It includes headers of templates/c, which are found by name when it is compiled or
+made self-contained.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from ..simplify import chosen_form
+from ..templating import render, template_text
+from ..trace import Kernel
+from .c import c_function, symbol
+from .extension import in_dependency_order
+from .nvrtc import DEFAULT_ARCH, Compiled, compile_text
+
+#: The file that is compiled; the others are included by it.
+MAIN = "kernels.cu"
+_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"[^\n]*$', re.MULTILINE)
+
+
+def cuda_source(kernels: Sequence[Kernel], title: str = "") -> dict[str, str]:
+    """Generated files: the main one, the bodies, and the launchers ``<symbol>_batch_f64`` and ``_f32``.
+
+    Parameters
+    ----------
+    kernels : sequence of Kernel
+    title : str, optional
+        First words of the main file's comment; default: the algebra's name.
+    """
+    functions = [c_function(chosen_form(k)) for k in in_dependency_order(kernels)]
+    values = {
+        "title": title or (kernels[0].algebra.name if kernels else "kernels"),
+        "functions": functions,
+        "batched": [symbol(k) for k in kernels],
+        "count": len(kernels),
+        "elementary": any(f.elementary for f in functions),
+    }
+    return {
+        MAIN: render("cuda/kernels.cu.j2", **values),
+        "kernels.h": render("c/kernels.h.j2", **values),
+        "launch.h": render("cuda/launch.h.j2", **values),
+    }
+
+
+def with_headers(files: Mapping[str, str]) -> dict[str, str]:
+    """The files and every header of templates/c that they include, directly or not."""
+    found = dict(files)
+    waiting = list(found.values())
+    while waiting:
+        for name in _INCLUDE.findall(waiting.pop()):
+            if name not in found:
+                found[name] = template_text(f"c/{name}")
+                waiting.append(found[name])
+    return found
+
+
+def self_contained(files: Mapping[str, str]) -> str:
+    """One text without includes of ours: for nvcc, or for other packages that compile CUDA."""
+    texts = with_headers(files)
+
+    def expanded(text: str) -> str:
+        return _INCLUDE.sub(lambda found: expanded(texts[found[1]]).rstrip(), text)
+
+    return expanded(texts[MAIN])
+
+
+def compile_source(
+    files: Mapping[str, str], arch: str = DEFAULT_ARCH, options: Sequence[str] = ()
+) -> Compiled:
+    """Compile generated files with NVRTC; see `nvrtc.compile_text`.
+
+    Raises
+    ------
+    MissingExtraError
+        If NVRTC is not installed.
+    CompileError
+        If it refuses the source.
+    """
+    texts = with_headers(files)
+    return compile_text(texts.pop(MAIN), texts, MAIN, arch, options)

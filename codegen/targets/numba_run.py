@@ -1,0 +1,185 @@
+"""Printed numba modules, loaded and run on arrays. Light: NumPy, and numba where it is installed; no generation.
+
+A text is loaded once per precision. Compiled, its batch functions run over rows; without numba its kernels run on
+whole columns, an operation at a time, and give the same bits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import linecache
+from collections.abc import Callable, Sequence
+from functools import cache
+from importlib import import_module
+from threading import Lock
+from types import FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from ..binding import Argument, Array, Binding, share
+from ..errors import MissingExtraError
+
+#: What makes compiled code give the bits of plain Python: no division raises, and nothing is reassociated. A kernel
+#: is inlined into its loop, which LLVM then vectorises.
+OPTIONS = {"error_model": "numpy", "fastmath": False, "nogil": True, "forceinline": True}
+#: Items at a time without numba: temporaries that stay in the second-level cache.
+CHUNK = 4096
+
+
+def load(source: str, dtype: Any = np.float64, compiled: bool = True) -> ModuleType:
+    """Module of a printed text, for one precision.
+
+    Its lines are registered with `linecache`, so that tracebacks and debuggers show them.
+
+    Parameters
+    ----------
+    source : str
+        As printed by `numba_source`.
+    dtype : float64 or float32
+        Type of the constants; arguments are of the same type.
+    compiled : bool
+        Wrap every function for numba; each is compiled when it is first called.
+
+    Raises
+    ------
+    MissingExtraError
+        If ``compiled`` and numba is not installed.
+    """
+    digest = hashlib.sha256(source.encode()).hexdigest()[:12]
+    module = ModuleType(f"bladesmith_numba_{digest}")
+    filename = f"<bladesmith numba {digest}>"
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    return _execute(module, source, filename, np.dtype(dtype), compiled)
+
+
+def _execute(module: ModuleType, source: str, filename: str, dtype: np.dtype[Any], compiled: bool) -> ModuleType:
+    exec(compile(source, filename, "exec"), vars(module))
+    vars(module)["K"] = dtype.type
+    if compiled:
+        for name, value in list(vars(module).items()):
+            if isinstance(value, FunctionType):
+                own = value.__globals__ is vars(module)
+                vars(module)[name] = _jit(value) if own else _support(value.__module__, dtype)[name]
+    return module
+
+
+@cache
+def _support(name: str, dtype: np.dtype[Any]) -> dict[str, Any]:
+    """Functions of a module that printed texts import, compiled for one precision."""
+    original = import_module(name)
+    copy = ModuleType(name)
+    copy.__package__ = original.__package__
+    _execute(copy, inspect.getsource(original), inspect.getfile(original), dtype, compiled=True)
+    functions = dict(vars(copy))
+    if "select_number" in functions:
+        functions["select"] = functions["select_number"]
+    return functions
+
+
+def _jit(function: Callable[..., Any]) -> Any:
+    return _numba().njit(**OPTIONS)(function)
+
+
+@cache
+def _numba() -> Any:
+    try:
+        return import_module("numba")
+    except ImportError:
+        raise MissingExtraError("numba", "Compiling kernels without a C compiler") from None
+
+
+class NumbaLibrary:
+    """A printed text and its modules, one per precision, loaded when they are first needed.
+
+    Parameters
+    ----------
+    source : str
+        As printed by `numba_source`.
+    compiled : bool, optional
+        False: run on columns with NumPy alone. Default: compile where numba is installed.
+    """
+
+    def __init__(self, source: str, compiled: bool = True) -> None:
+        self.source = source
+        self.compiled = compiled
+        self._modules: dict[np.dtype[Any], ModuleType] = {}
+        self._lock = Lock()
+        if compiled:
+            _numba()
+
+    def module(self, dtype: np.dtype[Any]) -> ModuleType:
+        """The module of one precision."""
+        with self._lock:
+            if dtype not in self._modules:
+                self._modules[dtype] = load(self.source, dtype, self.compiled)
+            return self._modules[dtype]
+
+
+class NumbaKernel(Binding):
+    """One kernel of a printed text, as a function of arrays.
+
+    Parameters
+    ----------
+    library : NumbaLibrary
+    symbol : str
+        Name in the text.
+    inputs, outputs : sequences of Argument
+    """
+
+    def __init__(
+        self, library: NumbaLibrary, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
+    ) -> None:
+        super().__init__(symbol, inputs, outputs)
+        self.library = library
+        self._batches: dict[np.dtype[Any], Any] = {}
+
+    def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
+        """Compute ``n`` items: compiled over rows, or with NumPy on columns."""
+        if n == 0:
+            return
+        dtype = arrays[0].dtype if arrays else np.dtype(np.float64)
+        outs = [r.reshape(n, -1) for r in results]
+        ins = [a.reshape(-1, max(item.size, 1)) for a, item in zip(arrays, self.inputs, strict=True)]
+        steps = [int(stride > 0) for stride in self.strides(arrays)]
+        if not self.library.compiled:
+            share(self._on_columns(dtype, ins, outs, steps), n)
+            return
+        batch = self._batches.get(dtype) or self._compile(dtype)
+        operands = [*outs, *(value for pair in zip(ins, steps, strict=True) for value in pair)]
+        share(lambda begin, end: batch(begin, end, *operands), n)
+
+    def _compile(self, dtype: np.dtype[Any]) -> Any:
+        """Compile the loop for one precision. One signature serves writable and read-only inputs alike."""
+        types = _numba().types
+        scalar = types.float64 if dtype == np.float64 else types.float32
+        row = types.Array(scalar, 2, "C", readonly=True)
+        outs = [types.Array(types.uint8 if o.is_status else scalar, 2, "C") for o in self.outputs]
+        batch = getattr(self.library.module(dtype), f"{self.symbol}_batch")
+        batch.compile(types.void(types.intp, types.intp, *outs, *([row, types.intp] * len(self.inputs))))
+        batch.disable_compile()
+        self._batches[dtype] = batch
+        return batch
+
+    def _on_columns(
+        self, dtype: np.dtype[Any], ins: Sequence[Array], outs: Sequence[Array], steps: Sequence[int]
+    ) -> Callable[[int, int], None]:
+        kernel = getattr(self.library.module(dtype), self.symbol)
+
+        def part(begin: int, end: int) -> None:
+            for first in range(begin, end, CHUNK):
+                items = slice(first, min(first + CHUNK, end))
+                columns: list[Any] = []
+                for array, step in zip(ins, steps, strict=True):
+                    columns.extend(np.ascontiguousarray(array[items].T) if step else array[0])
+                returned = kernel(*columns)
+                for out, values in zip(outs, (returned,) if len(outs) == 1 else returned, strict=True):
+                    for j, value in enumerate(values):
+                        out[items, j] = value
+
+        def quietly(begin: int, end: int) -> None:
+            with np.errstate(all="ignore"):  # of a selection, both branches are computed
+                part(begin, end)
+
+        return quietly

@@ -1,0 +1,180 @@
+"""pydantic's findings as sentences: what is wrong with a key, and what would be right."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+
+from ..errors import suggest
+from .index import Path
+
+_SHOWN = 40  # characters of a wrong value that a message repeats
+
+
+def dotted(path: Path) -> str:
+    """A path as users write it: `surfaces[2].radius`."""
+    parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in path]
+    return "".join(parts).removeprefix(".")
+
+
+def explained(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tuple[Path, str]:
+    """Where a fault stands in the file, and a sentence about it.
+
+    Parameters
+    ----------
+    model
+        The schema of the whole file.
+    detail
+        One item of `ValidationError.errors()`.
+    data
+        The whole file's contents.
+    """
+    path = _path_in(data, detail["loc"])
+    context = detail.get("ctx", {})
+    key, value, kind = dotted(path), detail["input"], detail["type"]
+    if kind == "missing":
+        return path, _missing(path, data)
+    if kind == "extra_forbidden":
+        return path, f"{key} is not a known key{_valid_keys(model, detail['loc'], str(path[-1]))}"
+    if kind == "union_tag_not_found":
+        return path, f"{key} has no {_quoted(context['discriminator'])[0]}, which says what it is"
+    if kind == "union_tag_invalid":
+        tag, path = context["tag"], (*path, _quoted(context["discriminator"])[0])
+        return path, f"{dotted(path)} is {_shown(tag)}{_choices(tag, _quoted(context['expected_tags']))}"
+    if kind in ("literal_error", "enum"):
+        return path, f"{key} is {_shown(value)}{_choices(value, _quoted(context['expected']))}"
+    rule = _rule(kind, context, path, detail["msg"])
+    if isinstance(value, dict) and kind in _FROM_SCHEMA:
+        return path, f"{key}: {rule}" if key else rule
+    return path, f"{key} is {_shown(value)}; {rule}"
+
+
+def lowered(text: str) -> str:
+    """A message of another library, to go on after a colon."""
+    return text[:1].lower() + text[1:]
+
+
+def _path_in(data: Any, loc: Sequence[str | int]) -> Path:
+    """pydantic's location without what is not in the file: the names of a union's members."""
+    path: Path = ()
+    for i, part in enumerate(loc):
+        if _holds(data, part):
+            data = data[part]
+        elif i < len(loc) - 1 or not isinstance(data, dict | list):
+            continue  # a member's name; only the last part can be a key that is missing
+        path += (part,)
+    return path
+
+
+def _holds(data: Any, part: str | int) -> bool:
+    if isinstance(data, list):
+        return isinstance(part, int) and part < len(data)
+    return isinstance(data, dict) and part in data
+
+
+def _value_at(data: Any, path: Path) -> Any:
+    for part in path:
+        data = data[part]
+    return data
+
+
+def _quoted(text: str) -> list[str]:
+    """The words that pydantic puts between quotation marks."""
+    return re.findall(r"'([^']*)'", text)
+
+
+def _missing(path: Path, data: Any) -> str:
+    parent, last = path[:-1], path[-1]
+    if isinstance(last, int):
+        return f"{dotted(parent)} has {len(_value_at(data, parent))} items, which is too few"
+    return f"{dotted(parent)} has no {last}, which is required" if parent else f"{last} is missing"
+
+
+_FROM_SCHEMA = ("value_error", "assertion_error")  # raised by a schema's own checks, of a key or of a table
+_BOUNDS = {
+    "greater_than": ("gt", "is greater than"),
+    "greater_than_equal": ("ge", "is at least"),
+    "less_than": ("lt", "is less than"),
+    "less_than_equal": ("le", "is at most"),
+    "multiple_of": ("multiple_of", "is a multiple of"),
+}
+_TYPES = {
+    "float": "a number is needed",
+    "int": "a whole number is needed",
+    "bool": "true or false is needed",
+    "string": "text in quotation marks is needed",
+    "list": "an array is needed",
+    "tuple": "an array is needed",
+    "dict": "a table is needed",
+    "model": "a table is needed",
+    "model_attributes": "a table is needed",
+}
+
+
+def _rule(kind: str, context: dict[str, Any], path: Path, message: str) -> str:
+    """The rule that a value breaks, as the end of a sentence."""
+    if kind in _BOUNDS:
+        name, comparison = _BOUNDS[kind]
+        bound = context[name]
+        rule = "is positive" if (name, bound) == ("gt", 0) else f"{comparison} {bound:g}"
+        return f"{_noun(path)} {rule}"
+    if kind in _FROM_SCHEMA:
+        return str(context["error"])
+    if kind in ("too_short", "too_long"):
+        limit = context.get("min_length", context.get("max_length"))
+        return f"it has {context['actual_length']} items where {limit} are {_extreme(kind)}"
+    stem = kind.removesuffix("_type").removesuffix("_parsing")
+    return _TYPES.get(stem, lowered(message))
+
+
+def _extreme(kind: str) -> str:
+    return "the least" if kind == "too_short" else "the most"
+
+
+def _noun(path: Path) -> str:
+    """`a radius` for `("surfaces", 2, "radius")`."""
+    keys = [part for part in path if isinstance(part, str)]
+    noun = keys[-1].replace("_", " ") if keys else "value"
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def _choices(value: object, options: Sequence[str]) -> str:
+    return suggest(value, options) or f"; known: {', '.join(options)}"
+
+
+def _shown(value: object) -> str:
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+
+
+def _valid_keys(model: type[BaseModel], loc: Sequence[str | int], word: str) -> str:
+    """The nearest key that the schema knows at this place, or all of them."""
+    candidates = [model]
+    for part in loc[:-1]:
+        if isinstance(part, int):
+            continue
+        entered = [field.annotation for each in candidates if (field := each.model_fields.get(part))]
+        tagged = [each for each in candidates if part == each.__name__ or part in _tags(each)]
+        candidates = (
+            [inner for annotation in entered for inner in _models(annotation)] or tagged or candidates
+        )
+    keys = list(dict.fromkeys(key for each in candidates for key in each.model_fields))
+    return suggest(word, keys) or f"; known keys: {', '.join(keys)}"
+
+
+def _tags(model: type[BaseModel]) -> Iterator[object]:
+    for field in model.model_fields.values():
+        if get_origin(field.annotation) is Literal:
+            yield from get_args(field.annotation)
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Every schema in an annotation: `list[Sphere | Plane]` holds two."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _models(inner)

@@ -1,0 +1,212 @@
+"""`bladesmith doctor`: what this machine has, and what of it is in use. Reports, and repairs nothing."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable
+from importlib import import_module, metadata, resources
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..codegen import cache
+from ..codegen.build import compiler, has_python_headers
+from ..codegen.flags import C_FLAGS, compiled_files, source_hash
+from ..codegen.version import __version__
+from .cache import readable
+
+Facts = dict[str, str]
+
+_PACKAGES = ("numpy", "cffi", "sympy", "jinja2", "click", "pydantic")
+_NAME_LENGTH = 100  # bytes for a graphics processor's name; the driver cuts longer ones
+
+
+@click.command(epilog="Example: bladesmith doctor --json")
+@click.option("--json", "as_json", is_flag=True, help="For programs and bug reports.")
+def command(as_json: bool) -> None:
+    """Say what compiler, targets, caches and threads this machine has, and whether the kernels are fresh."""
+    found = {title: facts() for title, facts in SECTIONS.items()}
+    if as_json:
+        click.echo(json.dumps(found, indent=1))
+        return
+    width = max(len(label) for facts in found.values() for label in facts)
+    for title, facts in found.items():
+        click.echo(f"{title}:")
+        for label, value in facts.items():
+            click.echo(f"  {label:<{width}}  {value}")
+
+
+def versions() -> Facts:
+    """This package, the interpreter and what it is built on."""
+    found = {"bladesmith": f"{__version__} in {resources.files(__package__.rpartition('.')[0])}"}
+    found["python"] = f"{platform.python_version()} ({platform.python_implementation()}), {sys.executable}"
+    found["system"] = platform.platform()
+    return found | {name: _version(name) for name in _PACKAGES}
+
+
+def processor() -> Facts:
+    """The processor, and which instance of the kernels it runs."""
+    return {"name": _processor_name(), "threads": f"{_threads()} of {os.cpu_count()} usable", **_instances()}
+
+
+def c_compiler() -> Facts:
+    """The compiler that serves kernels made at run time."""
+    chosen = compiler()
+    if chosen is None:
+        asked = os.environ.get("CC")
+        why = f"CC={asked!r} does not run" if asked else "none found"
+        return {"compiler": f"{why}; install gcc or clang, or use target='numba'"}
+    return {
+        "compiler": f"{' '.join(chosen.command)}: {chosen.summary}",
+        "flags": " ".join(C_FLAGS),
+        "Python.h": "found"
+        if has_python_headers()
+        else "missing: kernels are called through libffi, more slowly",
+    }
+
+
+def targets() -> Facts:
+    """Whether each target can be used."""
+    return {"C": "yes" if compiler() else "installed kernels only", "numba": _numba(), "CUDA": _cuda()}
+
+
+def kernel_cache() -> Facts:
+    """The cache of compiled kernels."""
+    found = cache.entries()
+    root = cache.directory()
+    return {
+        "directory": f"{root} ({_access(root)})",
+        "entries": f"{len(found)}, {readable(sum(entry.size for entry in found))}",
+        "limit": readable(cache.LIMIT_BYTES),
+    }
+
+
+def algebras() -> Facts:
+    """The stock algebras, and whether their compiled kernels are those of their sources."""
+    package = __package__.partition(".")[0]
+    generated = Path(str(resources.files(f"{package}.generated")))
+    headers = Path(str(resources.files(f"{package}.templates"))) / "c"
+    folders = [path for path in sorted(generated.iterdir()) if (path / "kernels.cdef").is_file()]
+    if not folders:
+        return {"none": "run: bladesmith generate"}
+    return {folder.name: _freshness(folder, headers) for folder in folders}
+
+
+SECTIONS: dict[str, Callable[[], Facts]] = {
+    "versions": versions,
+    "processor": processor,
+    "compiler": c_compiler,
+    "targets": targets,
+    "cache": kernel_cache,
+    "algebras": algebras,
+}
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _processor_name() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _threads() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _extension(name: str) -> Any:
+    """The compiled module of a generated folder, or None."""
+    try:
+        return import_module(f"{__package__.partition('.')[0]}.generated.{name}._kernels")
+    except ImportError:
+        return None
+
+
+def _text(module: Any, pointer: Any) -> str:
+    return str(module.ffi.string(pointer).decode())
+
+
+def _instances() -> Facts:
+    """The instruction sets in use: of each precision the last instance that the processor takes."""
+    for name in ("cga3d", "pga3d", "cga2d"):
+        module = _extension(name)
+        if module is not None and hasattr(module.lib, "bs_use_instance"):
+            count = module.lib.bs_instance_count()
+            usable = [i for i in range(count) if module.lib.bs_use_instance(i)]
+            in_use = {label.partition("_")[0]: label for label in _names(module, usable)}
+            return {
+                "instances": ", ".join(in_use.values()),
+                "compiled": ", ".join(_names(module, range(count))),
+            }
+    return {"instances": "no compiled algebra"}
+
+
+def _names(module: Any, instances: Any) -> list[str]:
+    return [_text(module, module.lib.bs_instance_name(i)) for i in instances]
+
+
+def _numba() -> str:
+    found = find_spec("numba") is not None
+    return f"yes, numba {_version('numba')}" if found else "no: pip install 'bladesmith[numba]'"
+
+
+def _cuda() -> str:
+    """Without touching a device: the compiler is a package, the driver a library."""
+    if find_spec("nvidia") is None or find_spec("nvidia.cuda_nvrtc") is None:
+        return "no: pip install 'bladesmith[cuda]'"
+    devices = _devices()
+    run = f"runs on {', '.join(devices)}" if devices else "no device here: compiles, does not run"
+    return f"NVRTC {_version('nvidia-cuda-nvrtc-cu12')}; {run}"
+
+
+def _devices() -> list[str]:
+    """Names of the graphics processors, as the driver gives them."""
+    try:
+        driver = ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+        if driver.cuInit(0) != 0:
+            return []
+        count = ctypes.c_int()
+        driver.cuDeviceGetCount(ctypes.byref(count))
+    except (OSError, AttributeError):
+        return []
+    names = []
+    for i in range(count.value):
+        name = ctypes.create_string_buffer(_NAME_LENGTH)
+        if driver.cuDeviceGetName(name, _NAME_LENGTH, i) == 0:
+            names.append(name.value.decode(errors="replace"))
+    return names
+
+
+def _access(root: Path) -> str:
+    """Whether the directory, or the one that it would be made in, can be written."""
+    nearest = next(path for path in (root, *root.parents) if path.exists())
+    usable = nearest.is_dir() and os.access(nearest, os.W_OK)
+    return "writable" if usable else "not writable: kernels go to a temporary directory"
+
+
+def _freshness(folder: Path, headers: Path) -> str:
+    module = _extension(folder.name)
+    if module is None:
+        return "not compiled: install again where there is a compiler"
+    if not hasattr(module.lib, "bs_source_hash"):
+        return "compiled"
+    count = f"{module.lib.bs_kernel_count()} kernels, " if hasattr(module.lib, "bs_kernel_count") else ""
+    if _text(module, module.lib.bs_source_hash()) == source_hash(compiled_files(folder, headers)):
+        return f"{count}compiled from these sources"
+    return f"{count}STALE: compiled from other sources; install again"

@@ -1,0 +1,117 @@
+/* bladesmith: the loops over rays and pixels. Each works on items [begin, end) and keeps no state. */
+
+/* Ray i of two arrays; 0 where it is no ray. */
+BS_INLINE int FN(scene_load)(FN(ray) *ray, const bs_rays *rays, ptrdiff_t i)
+{
+  FN(copy)(ray->origin, (const S *)rays->origins + i * rays->origin_stride, 3);
+  FN(copy)(ray->direction, (const S *)rays->directions + i * rays->direction_stride, 3);
+  S sum = 0, square = 0;
+  for (int j = 0; j < 3; j++) {
+    sum += ray->origin[j];
+    square += ray->direction[j] * ray->direction[j];
+  }
+  return sum - sum == 0 && square > 0 && square - square == 0;
+}
+
+BS_INLINE S FN(scene_length)(const S *x)
+{
+  return SQRT(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
+BS_INLINE void FN(scene_store)(const bs_hits *out, ptrdiff_t place, const bs_scene *scene, const FN(ray) *ray,
+                               const FN(hit) *hit)
+{
+  ((S *)out->t)[place] = hit->t * FN(scene_length)(ray->direction);
+  ((S *)out->alpha)[place] = hit->alpha;
+  FN(copy)((S *)out->point + 3 * place, hit->point, 3);
+  FN(scene_normal)((S *)out->normal + 3 * place, scene, ray, hit);
+}
+
+BS_INLINE void FN(scene_blank)(const bs_hits *out, ptrdiff_t place)
+{
+  const S nan = FN(nothing)();
+  ((S *)out->t)[place] = ((S *)out->alpha)[place] = nan;
+  for (int j = 0; j < 3; j++) ((S *)out->point)[3 * place + j] = ((S *)out->normal)[3 * place + j] = nan;
+}
+
+static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
+                            const bs_hits *out)
+{
+  for (ptrdiff_t i = begin; i < end; i++) {
+    FN(search) search = {scene->method, scene->samples, BS_STATUS_OK};
+    FN(ray) ray;
+    FN(hit) hit;
+    const int valid = FN(scene_load)(&ray, rays, i);
+    const int some = valid && FN(scene_nearest)(&hit, scene, &ray, K(0), &search);
+    out->status[i] = (uint8_t)(valid ? search.status : BS_STATUS_INVALID);
+    out->surface[i] = some ? scene->surfaces[hit.kind].ids[hit.index] : -1;
+    if (some) {
+      FN(scene_store)(out, i, scene, &ray, &hit);
+    } else {
+      FN(scene_blank)(out, i);
+    }
+  }
+}
+
+/* All points of each ray's line on the only surface of the scene, in the order of t; also behind the origin. */
+static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
+                          const bs_hits *out)
+{
+  for (ptrdiff_t i = begin; i < end; i++) {
+    FN(search) search = {scene->method, scene->samples, BS_STATUS_OK};
+    FN(ray) ray;
+    FN(hit) hits[BS_HITS_MOST];
+    int n = 0;
+    const int valid = FN(scene_load)(&ray, rays, i);
+#define BS_EACH(number, name, size) \
+    if (valid && scene->surfaces[number].count) { \
+      n = FN(name##_hits)(hits, BS_ROW(scene, number, size, 0), &ray, -BS_FAR, BS_FAR, &search); \
+      for (int j = 0; j < n; j++) hits[j].kind = number, hits[j].index = 0; \
+    }
+    BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+    for (int j = 1; j < n; j++) {
+      const FN(hit) moved = hits[j];
+      int place = j;
+      for (; place > 0 && hits[place - 1].t > moved.t; place--) hits[place] = hits[place - 1];
+      hits[place] = moved;
+    }
+    if (n > out->roots) n = (int)out->roots;
+    out->count[i] = n;
+    out->status[i] = (uint8_t)(valid ? search.status : BS_STATUS_INVALID);
+    for (int j = 0; j < out->roots; j++) {
+      if (j < n) {
+        FN(scene_store)(out, i * out->roots + j, scene, &ray, &hits[j]);
+      } else {
+        FN(scene_blank)(out, i * out->roots + j);
+      }
+    }
+  }
+}
+
+/* Pixels in reading order: row 0 is the top. */
+static void FN(scene_render)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t width, ptrdiff_t height,
+                             void *image)
+{
+  const S *const camera = (const S *)scene->camera;
+  const S share = K(1) / K(scene->grid * scene->grid);
+  FN(ray) ray;
+  FN(cga3d_camera_position)(ray.origin, camera);
+  for (ptrdiff_t p = begin; p < end; p++) {
+    S *const pixel = (S *)image + 3 * p, seen[3];
+    const ptrdiff_t column = p % width, line = p / width;
+    for (int i = 0; i < 3; i++) pixel[i] = 0;
+    for (int s = 0; s < scene->grid * scene->grid; s++) {
+      const S x = K(column) + (K(s % scene->grid) + K(0.5)) / K(scene->grid);
+      const S y = K(line) + (K(s / scene->grid) + K(0.5)) / K(scene->grid);
+      const S place[2] = {K(2) * x / K(width) - K(1), K(1) - K(2) * y / K(height)};
+      FN(cga3d_camera_direction)(ray.direction, camera, camera + BS_CAMERA_LENS, place);
+      FN(scene_color_of)(seen, scene, ray);
+      for (int i = 0; i < 3; i++) pixel[i] += share * seen[i];
+    }
+  }
+}
+
+#undef BS_ROW
+#undef BS_FAR
+#undef BS_FLOOR1

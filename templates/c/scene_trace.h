@@ -1,0 +1,141 @@
+/* bladesmith: one ray through a scene: nearest hit, shadow, light, and the path of reflections. */
+
+BS_INLINE int FN(scene_prepare)(int kind, const S *parameters, S *constants)
+{
+#define BS_EACH(number, name, size) \
+  if (kind == number) return FN(name##_prepare)(constants, parameters);
+  BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+  return 0;
+}
+
+/* The row of a surface. */
+#define BS_ROW(scene, number, size, i) ((const S *)(scene)->surfaces[number].constants + (i) * (size))
+
+/* The first hit with t > t_min; 0 for none. */
+BS_INLINE int FN(scene_nearest)(FN(hit) *best, const bs_scene *scene, const FN(ray) *ray, S t_min, FN(search) *search)
+{
+  FN(hit) found[BS_HITS_MOST];
+  best->t = BS_FAR;
+#define BS_EACH(number, name, size) \
+  for (ptrdiff_t i = 0; i < scene->surfaces[number].count; i++) { \
+    const int n = FN(name##_hits)(found, BS_ROW(scene, number, size, i), ray, t_min, best->t, search); \
+    for (int j = 0; j < n; j++) \
+      if (found[j].t < best->t) *best = found[j], best->kind = number, best->index = i; \
+  }
+  BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+  return best->t < BS_FAR;
+}
+
+/* 1 if anything lies on the ray between 0 and t_max. */
+BS_INLINE int FN(scene_shadowed)(const bs_scene *scene, const FN(ray) *ray, S t_max, FN(search) *search)
+{
+  FN(hit) found[BS_HITS_MOST];
+#define BS_EACH(number, name, size) \
+  for (ptrdiff_t i = 0; i < scene->surfaces[number].count; i++) \
+    if (FN(name##_hits)(found, BS_ROW(scene, number, size, i), ray, K(0), t_max, search)) return 1;
+  BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+  return 0;
+}
+
+/* Unit normal at a hit, on the side that the ray comes from. */
+BS_INLINE void FN(scene_normal)(S *normal, const bs_scene *scene, const FN(ray) *ray, const FN(hit) *hit)
+{
+  S either[3] = {0, 0, 0};
+#define BS_EACH(number, name, size) \
+  if (hit->kind == number) FN(name##_normal)(either, BS_ROW(scene, number, size, hit->index), ray, hit);
+  BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+  FN(cga3d_facing)(normal, either, ray->direction);
+}
+
+/* Size of the numbers that a hit was made of: its errors are relative to it. */
+BS_INLINE S FN(scene_size)(const FN(ray) *ray, const FN(hit) *hit)
+{
+  S size = 0;
+  for (int i = 0; i < 3; i++)
+    size += ABS(ray->origin[i]) + ABS(hit->point[i]) + ABS(hit->t * ray->direction[i]);
+  return size;
+}
+
+/* The color of a surface where it is hit. */
+BS_INLINE void FN(scene_color)(S *color, const S *material, const S *point)
+{
+  FN(copy)(color, material + BS_MATERIAL_COLOR, 3);
+#if BS_SCENE_CHECKER
+  const S *const across = material + BS_MATERIAL_ACROSS;
+  const S u = across[0] * point[0] + across[1] * point[1] + across[2] * point[2];
+  const S v = across[3] * point[0] + across[4] * point[1] + across[5] * point[2];
+  const S half = K(0.5) * (BS_FLOOR1(u) + BS_FLOOR1(v));
+  if (half != BS_FLOOR1(half)) FN(copy)(color, material + BS_MATERIAL_SECOND, 3);
+#else
+  (void)point;
+#endif
+}
+
+/* Light that a surface sends back along a ray, without its reflection (Blinn and Phong). */
+BS_INLINE void FN(scene_shade)(S *light, const bs_scene *scene, const S *material, const FN(ray) *ray,
+                               const S *start, const S *normal, FN(search) *search)
+{
+  S color[3];
+  FN(scene_color)(color, material, start);
+  for (int i = 0; i < 3; i++) light[i] = material[BS_MATERIAL_AMBIENT] * color[i];
+  for (ptrdiff_t l = 0; l < scene->light_count; l++) {
+    const S *const lamp = (const S *)scene->lights + l * BS_LIGHT_SIZE;
+    FN(ray) shadow;
+    S factors[2];
+    FN(cga3d_light_terms)(shadow.direction, factors, start, normal, ray->direction, lamp,
+                          material + BS_MATERIAL_SHININESS);
+    if (!(factors[0] > 0)) continue;
+    FN(copy)(shadow.origin, start, 3);
+    if (FN(scene_shadowed)(scene, &shadow, K(1), search)) continue; /* the lamp is at t = 1 */
+    for (int i = 0; i < 3; i++)
+      light[i] += lamp[3 + i] * (material[BS_MATERIAL_DIFFUSE] * factors[0] * color[i]
+                                 + material[BS_MATERIAL_SPECULAR] * factors[1]);
+  }
+}
+
+BS_INLINE void FN(scene_sky)(S *light, const bs_scene *scene, const S *direction)
+{
+  const S *const sky = (const S *)scene->sky;
+  const S up = direction[2] > 0 ? direction[2] : K(0);
+  for (int i = 0; i < 3; i++) light[i] = (K(1) - up) * sky[i] + up * sky[3 + i];
+}
+
+/* Color seen along a ray of unit direction; reflections are followed one after the other. */
+BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
+{
+  FN(search) search = {scene->method, scene->samples, BS_STATUS_OK};
+  S weight = 1, light[3];
+  for (int i = 0; i < 3; i++) seen[i] = 0;
+  for (int bounce = 0;; bounce++) {
+    FN(hit) hit;
+    S normal[3], start[3];
+    if (!FN(scene_nearest)(&hit, scene, &ray, K(0), &search)) {
+      FN(scene_sky)(light, scene, ray.direction);
+      for (int i = 0; i < 3; i++) seen[i] += weight * light[i];
+      return;
+    }
+    const ptrdiff_t id = scene->surfaces[hit.kind].ids[hit.index];
+    const S *const material = (const S *)scene->materials + id * BS_MATERIAL_SIZE;
+    const S mirror = bounce < scene->depth ? material[BS_MATERIAL_REFLECTIVITY] : K(0);
+    const S offset = BS_OFFSET(S) * FN(scene_size)(&ray, &hit);
+    FN(scene_normal)(normal, scene, &ray, &hit);
+    for (int i = 0; i < 3; i++) start[i] = hit.point[i] + offset * normal[i];
+    FN(scene_shade)(light, scene, material, &ray, start, normal, &search);
+    for (int i = 0; i < 3; i++) seen[i] += weight * (K(1) - mirror) * light[i];
+#if BS_SCENE_REFLECTION
+    if (mirror > 0) {
+      S onward[3];
+      FN(cga3d_reflected_direction)(onward, ray.direction, normal);
+      FN(copy)(ray.origin, start, 3);
+      FN(copy)(ray.direction, onward, 3);
+      weight *= mirror;
+      continue;
+    }
+#endif
+    return;
+  }
+}
