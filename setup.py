@@ -7,6 +7,7 @@ the numba target serves) unless BLADESMITH_REQUIRE_EXTENSION=1 is set.
 import os
 import runpy
 import shutil
+import sysconfig
 from pathlib import Path
 
 from cffi import FFI
@@ -25,6 +26,7 @@ ROOMS = {
 }
 NOT_DATA = {".py", ".pyc", ".so", ".pyd", ".o", ".obj"}
 STABLE_ABI = "cp311"  # oldest Python served; one wheel for it and all later ones
+LIMITED = not sysconfig.get_config_var("Py_GIL_DISABLED")  # a free-threaded Python has no stable ABI
 FLAGS = runpy.run_path("codegen/flags.py")
 REQUIRED = os.environ.get("BLADESMITH_REQUIRE_EXTENSION", "") not in ("", "0")
 
@@ -69,7 +71,7 @@ def extension(cdef: Path) -> Extension:
         include_dirs=[str(folder), str(shared)],
         define_macros=[(FLAGS["HASH_MACRO"], f'"{FLAGS["source_hash"](files)}"')],
         depends=[str(path) for home in (folder, shared) for path in sorted(home.iterdir()) if path.is_file()],
-        py_limited_api=True,
+        py_limited_api=LIMITED,
         optional=not REQUIRED,
     )
     return ffi.distutils_extension(tmpdir="build/cffi", verbose=False)
@@ -104,5 +106,5 @@ setup(
     package_data={name: data(folder) for name, folder in PACKAGES.items()},
     ext_modules=[extension(path) for path in CDEFS],
     cmdclass={"build_ext": BuildExtensions, "build_py": BuildFresh},
-    options={"bdist_wheel": {"py_limited_api": STABLE_ABI}} if CDEFS else {},
+    options={"bdist_wheel": {"py_limited_api": STABLE_ABI}} if CDEFS and LIMITED else {},
 )

@@ -19,23 +19,14 @@ Column: TypeAlias = tuple[int, Number]
 Row: TypeAlias = tuple[int, int, Number]
 """One place of a divisor: polynomial, packed cofactor, coefficient."""
 
-PairKey: TypeAlias = tuple[int, int, Number]
-"""A two-term divisor q1 + r q2, as (q1, q2, r)."""
+PairKey: TypeAlias = tuple[int, int, int, int]
+"""A two-term divisor q1 + n/d q2, as (q1, q2, n, d): integers, because hashing a Fraction is slow."""
+
+_Place: TypeAlias = tuple[Number, int, int]
+"""Where a two-term divisor stands: coefficient and the two packed monomials."""
 
 _GRAIN = 64
 """Scores are scaled by this before noise of up to half of it is added, so that scores stay integers."""
-
-
-class Stream:
-    """A small stream of pseudo-random integers, the same on every machine and Python (Lehmer's generator)."""
-
-    def __init__(self, seed: int) -> None:
-        self._state = seed * 2 + 1
-
-    def below(self, bound: int) -> int:
-        """A number in 0 .. bound - 1."""
-        self._state = self._state * 48271 % 2147483647
-        return (self._state >> 8) % bound
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,16 +53,19 @@ class Extractor:
         How many candidates are grown before one is extracted.
     stream : Stream, optional
         Noise on the candidates' order; without it the order is by saving alone.
+    parts : bool
+        Whether divisors may take a part of a coefficient.
     """
 
-    def __init__(self, system: System, width: int, stream: Stream | None = None) -> None:
+    def __init__(self, system: System, width: int, stream: Stream | None = None, parts: bool = True) -> None:
         self.work = 0
         self._system = system
         self._packing = system.packing
         self._polynomials = system.polynomials
         self._width = width
         self._stream = stream
-        self._places: dict[PairKey, dict[tuple[int, int], Number]] = {}
+        self._parts = parts
+        self._places: dict[PairKey, dict[tuple[int, int], _Place]] = {}
         self._dirty: dict[PairKey, None] = {}
         self._heap: list[tuple[int, PairKey, int]] = []
         self._serial: dict[PairKey, int] = {}
@@ -93,68 +87,33 @@ class Extractor:
 
     # -- pairs of terms ------------------------------------------------------------------------------------
 
-    def _pair_keys(self, index: int, left: int, right: int) -> list[tuple[PairKey, int, Number]]:
-        """The two-term divisors of a pair: (key, cofactor, coefficient), whole and with part of a coefficient."""
-        self.work += 1
-        terms = self._polynomials[index]
-        common = left & right
-        first, second = self._packing.divide(left, common), self._packing.divide(right, common)
-        a, b = terms[left], terms[right]
-        if first > second:
-            first, second, a, b = second, first, b, a
-        if a == b:
-            return [((first, second, 1), common, a)]
-        if a == -b:
-            return [((first, second, -1), common, a)]
-        smaller = min(abs(a), abs(b))
-        return [
-            ((first, second, ratio(b, a)), common, a),
-            ((first, second, 1 if (a > 0) == (b > 0) else -1), common, smaller if a > 0 else -smaller),
-        ]
-
-    def _add_pair(self, index: int, left: int, right: int) -> None:
-        for key, common, value in self._pair_keys(index, left, right):
-            self._places.setdefault(key, {})[(index, common)] = value
-            self._dirty[key] = None
-
-    def _drop_pair(self, index: int, left: int, right: int) -> None:
-        for key, common, _ in self._pair_keys(index, left, right):
-            places = self._places[key]
-            del places[(index, common)]
-            if not places:
-                del self._places[key]
-            self._dirty[key] = None
-
-    def _rows(self, key: PairKey) -> list[Row]:
-        """The places of a two-term divisor, without those that share a term with an earlier one."""
-        multiply = self._packing.multiply
-        used: set[tuple[int, int]] = set()
-        rows = []
-        for (index, common), value in self._places[key].items():
-            left, right = (index, multiply(common, key[0])), (index, multiply(common, key[1]))
-            if left not in used and right not in used:
-                used.add(left)
-                used.add(right)
-                rows.append((index, common, value))
-        return rows
-
     def _rescore(self) -> None:
         """Queue the changed two-term divisors by what they save."""
         for key in self._dirty:
             self._serial.pop(key, None)
             self._grown.pop(key, None)
-            places = self._places.get(key)
-            if places is None:
-                continue
-            if len(places) == 1:
-                ((_, common), value), = places.items()
-                if common == 0 and value in (1, -1):
-                    continue  # the commonest case: nothing to save
-            columns: list[Column] = [(key[0], 1), (key[1], key[2])]
-            saving = sum(self._row_saving(row, columns) for row in self._rows(key)) - _divisor_cost(columns)
-            if saving > 0:
-                self._queue(key, saving)
+            if key in self._places:
+                saving = self._pair_saving(key)
+                if saving > 0:
+                    self._queue(key, saving)
         self._dirty = {}
+
+    def _pair_saving(self, key: PairKey) -> int:
+        """What extracting a two-term divisor saves."""
+        places = self._places[key]
+        if len(places) == 1:
+            ((_, common), (value, _, _)), = places.items()
+            if common == 0 and value in (1, -1):
+                return 0  # the commonest case
+        columns = _pair_columns(key)
+        factor = columns[1][1]
+        saving = -_divisor_cost(columns)
+        for row in self._rows(key):
+            index, common, value = row
+            terms = self._polynomials[index]
+            _, left, right = places[(index, common)]
+            saving += _gain(left, terms[left], value) + _gain(right, terms[right], value * factor) - _row_cost(row)
+        return saving
 
     def _queue(self, key: PairKey, saving: int) -> None:
         score = saving * _GRAIN
@@ -170,12 +129,7 @@ class Extractor:
         """What the row's term in this column cost, less what remains of it."""
         index, cofactor, value = row
         monomial = self._packing.multiply(cofactor, column[0])
-        actual = self._polynomials[index][monomial]
-        rest = actual - value * column[1]
-        literals = monomial.bit_count()
-        if rest == 0:
-            return product_cost(literals, actual) + 1
-        return product_cost(literals, actual) - product_cost(literals, rest)
+        return _gain(monomial, self._polynomials[index][monomial], value * column[1])
 
     def _row_saving(self, row: Row, columns: list[Column]) -> int:
         """What a row saves: its terms, less the new term with the divisor as one more literal."""
@@ -189,7 +143,7 @@ class Extractor:
         if cached is not None and all(self._changed_at.get(index, 0) <= cached[0] for index, _ in self._places[key]):
             return cached[1]
         rows = self._rows(key)
-        columns: list[Column] = [(key[0], 1), (key[1], key[2])]
+        columns = _pair_columns(key)
         savings = [self._row_saving(row, columns) for row in rows]
         total = sum(savings) - _divisor_cost(columns)
         while True:
@@ -229,7 +183,7 @@ class Extractor:
                 members = []
                 touched: set[tuple[int, int]] = set()
                 for member, value in having:
-                    if value == scale or value > scale > 0 or value < scale < 0:
+                    if value == scale or (self._parts and (value > scale > 0 or value < scale < 0)):
                         place = (rows[member][0], packing.multiply(rows[member][1], quotient))
                         if place not in touched:
                             touched.add(place)
@@ -300,17 +254,3 @@ class Extractor:
                 self._add_pair(index, monomial, other)
 
 
-def _row_cost(row: Row) -> int:
-    """A row's new term, cofactor times divisor, with its addition."""
-    return product_cost(row[1].bit_count() + 1, row[2]) + 1
-
-
-def _divisor_cost(columns: list[Column]) -> int:
-    """Computing the divisor once."""
-    return sum(product_cost(monomial.bit_count(), value) for monomial, value in columns) + len(columns) - 1
-
-
-def _content(values: list[Number]) -> Number:
-    """The positive rational whose multiples all values are, coprime."""
-    fractions = [Fraction(value) for value in values]
-    return exact(Fraction(gcd(*(f.numerator for f in fractions)), lcm(*(f.denominator for f in fractions))))

@@ -1,13 +1,14 @@
 """Polynomials packed for speed: monomials as bit sets, and systems of polynomials that define each other.
 
-The lowest room of the factoring: the polynomial types, exact arithmetic on monomials, and inlining. What is worth
-extracting is decided elsewhere.
+The lowest room of the factoring: the polynomial types, exact arithmetic on monomials, and inlining. What is
+worth extracting is decided elsewhere.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import TypeAlias
 
 Monomial: TypeAlias = tuple[tuple[int, int], ...]
@@ -25,12 +26,14 @@ def exact(value: Number) -> Number:
     return value.numerator if value.denominator == 1 else value
 
 
+def magnitude(value: Number) -> Number:
+    """Absolute value."""
+    return value if value > 0 else -value
+
+
+@lru_cache(maxsize=4096)
 def ratio(dividend: Number, divisor: Number) -> Number:
     """Exact quotient, as an int if it is one."""
-    if dividend == divisor:
-        return 1
-    if dividend == -divisor:
-        return -1
     return exact(Fraction(dividend) / divisor)
 
 
@@ -52,7 +55,8 @@ class Packing:
         self.variable_of_bit: list[int] = []
         self.bits: list[list[int]] = []
         self.powers = 0  # the bits that stand for second and higher copies
-        self._quotients: dict[tuple[int, int], int] = {}
+        self._quotients: dict[int, int] = {}
+        self._squares: dict[tuple[int, int], int] = {}
         for _ in range(variable_count):
             self.new_variable()
 
@@ -106,20 +110,23 @@ class Packing:
         """Product of two packed monomials."""
         if not left & right:
             return left | right
-        exponents = self.exponents(left)
-        for variable in self.literals(right):
-            exponents[variable] = exponents.get(variable, 0) + 1
-        return self.pack(exponents)
+        key = (left, right)
+        found = self._squares.get(key)
+        if found is None:
+            exponents = self.exponents(left)
+            for variable in self.literals(right):
+                exponents[variable] = exponents.get(variable, 0) + 1
+            found = self._squares[key] = self.pack(exponents)
+        return found
 
     def divide(self, monomial: int, divisor: int) -> int:
         """Quotient of packed monomials, where `monomial & divisor == divisor`."""
         quotient = monomial ^ divisor
         if not quotient & self.powers:
             return quotient
-        key = (monomial, divisor)
-        found = self._quotients.get(key)
+        found = self._quotients.get(quotient)
         if found is None:
-            found = self._quotients[key] = self.pack(self.exponents(quotient))
+            found = self._quotients[quotient] = self.pack(self.exponents(quotient))
         return found
 
 
@@ -201,9 +208,9 @@ class System:
                 pieces = [(monomial, value)]
             else:
                 rest = self.packing.divide(monomial, bit)
-                pieces = [(self.packing.multiply(rest, inner), value * factor) for inner, factor in body.items()]
-            for target, amount in pieces:
-                total = exact(result.get(target, 0) + amount)
+                pieces = [(self.packing.multiply(rest, inner), value * amount) for inner, amount in body.items()]
+            for target, added in pieces:
+                total = exact(result.get(target, 0) + added)
                 if total:
                     result[target] = total
                 else:

@@ -1,6 +1,6 @@
 """Common products: the last stage of factoring, where sums are settled and monomials share their parts.
 
-A coefficient other than +-1 is a literal like any other here, so that the 2 a of 2 a b and 2 a c can be shared.
+A coefficient other than +-1 is a literal like any other here: the 2 a of 2 a b and 2 a c can be shared.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeAlias
 
-from .factor_packed import Number, System
+from .factor_packed import Number, System, magnitude
 
 Node: TypeAlias = tuple[int, ...]
-"""A product as ascending literals: -1 - i is coefficient i, others are variables and, above them, shared pairs."""
+"""A product as ascending literals: -1 - i is coefficient i; variables; and above them shared pairs."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def common_products(system: System) -> Products:
     for terms in system.polynomials.values():
         for monomial, value in terms.items():
             literals = system.packing.literals(monomial)
-            size = abs(value)
+            size = magnitude(value)
             if size != 1 and literals:
                 literals.insert(0, -1 - numbers.setdefault(size, len(numbers)))
             if len(literals) > 1:
@@ -59,10 +59,10 @@ def _share(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]
     shared: list[Node] = []
     members: dict[Node, dict[int, None]] = {}
     for number, node in enumerate(rests):
-        for pair in combinations(node, 2):
-            members.setdefault(pair, {})[number] = None
+        for both in combinations(node, 2):
+            members.setdefault(both, {})[number] = None
     while members:
-        pair = max(members, key=lambda key: (len(members[key]), key))
+        pair: Node = max(members, key=lambda key: (len(members[key]), key))
         if len(members[pair]) < 2:
             break
         literal = first_shared + len(shared)

@@ -6,6 +6,7 @@ setup.py runs this file by its path, before anything is installed: only the stan
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -29,7 +30,7 @@ HASH_MACRO = "BS_SOURCE_HASH"
 """Defined as a C string while an extension is compiled; `bs_source_hash()` in the generated C returns it."""
 
 _HASH_LENGTH = 16  # hexadecimal digits: 64 bits, enough to tell a stale build from a fresh one
-_HASHED_SUFFIXES = (".c", ".cdef", ".h", ".inc")
+_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 
 
 def source_hash(files: Mapping[str, str]) -> str:
@@ -46,10 +47,16 @@ def compiled_files(folder: Path, headers: Path) -> dict[str, str]:
     Parameters
     ----------
     folder
-        `generated/<name>`: its C sources, headers and `kernels.cdef`.
+        `generated/<name>`: `kernels.c`, `kernels.cdef` and headers of its own.
     headers
-        `templates/c`: the headers that all generated sources share.
+        `templates/c`: the headers that all generated sources share. Those that are included count.
     """
-    found = list(headers.glob("*.h"))
-    found += [path for path in folder.iterdir() if path.suffix in _HASHED_SUFFIXES and path.is_file()]
-    return {path.name: path.read_text(encoding="utf-8") for path in found}
+    files: dict[str, str] = {}
+    wanted = ["kernels.cdef", "kernels.c"]
+    while wanted:
+        name = wanted.pop()
+        path = next((home / name for home in (folder, headers) if (home / name).is_file()), None)
+        if path is not None and name not in files:
+            files[name] = path.read_text(encoding="utf-8")
+            wanted += _INCLUDE.findall(files[name])
+    return files

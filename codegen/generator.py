@@ -15,7 +15,8 @@ from .algebra import Algebra, validated_identifier
 from .catalogue import algebra_from_data, data_from_algebra
 from .errors import SpecError, suggest
 from .kinds import Kind, numbers, scalar_argument, verify
-from .simplify import choose, chosen_form
+from .factor_record import Record
+from .simplify import choose, chosen_form, record_of
 from .targets.c import symbol
 from .targets.extension import kernel_files
 from .trace import Formula, Input, Kernel, Output, trace
@@ -26,7 +27,7 @@ Progress = Callable[[int, int, str], None]
 
 
 def generate(
-    spec: Mapping[str, Any], choices: Mapping[str, str] | None = None, progress: Progress | None = None
+    spec: Mapping[str, Any], choices: Mapping[str, Record] | None = None, progress: Progress | None = None
 ) -> dict[str, str]:
     """Generated files of one algebra.
 
@@ -34,15 +35,16 @@ def generate(
     ----------
     spec : mapping
         Contents of a spec file (`load_spec`), or any mapping of that form.
-    choices : mapping of symbol to form, optional
-        Forms from an earlier manifest (`choices_of`); others are searched.
+    choices : mapping of symbol to record, optional
+        Forms chosen earlier (the contents of forms.json); others are searched.
     progress : callable, optional
         ``progress(done, total, name)``.
 
     Returns
     -------
     dict of str to str
-        File name to text: kernels.c, kernels.h, batch.h, kernels.cdef, kernels_numba.py, manifest.json.
+        File name to text: kernels.c, kernels.h, batch.h, kernels.cdef, kernels_numba.py,
+        manifest.json, forms.json.
 
     Raises
     ------
@@ -63,6 +65,8 @@ def generate(
     files = kernel_files(f"{algebra.name}", [k for _, k in kernels])
     files["kernels_numba.py"] = _numba([k for _, k in kernels])
     files["manifest.json"] = json.dumps(_manifest(algebra, kernels), indent=1) + "\n"
+    records = [f"{json.dumps(symbol(k))}: {json.dumps(record_of(k), separators=(',', ':'))}" for _, k in kernels]
+    files["forms.json"] = "{\n" + ",\n".join(records) + "\n}\n"
     return files
 
 
@@ -125,11 +129,6 @@ def formula_by_name(name: str) -> Formula:
         public = [n for n in vars(module) if not n.startswith("_")]
         raise SpecError(f"{module_name} has no formula {function!r}{suggest(function, public)}.")
     return formula  # type: ignore[no-any-return]
-
-
-def choices_of(manifest: Mapping[str, Any]) -> dict[str, str]:
-    """Forms that an earlier run chose, by symbol."""
-    return {str(k["symbol"]): str(k["form"]) for k in manifest.get("kernels", [])}
 
 
 def plain_spec(p: int, q: int, r: int, name: str) -> dict[str, Any]:

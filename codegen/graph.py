@@ -69,6 +69,16 @@ class Graph:
             return self.zero
         return self._lookup("var", (), place) or self._node("var", (), place, value)
 
+    def mark(self) -> int:
+        """The graph's size now, for `rollback`."""
+        return len(self.nodes)
+
+    def rollback(self, mark: int) -> None:
+        """Forget the nodes made since: what is built next does not depend on what was tried before."""
+        for node in self.nodes[mark:]:
+            del self._known[node.op, tuple(a.id for a in node.args), node.data]
+        del self.nodes[mark:], self.values[mark:]
+
     # -- the ring ------------------------------------------------------------------------------------------
 
     def constant(self, value: Fraction) -> Node:

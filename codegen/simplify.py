@@ -7,9 +7,9 @@ value on the declared kinds. The choice depends on counts and bounds only, so ev
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -17,7 +17,8 @@ import numpy as np
 
 from .bounds import BoundRing
 from .errors import SpecError, TraceError
-from .factor import Poly, factor
+from .factor import Expr, Poly, factor
+from .factor_record import Record, decode, encode
 from .graph import Node, evaluate, reachable
 from .kinds import Kind, NumericSource
 from .polynomials import Regions, TooManyTerms, constraint_polynomials, rebuild, regions, same_values
@@ -95,52 +96,52 @@ def staged(kernel: Kernel) -> Form:
     return Form(kernel, "staged", kernel.roots)
 
 
-def forms(kernel: Kernel) -> Iterator[Form]:
-    """All forms worth counting, the formula as written first; each proved equal at the graph's exact points."""
-    yield staged(kernel)
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A form that is not built yet: its name, and the factored expressions of the kernel's regions."""
+
+    name: str
+    parts: Regions
+    expressions: tuple[Expr, ...]
+
+    def build(self, kernel: Kernel) -> Form:
+        """Nodes of this form, proved equal to the formula at the graph's exact points.
+
+        Raises
+        ------
+        TraceError
+            If they are not: then a constraint of a kind is wrong.
+        """
+        roots = rebuild(kernel.graph, self.parts, self.expressions, len(kernel.roots))
+        if not same_values(kernel.graph, kernel.roots, roots):
+            raise TraceError(f"{kernel.name}: form {self.name} does not equal the formula; is a constraint wrong?")
+        return Form(kernel, self.name, roots)
+
+
+def candidates(kernel: Kernel) -> Iterator[Candidate]:
+    """Forms worth counting: "local" (sums that are shared stay), "greedy" (all expanded), "reduced0", ..."""
     for name, keep_shared in (("local", True), ("greedy", False)):
-        try:
+        with suppress(TooManyTerms):
             parts = regions(kernel, keep_shared)
-        except TooManyTerms:
-            continue
-        yield from _factored(kernel, name, parts, parts.polynomials)
-    try:
+            yield from _factored(name, parts, parts.polynomials)
+    with suppress(TooManyTerms):
         parts = regions(kernel, keep_shared=False)
-    except TooManyTerms:
-        return
-    for i, polynomials in enumerate(reduced_polynomials(kernel, parts)):
-        yield from _factored(kernel, f"reduced{i}", parts, polynomials)
+        for i, polynomials in enumerate(reduced_polynomials(kernel, parts)):
+            yield from _factored(f"reduced{i}", parts, polynomials)
 
 
-def form_named(kernel: Kernel, name: str) -> Form:
-    """One form by name, without making the others.
-
-    Raises
-    ------
-    SpecError
-        If the kernel has no such form.
-    """
-    if name == "staged":
-        return staged(kernel)
-    try:
-        parts = regions(kernel, keep_shared=name == "local")
-        if name in ("local", "greedy"):
-            return next(_factored(kernel, name, parts, parts.polynomials))
-        number = int(name.removeprefix("reduced"))
-        polynomials = next(islice(reduced_polynomials(kernel, parts), number, None))
-        return next(_factored(kernel, name, parts, polynomials))
-    except (TooManyTerms, StopIteration, ValueError):
-        raise SpecError(f"kernel {kernel.name!r} has no form {name!r}; regenerate without the old choices.") from None
+def _factored(name: str, parts: Regions, polynomials: Sequence[Poly]) -> Iterator[Candidate]:
+    if sum(len(p) for p in polynomials) <= MAX_SYSTEM_TERMS:
+        yield Candidate(name, parts, tuple(factor(polynomials, len(parts.atoms))))
 
 
-def _factored(kernel: Kernel, name: str, parts: Regions, polynomials: Sequence[Poly]) -> Iterator[Form]:
-    if sum(len(p) for p in polynomials) > MAX_SYSTEM_TERMS:
-        return
-    expressions = factor(polynomials, len(parts.atoms))
-    roots = rebuild(kernel.graph, parts, expressions, len(kernel.roots))
-    if not same_values(kernel.graph, kernel.roots, roots):
-        raise TraceError(f"{kernel.name}: form {name} does not equal the formula; a constraint of a kind is wrong.")
-    yield Form(kernel, name, roots)
+def forms(kernel: Kernel) -> Iterator[Form]:
+    """All forms, the formula as written first. Each is valid until the next one is taken."""
+    yield staged(kernel)
+    mark = kernel.graph.mark()
+    for candidate in candidates(kernel):
+        yield candidate.build(kernel)
+        kernel.graph.rollback(mark)
 
 
 def reduced_polynomials(kernel: Kernel, parts: Regions) -> Iterator[list[Poly]]:
@@ -195,24 +196,63 @@ def samples(kernel: Kernel) -> Iterator[dict[tuple[int, int], Any]]:
         yield values
 
 
-_chosen: WeakKeyDictionary[Kernel, Form] = WeakKeyDictionary()
+_chosen: WeakKeyDictionary[Kernel, tuple[Form, Candidate | None]] = WeakKeyDictionary()
 
 
 def chosen_form(kernel: Kernel) -> Form:
     """The form that is printed; searched on first use."""
     if kernel not in _chosen:
         choose(kernel)
-    return _chosen[kernel]
+    return _chosen[kernel][0]
 
 
-def choose(kernel: Kernel, name: str | None = None) -> Form:
-    """Choose the form of this name, or search for the cheapest that is as accurate as the formula as written."""
-    if name is not None:
-        _chosen[kernel] = form_named(kernel, name)
-        return _chosen[kernel]
-    best = staged(kernel)
-    for form in forms(kernel):
-        if form.operations.total < best.operations.total and error_ratio(form) <= ADMITTED_RATIO:
-            best = form
-    _chosen[kernel] = best
+def choose(kernel: Kernel, record: Record | None = None) -> Form:
+    """Take the form of an earlier record, or search for the cheapest that is as accurate as the formula as written.
+
+    Raises
+    ------
+    SpecError
+        If the record does not fit the kernel.
+    """
+    if record is None:
+        best = _search(kernel)
+    elif record["form"] == "staged":
+        best = None
+    else:
+        best = _recorded(kernel, record)
+    try:
+        form = best.build(kernel) if best else staged(kernel)
+    except (TraceError, IndexError, ValueError) as error:
+        raise SpecError(f"the recorded form of {kernel.name!r} does not fit ({error}); generate with --search.") from None
+    _chosen[kernel] = form, best
+    return form
+
+
+def record_of(kernel: Kernel) -> Record:
+    """The chosen form as plain data, so that it need not be searched again (and no factoring code is needed)."""
+    form, candidate = _chosen[kernel]
+    if candidate is None:
+        return {"form": "staged"}
+    return {"form": form.name, **encode(candidate.expressions)}
+
+
+def _recorded(kernel: Kernel, record: Record) -> Candidate:
+    try:
+        parts = regions(kernel, keep_shared=record["form"] == "local")
+        expressions = decode(record)
+    except (TooManyTerms, KeyError, IndexError, ValueError, TypeError) as error:
+        raise SpecError(f"the recorded form of {kernel.name!r} is damaged ({error}); generate with --search.") from None
+    if len(expressions) != len(parts.targets):
+        raise SpecError(f"the recorded form of {kernel.name!r} is of another formula; generate with --search.")
+    return Candidate(record["form"], parts, tuple(expressions))
+
+
+def _search(kernel: Kernel) -> Candidate | None:
+    mark = kernel.graph.mark()
+    best, least = None, staged(kernel).operations.total
+    for candidate in candidates(kernel):
+        form = candidate.build(kernel)
+        if form.operations.total < least and error_ratio(form) <= ADMITTED_RATIO:
+            best, least = candidate, form.operations.total
+        kernel.graph.rollback(mark)
     return best

@@ -179,13 +179,18 @@ def test_doctor_tells_fresh_from_stale(monkeypatch, tmp_path):
     folder, headers = tmp_path / "tiny2d", tmp_path / "c"
     folder.mkdir()
     headers.mkdir()
+    (headers / "platform.h").write_text("")
     (folder / "kernels.cdef").write_text("const char *bs_source_hash(void); int bs_kernel_count(void);")
     (folder / "kernels.c").write_text(
-        "const char *bs_source_hash(void) { return BS_SOURCE_HASH; }\nint bs_kernel_count(void) { return 3; }\n"
+        '#include "platform.h"\n'
+        "const char *bs_source_hash(void) { return BS_SOURCE_HASH; }\n"
+        "int bs_kernel_count(void) { return 3; }\n"
     )
     module = build.load(build.generated_extension(folder, headers))
     monkeypatch.setattr(doctor, "_extension", lambda name: module)
     assert doctor._freshness(folder, headers) == "3 kernels, compiled from these sources"
+    (headers / "scene.h").write_text("/* not included */")
+    assert "STALE" not in doctor._freshness(folder, headers)
     (headers / "platform.h").write_text("/* changed */")
     assert "STALE" in doctor._freshness(folder, headers)
     monkeypatch.setattr(doctor, "_extension", lambda name: None)

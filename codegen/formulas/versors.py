@@ -19,37 +19,36 @@ def norm(x: Multivector) -> Multivector:
     return sqrt(absolute(norm_squared(x)))
 
 
-def safe_norm_squared(x: Multivector) -> tuple[Multivector, Result]:
-    """|<x ~x>_0|, NaN where it is no more than rounding noise of its terms; and the status."""
-    square = absolute(norm_squared(x))
-    noise = NOISE * epsilon(x) * absolute_product(x, x, keep_scalar)
-    regular = square > noise
-    return only_if(regular, square), outcome(x, (~regular, Status.SINGULAR))
+def noise_of_square(x: Multivector) -> Multivector:
+    """What rounding may have left of <x ~x>_0 where it should be zero."""
+    return NOISE * epsilon(x) * absolute_product(x, x, keep_scalar)
 
 
 def normalise(x: Multivector) -> tuple[Multivector, Result]:
     """x over its norm; null multivectors (a point, for one) are singular."""
-    square, status = safe_norm_squared(x)
-    return x / sqrt(square), status
+    square = absolute(norm_squared(x))
+    regular = square > noise_of_square(x)
+    return x / sqrt(only_if(regular, square)), outcome(x, (~regular, Status.SINGULAR))
 
 
 def normalise_flat(x: Multivector) -> tuple[Multivector, Result]:
-    """The nearest motor or line: x (x ~x)^(-1/2), for even x and lines of Euclidean geometry.
+    """The nearest motor or line: x (x ~x)^(-1/2), for the blades of a motor or of a line.
 
     There x ~x = s + q with q^2 = 0 (q of grade 4), whose inverse root is (1 - q/(2 s))/sqrt(s): scale and
-    screw part are both repaired.
+    screw part are both repaired. Lines of CGA are trivectors, with s < 0.
     """
-    s, status = safe_norm_squared(x)
-    q = (x * ~x).grade(4)
-    return x * (1 - q / (2 * norm_squared(x))) / sqrt(s), status
+    s, q = norm_squared(x), (x * ~x).grade(4)
+    positive = -s if x.grades == (3,) else s
+    regular = positive > noise_of_square(x)
+    root = sqrt(only_if(regular, positive))
+    return x * (1 - q / (2 * s)) / root, outcome(x, (~regular, Status.SINGULAR))
 
 
 def versor_inverse(x: Multivector) -> tuple[Multivector, Result]:
     """~x/<x ~x>_0: the inverse of blades and of products of vectors."""
     square = norm_squared(x)
-    _, status = safe_norm_squared(x)
-    noise = NOISE * epsilon(x) * absolute_product(x, x, keep_scalar)
-    return ~x / only_if(absolute(square) > noise, square), status
+    regular = absolute(square) > noise_of_square(x)
+    return ~x / only_if(regular, square), outcome(x, (~regular, Status.SINGULAR))
 
 
 def sandwich(r: Multivector, x: Multivector) -> Multivector:
@@ -60,11 +59,12 @@ def sandwich(r: Multivector, x: Multivector) -> Multivector:
 def reflect(x: Multivector, mirror: Multivector) -> tuple[Multivector, Result]:
     """x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4): P x P.
 
-    The sign is such that points of the mirror stay as they are: that is P x P for unit lines, circles, planes and
-    spheres of CGA, and P x ~P in plane-based algebras, where P is built from planes.
+    The sign is such that points of the mirror keep theirs. In CGA that is P x P for unit lines, circles, planes
+    and spheres; in 3D PGA, where mirrors are built from planes, it is P x ~P.
     """
+    (k,) = mirror.grades
+    p, q, r = x.algebra.signature
+    swaps = k * (p + q - 1) if r else k + 1
     inverse, status = versor_inverse(mirror)
     image = mirror * x * inverse
-    if not x.algebra.is_degenerate:
-        image = -image.involute() if False else image
-    return image, status
+    return -image if swaps & 1 else image, status

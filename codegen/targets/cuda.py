@@ -13,8 +13,10 @@ from ..simplify import chosen_form
 from ..templating import render, template_text
 from ..trace import Kernel
 from .c import c_function, symbol
+from .cuda_run import CudaKernel, CudaModule, Device
 from .extension import in_dependency_order
-from .nvrtc import DEFAULT_ARCH, Compiled, compile_text
+from .nvrtc import DEFAULT_ARCH, Compiled, architectures, compile_text
+from .printer import interface
 
 #: The file that is compiled; the others are included by it.
 MAIN = "kernels.cu"
@@ -81,3 +83,30 @@ def compile_source(
     """
     texts = with_headers(files)
     return compile_text(texts.pop(MAIN), texts, MAIN, arch, options)
+
+
+def device_arch(capability: int) -> str:
+    """The arch to compile for, for a GPU of this capability: machine code, or PTX for a GPU newer than NVRTC."""
+    known = architectures()
+    return f"sm_{capability}" if capability in known else f"compute_{max(a for a in known if a < capability)}"
+
+
+def bind(kernel: Kernel, device: Device | None = None) -> CudaKernel:
+    """A kernel as a function of arrays, compiled for a GPU of this machine.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    device : Device, optional
+        Default: the first GPU.
+
+    Raises
+    ------
+    MissingExtraError
+        If NVRTC is not installed.
+    DeviceError
+        If there is no GPU.
+    """
+    device = device or Device()
+    compiled = compile_source(cuda_source([kernel]), device_arch(device.capability))
+    return CudaKernel(CudaModule(device, compiled.image), symbol(kernel), *interface(kernel))

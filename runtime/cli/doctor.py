@@ -31,7 +31,7 @@ _NAME_LENGTH = 100  # bytes for a graphics processor's name; the driver cuts lon
 @click.option("--json", "as_json", is_flag=True, help="For programs and bug reports.")
 def command(as_json: bool) -> None:
     """Say what compiler, targets, caches and threads this machine has, and whether the kernels are fresh."""
-    found = {title: facts() for title, facts in SECTIONS.items()}
+    found = {title: _attempted(facts) for title, facts in SECTIONS.items()}
     if as_json:
         click.echo(json.dumps(found, indent=1))
         return
@@ -65,9 +65,7 @@ def c_compiler() -> Facts:
     return {
         "compiler": f"{' '.join(chosen.command)}: {chosen.summary}",
         "flags": " ".join(C_FLAGS),
-        "Python.h": "found"
-        if has_python_headers()
-        else "missing: kernels are called through libffi, more slowly",
+        "Python.h": "found" if has_python_headers() else "missing: calls go through libffi, more slowly",
     }
 
 
@@ -96,6 +94,14 @@ def algebras() -> Facts:
     if not folders:
         return {"none": "run: bladesmith generate"}
     return {folder.name: _freshness(folder, headers) for folder in folders}
+
+
+def _attempted(facts: Callable[[], Facts]) -> Facts:
+    """What goes wrong in one section is itself a finding, and the others still matter."""
+    try:
+        return facts()
+    except Exception as error:
+        return {"failed": f"{type(error).__name__}: {error}"}
 
 
 SECTIONS: dict[str, Callable[[], Facts]] = {
@@ -150,10 +156,8 @@ def _instances() -> Facts:
             count = module.lib.bs_instance_count()
             usable = [i for i in range(count) if module.lib.bs_use_instance(i)]
             in_use = {label.partition("_")[0]: label for label in _names(module, usable)}
-            return {
-                "instances": ", ".join(in_use.values()),
-                "compiled": ", ".join(_names(module, range(count))),
-            }
+            compiled = ", ".join(_names(module, range(count)))
+            return {"instances": f"{', '.join(in_use.values())} (of {compiled})"}
     return {"instances": "no compiled algebra"}
 
 

@@ -35,14 +35,14 @@ def command(
     Without --spec and --signature, all stock algebras. Without --out, into the installed package's own folder (for
     --check) or ./generated. The forms chosen earlier are read from the manifest there.
     """
-    from ..codegen.generator import choices_of, generate
+    from ..codegen.generator import generate
 
     folder = Path(out) if out else (_installed() if check else Path("generated"))
     differences = []
     for data in _specs(spec, signature, name):
         target = folder / str(data["name"])
         old = _read(target)
-        choices = {} if search or "manifest.json" not in old else choices_of(json.loads(old["manifest.json"]))
+        choices = {} if search else json.loads(old.get("forms.json", "{}"))
         with _bar(quiet, str(data["name"])) as progress:
             files = generate(data, choices, progress)
         if check:

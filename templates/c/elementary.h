@@ -31,14 +31,14 @@
 #define BS_COS /* relative error 2^-63.9 */ \
     0x1.555555555554bp-5, -0x1.6c16c16c15016p-10, 0x1.a01a019c8f4dbp-16, -0x1.27e4f7f1b6a14p-22, \
     0x1.1ee9dbecb79d9p-29, -0x1.8fa695c162261p-37
-#define BS_C2 /* relative error 2^-56.0 */ \
-    0x1p-1, -0x1.5555555555555p-5, 0x1.6c16c16c16bfdp-10, -0x1.a01a01a01a15ep-16, \
-    0x1.27e4fb7796d3cp-22, -0x1.1eed8efefd0dp-29, 0x1.939749694788ap-37, -0x1.ae7f4a3ce5314p-45, \
-    0x1.683c6d6b8dcedp-53, -0x1.e4a6b56a7df77p-62
-#define BS_C3 /* relative error 2^-53.7 */ \
-    0x1.5555555555555p-3, -0x1.1111111111111p-7, 0x1.a01a01a01a011p-13, -0x1.71de3a556c776p-19, \
-    0x1.ae64567f5d608p-26, -0x1.6124613a4be39p-33, 0x1.ae7f3da771e0ap-41, -0x1.952c7bbf5a04fp-49, \
-    0x1.2f584b11169eap-57, -0x1.717d29cc7eca2p-66
+#define BS_C2 /* relative error 2^-56.1 */ \
+    0x1p-1, -0x1.5555555555555p-5, 0x1.6c16c16c16c17p-10, -0x1.a01a01a01a09cp-16, \
+    0x1.27e4fb778912p-22, -0x1.1eed8efee4a4dp-29, 0x1.93974af3436b7p-37, -0x1.ae7f50d06a796p-45, \
+    0x1.680dc23b5952ep-53, -0x1.f2443eb35bd67p-62
+#define BS_C3 /* relative error 2^-53.8 */ \
+    0x1.5555555555555p-3, -0x1.1111111111112p-7, 0x1.a01a01a01a0a3p-13, -0x1.71de3a556a5bcp-19, \
+    0x1.ae64567e6e50cp-26, -0x1.612461ab4f88bp-33, 0x1.ae7f462b82937p-41, -0x1.9510d792fddedp-49, \
+    0x1.37675e4abc3cp-57
 #define BS_EXP /* relative error 2^-56.3 */ \
     0x1.000000000000ap-1, 0x1.55555555554fap-3, 0x1.55555555508a1p-5, 0x1.1111111127c87p-7, \
     0x1.6c16c1842204bp-10, 0x1.a01a012a0de64p-13, 0x1.a0199a22544f1p-16, 0x1.71df2618d1aeap-19, \
@@ -82,12 +82,12 @@
     0x1.555546p-3, -0x1.110778p-7, 0x1.995402p-13
 #define BS_COS /* relative error 2^-33.0 */ \
     0x1.55554ap-5, -0x1.6c0c28p-10, 0x1.99e806p-16
-#define BS_C2 /* relative error 2^-25.2 */ \
-    0x1p-1, -0x1.555556p-5, 0x1.6c16a6p-10, -0x1.a01a9ap-16, \
-    0x1.28300ep-22, -0x1.1e1632p-29
+#define BS_C2 /* relative error 2^-27.3 */ \
+    0x1p-1, -0x1.555556p-5, 0x1.6c16c8p-10, -0x1.a01908p-16, \
+    0x1.27c342p-22, -0x1.2a916ap-29
 #define BS_C3 /* relative error 2^-24.9 */ \
-    0x1.555556p-3, -0x1.111112p-7, 0x1.a019f2p-13, -0x1.71de68p-19, \
-    0x1.aeb4d6p-26, -0x1.60ab0ep-33
+    0x1.555556p-3, -0x1.111116p-7, 0x1.a01894p-13, -0x1.71bf7ap-19, \
+    0x1.bf967p-26
 #define BS_EXP /* relative error 2^-27.9 */ \
     0x1.fffffcp-2, 0x1.555492p-3, 0x1.5558fp-5, 0x1.1239a8p-7, \
     0x1.6a24eep-10
@@ -149,8 +149,8 @@ BS_INLINE V FN(horner)(V z, const S *terms, int count)
     }
 BS_POLYNOMIAL(sine_terms, BS_SIN)     /* (r - sin r)/r^3 in z = r^2, |r| <= pi/4 */
 BS_POLYNOMIAL(cosine_terms, BS_COS)   /* (cos r - 1 + z/2)/z^2 */
-BS_POLYNOMIAL(stumpff2_terms, BS_C2)  /* c2, |z| <= 4 */
-BS_POLYNOMIAL(stumpff3_terms, BS_C3)  /* c3, |z| <= 4 */
+BS_POLYNOMIAL(stumpff2_terms, BS_C2)  /* c2, -4 <= z <= 3/2 */
+BS_POLYNOMIAL(stumpff3_terms, BS_C3)  /* c3, -4 <= z <= 3/2 */
 BS_POLYNOMIAL(exp_terms, BS_EXP)      /* (exp r - 1 - r)/r^2, |r| <= ln2/2 */
 BS_POLYNOMIAL(log_terms, BS_LOG)      /* (2 artanh s - 2 s)/s^3 in z = s^2, |s| <= 0.172 */
 BS_POLYNOMIAL(atan_terms, BS_ATAN)    /* (q - arctan q)/q^3 in z = q^2, |q| <= 1/2 */

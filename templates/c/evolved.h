@@ -23,14 +23,15 @@
 #define BS_EVOLVED_CONSTANTS
 enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2 };
 #define BS_EVOLVED_FILTER 1e-6 /* the printed threshold on |f| */
-/* M4 of two unit circles carries some ten roundings: below 64 it is zero. */
-#define BS_EVOLVED_COSPHERICAL 64
-/* Where a circle meets its own reverse the interpolant is zero to rounding within this many sqrt(u). */
+/* M4 of two unit circles carries a few roundings, relative to 1 and m0: up to this many it is zero. */
+#define BS_EVOLVED_COSPHERICAL 16
+/* The interpolant is real to rounding only that many roundings inside the ends of an imaginary gap. */
 #define BS_EVOLVED_HOLE 16
 #endif
 
 typedef struct {
     const S *ray, *surface;
+    const S *octic; /* the ray of which p is made: another one where the circles are cospherical */
 } FN(evolved_problem);
 
 /* The sum of the absolute values of the terms of the condition: itself, for the ray of which no term is negative. */
@@ -48,7 +49,7 @@ BS_INLINE S FN(evolved_noise)(const FN(evolved_problem) *d, S a, S b)
     const S kappa = BS_ABS1(d->surface[1]), ab = a * b, s0 = a * a + b * b + ab * BS_ABS1(d->surface[0]);
     S q[3];
     for (int i = 0; i < 3; i++) {
-        const S *c = d->ray + 3 * i;
+        const S *c = d->octic + 3 * i;
         q[i] = BS_ABS1(c[0]) * (b * b) + BS_ABS1(c[1]) * ab + BS_ABS1(c[2]) * (a * a);
     }
     const S last = ab * (kappa * q[0] + q[2]);
@@ -72,22 +73,45 @@ BS_INLINE S FN(evolved_size)(const S *q)
     return ends > q1 ? ends : q1;
 }
 
-/* 1 if the interpolant is imaginary for gap[0] < alpha < gap[1], else 0 and an empty gap from 1 to 0. With kappa = k^2 >= 0, Sigma has the real
-   eigenvalues a^2 + b^2 + a b (m0 -+ k), and the smaller one is negative between its two roots, of product 1. */
+/* What rounding leaves of M4 where it should vanish. */
+BS_INLINE S FN(evolved_rounding)(const S *surface2)
+{
+    return K(BS_EVOLVED_COSPHERICAL) * BS_ROOTS_UNIT(S) * (BS_ABS1(surface2[0]) > 1 ? BS_ABS1(surface2[0]) : K(1));
+}
+
+/* 1 if the interpolant is imaginary for gap[0] < alpha < gap[1], else 0 and an empty gap from 1 to 0. With
+   kappa = k^2 >= 0, Sigma has the real eigenvalues a^2 + b^2 + a b (m0 -+ k), and the smaller one is negative between
+   its two roots, of product 1. */
 BS_INLINE int FN(evolved_gap)(S *gap, const S *surface2)
 {
-    const S u = BS_ROOTS_UNIT(S), m0 = surface2[0], size = m0 < -1 ? -m0 : K(1), kappa = surface2[1];
-    const S noise = K(BS_EVOLVED_COSPHERICAL) * u * size;
+    const S rounding = FN(evolved_rounding)(surface2), kappa = surface2[1];
     gap[0] = 1, gap[1] = 0;
-    if (kappa < -noise * noise)
+    if (kappa < -rounding * rounding)
         return 0;
-    const S q = m0 - BS_SQRT1(kappa > 0 ? kappa : K(0)), above = q + K(2);
-    if (above > noise)
+    const S q = surface2[0] - BS_SQRT1(kappa > 0 ? kappa : K(0)), above = q + K(2);
+    if (above > rounding)
         return 0;
-    const S root = BS_SQRT1(above < 0 ? above * (q - K(2)) : K(0));
-    const S hole = above > -noise ? K(BS_EVOLVED_HOLE) * BS_SQRT1(u) : K(0);
-    gap[0] = K(1) / (K(1) + K(0.5) * (root - q)) - hole;
+    /* The eigenvalue's slope at the ends is about root. It is zero where a circle meets its own reverse. */
+    const S unit = BS_ROOTS_UNIT(S), root = BS_SQRT1(above < 0 ? above * (q - K(2)) : K(0));
+    gap[0] = K(1) / (K(1) + K(0.5) * (root - q)) - K(BS_EVOLVED_HOLE) * unit / (root + BS_SQRT1(unit));
     gap[1] = K(1) - gap[0];
+    return 1;
+}
+
+/* Cospherical circles, M4 = 0 to rounding: both branches are one, S0 u - a b x, and p vanishes. With a small constant
+   in place of e, p is that branch times S0. Fills ray and octic, and returns 1 if so. */
+BS_INLINE int FN(evolved_cospherical)(S *ray, S *octic, S *surface, const S *ray9, const S *surface2)
+{
+    const S rounding = FN(evolved_rounding)(surface2), size_u = FN(evolved_size)(ray9), unit = BS_ROOTS_UNIT(S);
+    const S size = size_u > 1 ? size_u : K(1);
+    if (FN(evolved_size)(ray9 + 6) > rounding * rounding * size || BS_ABS1(surface2[1]) > rounding * rounding)
+        return 0;
+    const S keep = FN(evolved_size)(ray9 + 3) > rounding * size ? K(1) : K(0);
+    for (int i = 0; i < 9; i++) {
+        ray[i] = i < 3 ? ray9[i] : i < 6 ? keep * ray9[i] : K(0);
+        octic[i] = i < 6 ? ray[i] : unit * unit * size_u * (i == 7 ? K(2) : K(1));
+    }
+    surface[0] = surface2[0], surface[1] = 0;
     return 1;
 }
 
@@ -97,28 +121,19 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
     /* One over the binomial coefficients of 8. */
     const S scale[9] = {K(1), K(1) / K(8), K(1) / K(28), K(1) / K(56), K(1) / K(70),
                         K(1) / K(56), K(1) / K(28), K(1) / K(8), K(1)};
-    const S unit = BS_ROOTS_UNIT(S), m0 = surface2[0], kappa = surface2[1];
-    const S size_k = BS_ABS1(kappa), half_m = K(0.5) * BS_ABS1(m0);
-    const S size_s = half_m > 1 ? half_m : K(1);
-    const S size_u = FN(evolved_size)(ray9), size_x = FN(evolved_size)(ray9 + 3);
-    S size_e = FN(evolved_size)(ray9 + 6), c[9];
-    const S *ray = ray9;
-    S surrogate[9];
-    if (!(size_u + size_x + size_e + size_k + size_s - (size_u + size_x + size_e + size_k + size_s) == 0))
-        return BS_EVOLVED_INVALID;
-    if (size_e <= unit * unit * unit * unit * size_u && size_k <= unit * unit * unit * unit) {
-        /* M4 = 0: both branches are the same and p vanishes. With a small constant in place of e, p has the roots of
-           S0 u - a b x, which then is f, and none besides. */
-        size_e = unit * unit * size_u;
-        for (int i = 0; i < 6; i++)
-            surrogate[i] = ray9[i];
-        surrogate[6] = size_e, surrogate[7] = K(2) * size_e, surrogate[8] = size_e;
-        ray = surrogate;
-    }
-    FN(evolved_octic)(c, ray, surface2);
+    FN(evolved_problem) problem = {ray9, surface2, ray9};
+    S ray[9], octic[9], surface[2], c[9], gap[2], part[9];
+    if (FN(evolved_cospherical)(ray, octic, surface, ray9, surface2))
+        problem.ray = ray, problem.octic = octic, problem.surface = surface;
+    FN(evolved_octic)(c, problem.octic, problem.surface);
+    const S size_u = FN(evolved_size)(problem.octic), size_x = FN(evolved_size)(problem.octic + 3);
+    const S size_e = FN(evolved_size)(problem.octic + 6), size_k = BS_ABS1(problem.surface[1]);
+    const S half_m = K(0.5) * BS_ABS1(surface2[0]), size_s = half_m > 1 ? half_m : K(1);
     const S last = K(0.5) * (size_k * size_u + size_e);
     const S bound = K(4) * (size_s * size_u + K(0.5) * size_x) * (size_s * size_e + K(0.5) * size_k * size_x) + last * last;
-    const S noise = K(BS_ROOTS_NOISE) * unit * bound;
+    const S noise = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * bound;
+    if (noise - noise != 0)
+        return BS_EVOLVED_INVALID;
     int plus = 0, minus = 0;
     for (int i = 0; i < 9; i++) {
         c[i] *= scale[i];
@@ -128,9 +143,7 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
     if (plus == 9 || minus == 9)
         return 0;
 
-    const FN(evolved_problem) problem = {ray, surface2};
     FN(evolved_roots_search) search = {&problem, roots, max_roots, 0, 0};
-    S gap[2], part[9];
     const int holed = FN(evolved_gap)(gap, surface2);
     for (int side = 0; side <= holed; side++) {
         for (int i = 0; i < 9; i++)

@@ -6,12 +6,11 @@ BS_INLINE int FN(disc_prepare)(S *k, const S *parameters)
   return 1;
 }
 
-BS_OWN int FN(disc_hits)(FN(hit) *hits, const S *k, const FN(ray) *ray, S t_min, S t_max, FN(search) *search)
+BS_OWN void FN(disc_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t_square[2], local[3];
-  (void)search;
   FN(cga3d_disc_hit)(t_square, local, ray->origin, ray->direction, k, k + 3, k + 6);
-  return t_square[1] <= 0 && FN(keep)(hits, t_square[0], t_min, t_max, k, local);
+  if (t_square[1] <= 0) FN(offer)(search, t_square[0], k, local);
 }
 
 BS_INLINE void FN(disc_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)

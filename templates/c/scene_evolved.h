@@ -10,9 +10,14 @@ enum {
   FN(EVOLVED_SIZE) = 51
 };
 
+/* What evolved.h asks for. Of a method that the program leaves out, only the name remains. */
 BS_INLINE void FN(evolved_octic)(S *out, const S *ray, const S *surface)
 {
+#if BS_SCENE_ISOLATE
   FN(cga3d_evolved_octic)(out, ray, surface);
+#else
+  (void)out, (void)ray, (void)surface;
+#endif
 }
 
 BS_INLINE S FN(evolved_condition)(const S *ray, const S *surface, S a, S b)
@@ -24,14 +29,22 @@ BS_INLINE S FN(evolved_condition)(const S *ray, const S *surface, S a, S b)
 
 BS_INLINE S FN(evolved_meet_square)(const S *ray, const S *surface, S a, S b)
 {
+#if BS_SCENE_COMPANION || BS_SCENE_SAMPLED
   S f[1];
   FN(cga3d_evolved_meet_square)(f, ray, surface, &a, &b);
   return f[0];
+#else
+  return FN(evolved_condition)(ray, surface, a, b);
+#endif
 }
 
 BS_INLINE void FN(evolved_dodecic)(S *out, const S *ray, const S *surface)
 {
+#if BS_SCENE_COMPANION
   FN(cga3d_evolved_dodecic)(out, ray, surface);
+#else
+  (void)out, (void)ray, (void)surface;
+#endif
 }
 
 #include "evolved.h"
@@ -62,30 +75,27 @@ typedef struct {
   const S *k;
   S origin[3];      /* of the ray, in the frame */
   const S *direction;
-  S t_min, t_max;   /* in the frame */
   const S *roots;
   int root_count;
 } FN(evolved_meeting);
 
-BS_INLINE int FN(evolved_keep)(FN(hit) *hit, const FN(evolved_meeting) *m, S t, S a, const S *position)
+BS_INLINE void FN(evolved_offer)(FN(search) *search, const FN(evolved_meeting) *m, S t, S a, const S *position)
 {
-  if (!(t > m->t_min && t < m->t_max)) return 0;
-  hit->t = t * m->k[FN(EVOLVED_SCALE)];
-  hit->alpha = K(1) - a; /* the curve's own parameter: 0 at the first circle */
+  const S unit = m->k[FN(EVOLVED_SCALE)];
+  FN(hit) *const hit = FN(accept)(search, t * unit, K(1) - a); /* the curve's parameter is 0 at the first circle */
+  if (!hit) return;
   for (int i = 0; i < 3; i++) {
     hit->local[i] = position[i];
-    hit->point[i] = m->k[i] + m->k[FN(EVOLVED_SCALE)] * position[i];
+    hit->point[i] = m->k[i] + unit * position[i];
   }
-  return 1;
 }
 
 /* Hits of a ray that lies near the plane of the circle of a root, where the meet vanishes: its points on the circle's
    sphere, refined. Each solution belongs to the root that is nearest to it; a root that only touches has two. */
-BS_OWN int FN(evolved_flat_hits)(FN(hit) *hits, const FN(evolved_meeting) *m, int root)
+BS_OWN void FN(evolved_flat_hits)(FN(search) *search, const FN(evolved_meeting) *m, int root)
 {
   const S *const surface = m->k + FN(EVOLVED_SURFACE), *const c = m->k + FN(EVOLVED_CIRCLES);
   S a = m->roots[root], b = K(1) - a, start[2];
-  int n = 0;
   FN(cga3d_evolved_sphere)(start, m->origin, m->direction, surface, &a, &b, c, c + 10, c + 20, c + 30);
   for (int side = 0; side < 2; side++) {
     S t = start[side], step[2] = {0, 0}, position[3];
@@ -103,9 +113,8 @@ BS_OWN int FN(evolved_flat_hits)(FN(hit) *hits, const FN(evolved_meeting) *m, in
       if (i != root && ABS(m->roots[i] - a) < ABS(m->roots[root] - a)) nearest = 0;
     if (!nearest || (side == 1 && start[0] == start[1])) continue;
     for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
-    n += FN(evolved_keep)(hits + n, m, t, a, position);
+    FN(evolved_offer)(search, m, t, a, position);
   }
-  return n;
 }
 
 BS_INLINE int FN(evolved_roots)(S *roots, const S *ray, const S *surface, const FN(search) *search)
@@ -117,45 +126,38 @@ BS_INLINE int FN(evolved_roots)(S *roots, const S *ray, const S *surface, const 
   if (search->method == 2) return FN(evolved_sampled)(roots, BS_ROOTS_MOST, ray, surface, search->samples);
 #endif
 #if BS_SCENE_ISOLATE
-  return FN(evolved_isolate)(roots, BS_ROOTS_MOST, ray, surface);
-#else
-  return 0;
+  if (search->method == 0) return FN(evolved_isolate)(roots, BS_ROOTS_MOST, ray, surface);
 #endif
+  return 0;
 }
 
-BS_OWN int FN(evolved_circles_hits)(FN(hit) *hits, const S *k, const FN(ray) *ray, S t_min, S t_max,
-                                    FN(search) *search)
+BS_OWN void FN(evolved_circles_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   const S *const surface = k + FN(EVOLVED_SURFACE), *const c = k + FN(EVOLVED_CIRCLES);
-  const S *const bound = k + FN(EVOLVED_BOUND), inverse = k[FN(EVOLVED_SCALE) + 1];
+  const S *const bound = k + FN(EVOLVED_BOUND), *const unit = k + FN(EVOLVED_SCALE);
   S scalars[9], roots[BS_ROOTS_MOST];
   FN(evolved_meeting) m;
   m.k = k, m.direction = ray->direction, m.roots = roots;
-  m.t_min = t_min * inverse, m.t_max = t_max < BS_FAR ? t_max * inverse : BS_FAR;
-  for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * inverse;
+  for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
   if (bound[3] < BS_FAR) {
     S span[2], first[3], last[3];
     FN(cga3d_sphere_hit)(span, first, last, m.origin, m.direction, bound, bound + 3);
-    if (!(span[1] > m.t_min && span[0] < m.t_max)) return 0;
+    if (!(span[1] * unit[0] > search->t_min && span[0] * unit[0] < search->t_max)) return;
   }
   FN(cga3d_evolved_ray)(scalars, m.origin, m.direction, c, c + 10, c + 20, c + 30);
   m.root_count = FN(evolved_roots)(roots, scalars, surface, search);
-  if (m.root_count < 0) {
+  if (m.root_count < 0)
     search->status = m.root_count == BS_EVOLVED_VANISHES ? BS_STATUS_SINGULAR : BS_STATUS_INVALID;
-    return 0;
-  }
-  int n = 0;
   for (int i = 0; i < m.root_count; i++) {
     const S a = roots[i], b = K(1) - a;
     S t_cosine[2], position[3];
     FN(cga3d_evolved_point)(t_cosine, position, m.origin, m.direction, surface, &a, &b, c, c + 10, c + 20, c + 30);
     if (t_cosine[1] > K(BS_EVOLVED_FLAT)) {
-      n += FN(evolved_keep)(hits + n, &m, t_cosine[0], a, position);
+      FN(evolved_offer)(search, &m, t_cosine[0], a, position);
     } else {
-      n += FN(evolved_flat_hits)(hits + n, &m, i);
+      FN(evolved_flat_hits)(search, &m, i);
     }
   }
-  return n;
 }
 
 BS_OWN void FN(evolved_circles_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)

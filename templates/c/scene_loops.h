@@ -38,14 +38,14 @@ static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t en
                             const bs_hits *out)
 {
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(search) search = {scene->method, scene->samples, BS_STATUS_OK};
     FN(ray) ray;
     FN(hit) hit;
+    FN(search) search = FN(search_for)(scene, &hit, 1);
     const int valid = FN(scene_load)(&ray, rays, i);
-    const int some = valid && FN(scene_nearest)(&hit, scene, &ray, K(0), &search);
+    if (valid) FN(scene_search)(&search, scene, &ray);
     out->status[i] = (uint8_t)(valid ? search.status : BS_STATUS_INVALID);
-    out->surface[i] = some ? scene->surfaces[hit.kind].ids[hit.index] : -1;
-    if (some) {
+    out->surface[i] = search.count ? scene->surfaces[hit.kind].ids[hit.index] : -1;
+    if (search.count) {
       FN(scene_store)(out, i, scene, &ray, &hit);
     } else {
       FN(scene_blank)(out, i);
@@ -58,18 +58,12 @@ static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end,
                           const bs_hits *out)
 {
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(search) search = {scene->method, scene->samples, BS_STATUS_OK};
     FN(ray) ray;
     FN(hit) hits[BS_HITS_MOST];
-    int n = 0;
+    FN(search) search = FN(search_for)(scene, hits, BS_HITS_MOST);
     const int valid = FN(scene_load)(&ray, rays, i);
-#define BS_EACH(number, name, size) \
-    if (valid && scene->surfaces[number].count) { \
-      n = FN(name##_hits)(hits, BS_ROW(scene, number, size, 0), &ray, -BS_FAR, BS_FAR, &search); \
-      for (int j = 0; j < n; j++) hits[j].kind = number, hits[j].index = 0; \
-    }
-    BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
+    if (valid) FN(scene_search)(&search, scene, &ray);
+    int n = search.count;
     for (int j = 1; j < n; j++) {
       const FN(hit) moved = hits[j];
       int place = j;
@@ -89,6 +83,7 @@ static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end,
   }
 }
 
+#if BS_SCENE_PICTURES
 /* Pixels in reading order: row 0 is the top. */
 static void FN(scene_render)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t width, ptrdiff_t height,
                              void *image)
@@ -111,6 +106,8 @@ static void FN(scene_render)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
     }
   }
 }
+
+#endif
 
 #undef BS_ROW
 #undef BS_FAR

@@ -6,13 +6,12 @@ BS_INLINE int FN(plane_prepare)(S *k, const S *parameters)
   return 1;
 }
 
-BS_OWN int FN(plane_hits)(FN(hit) *hits, const S *k, const FN(ray) *ray, S t_min, S t_max, FN(search) *search)
+BS_OWN void FN(plane_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t[1], local[3];
-  (void)search;
   FN(cga3d_plane_hit)(t, ray->origin, ray->direction, k, k + 3);
   for (int i = 0; i < 3; i++) local[i] = t[0] * ray->direction[i];
-  return FN(keep)(hits, t[0], t_min, t_max, ray->origin, local);
+  FN(offer)(search, t[0], ray->origin, local);
 }
 
 BS_INLINE void FN(plane_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)

@@ -6,13 +6,12 @@ BS_INLINE int FN(sphere_prepare)(S *k, const S *parameters)
   return 1;
 }
 
-BS_OWN int FN(sphere_hits)(FN(hit) *hits, const S *k, const FN(ray) *ray, S t_min, S t_max, FN(search) *search)
+BS_OWN void FN(sphere_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t[2], first[3], last[3];
-  (void)search;
   FN(cga3d_sphere_hit)(t, first, last, ray->origin, ray->direction, k, k + 3);
-  const int n = FN(keep)(hits, t[0], t_min, t_max, k, first);
-  return n + FN(keep)(hits + n, t[1], t_min, t_max, k, last);
+  FN(offer)(search, t[0], k, first);
+  FN(offer)(search, t[1], k, last);
 }
 
 BS_INLINE void FN(sphere_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)

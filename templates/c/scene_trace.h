@@ -12,32 +12,15 @@ BS_INLINE int FN(scene_prepare)(int kind, const S *parameters, S *constants)
 /* The row of a surface. */
 #define BS_ROW(scene, number, size, i) ((const S *)(scene)->surfaces[number].constants + (i) * (size))
 
-/* The first hit with t > t_min; 0 for none. */
-BS_INLINE int FN(scene_nearest)(FN(hit) *best, const bs_scene *scene, const FN(ray) *ray, S t_min, FN(search) *search)
+/* Ask every surface of the scene. */
+BS_INLINE void FN(scene_search)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
 {
-  FN(hit) found[BS_HITS_MOST];
-  best->t = BS_FAR;
 #define BS_EACH(number, name, size) \
-  for (ptrdiff_t i = 0; i < scene->surfaces[number].count; i++) { \
-    const int n = FN(name##_hits)(found, BS_ROW(scene, number, size, i), ray, t_min, best->t, search); \
-    for (int j = 0; j < n; j++) \
-      if (found[j].t < best->t) *best = found[j], best->kind = number, best->index = i; \
-  }
+  search->kind = number; \
+  for (search->index = 0; search->index < scene->surfaces[number].count; search->index++) \
+    FN(name##_hits)(search, BS_ROW(scene, number, size, search->index), ray);
   BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
-  return best->t < BS_FAR;
-}
-
-/* 1 if anything lies on the ray between 0 and t_max. */
-BS_INLINE int FN(scene_shadowed)(const bs_scene *scene, const FN(ray) *ray, S t_max, FN(search) *search)
-{
-  FN(hit) found[BS_HITS_MOST];
-#define BS_EACH(number, name, size) \
-  for (ptrdiff_t i = 0; i < scene->surfaces[number].count; i++) \
-    if (FN(name##_hits)(found, BS_ROW(scene, number, size, i), ray, K(0), t_max, search)) return 1;
-  BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
-  return 0;
 }
 
 /* Unit normal at a hit, on the side that the ray comes from. */
@@ -49,6 +32,21 @@ BS_INLINE void FN(scene_normal)(S *normal, const bs_scene *scene, const FN(ray) 
   BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
   FN(cga3d_facing)(normal, either, ray->direction);
+}
+
+#if BS_SCENE_PICTURES
+/* 1 if anything lies on the ray between its origin and t = 1. */
+BS_INLINE int FN(scene_shadowed)(const bs_scene *scene, const FN(ray) *ray)
+{
+  FN(hit) hit;
+  FN(search) search = FN(search_for)(scene, &hit, 1);
+  search.t_max = 1;
+#define BS_EACH(number, name, size) \
+  for (ptrdiff_t i = 0; i < scene->surfaces[number].count && !search.count; i++) \
+    FN(name##_hits)(&search, BS_ROW(scene, number, size, i), ray);
+  BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+  return search.count;
 }
 
 /* Size of the numbers that a hit was made of: its errors are relative to it. */
@@ -77,7 +75,7 @@ BS_INLINE void FN(scene_color)(S *color, const S *material, const S *point)
 
 /* Light that a surface sends back along a ray, without its reflection (Blinn and Phong). */
 BS_INLINE void FN(scene_shade)(S *light, const bs_scene *scene, const S *material, const FN(ray) *ray,
-                               const S *start, const S *normal, FN(search) *search)
+                               const S *start, const S *normal)
 {
   S color[3];
   FN(scene_color)(color, material, start);
@@ -90,7 +88,7 @@ BS_INLINE void FN(scene_shade)(S *light, const bs_scene *scene, const S *materia
                           material + BS_MATERIAL_SHININESS);
     if (!(factors[0] > 0)) continue;
     FN(copy)(shadow.origin, start, 3);
-    if (FN(scene_shadowed)(scene, &shadow, K(1), search)) continue; /* the lamp is at t = 1 */
+    if (FN(scene_shadowed)(scene, &shadow)) continue; /* the lamp is at t = 1 */
     for (int i = 0; i < 3; i++)
       light[i] += lamp[3 + i] * (material[BS_MATERIAL_DIFFUSE] * factors[0] * color[i]
                                  + material[BS_MATERIAL_SPECULAR] * factors[1]);
@@ -107,13 +105,14 @@ BS_INLINE void FN(scene_sky)(S *light, const bs_scene *scene, const S *direction
 /* Color seen along a ray of unit direction; reflections are followed one after the other. */
 BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
 {
-  FN(search) search = {scene->method, scene->samples, BS_STATUS_OK};
   S weight = 1, light[3];
   for (int i = 0; i < 3; i++) seen[i] = 0;
   for (int bounce = 0;; bounce++) {
     FN(hit) hit;
+    FN(search) search = FN(search_for)(scene, &hit, 1);
     S normal[3], start[3];
-    if (!FN(scene_nearest)(&hit, scene, &ray, K(0), &search)) {
+    FN(scene_search)(&search, scene, &ray);
+    if (!search.count) {
       FN(scene_sky)(light, scene, ray.direction);
       for (int i = 0; i < 3; i++) seen[i] += weight * light[i];
       return;
@@ -124,7 +123,7 @@ BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
     const S offset = BS_OFFSET(S) * FN(scene_size)(&ray, &hit);
     FN(scene_normal)(normal, scene, &ray, &hit);
     for (int i = 0; i < 3; i++) start[i] = hit.point[i] + offset * normal[i];
-    FN(scene_shade)(light, scene, material, &ray, start, normal, &search);
+    FN(scene_shade)(light, scene, material, &ray, start, normal);
     for (int i = 0; i < 3; i++) seen[i] += weight * (K(1) - mirror) * light[i];
 #if BS_SCENE_REFLECTION
     if (mirror > 0) {
@@ -139,3 +138,4 @@ BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
     return;
   }
 }
+#endif

@@ -1,0 +1,200 @@
+"""Compiled CUDA kernels run on arrays, through the driver's own library: what a GPU's driver brings is enough.
+
+Arrays are copied to the device and back at each call. Kernels and generated text are not known here.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import numpy as np
+
+from ..binding import Argument, Array, Binding
+from ..errors import BladesmithError
+
+#: The driver's library, as it is called on this system.
+DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
+#: Threads of a block: a multiple of the warp of 32, small enough for kernels that need many registers.
+BLOCK = 128
+#: Blocks of a grid: more than any GPU runs at once; threads take further items in turn.
+MAX_BLOCKS = 1 << 16
+_MAJOR, _MINOR = 75, 76  # attributes of a device: its compute capability
+_NAME_LENGTH = 256
+
+
+class DeviceError(BladesmithError, RuntimeError):
+    """The GPU's driver is missing, or refuses something."""
+
+
+class Device:
+    """One GPU.
+
+    Parameters
+    ----------
+    index : int
+        Its number, from 0.
+    driver : str
+        File of the driver's library.
+
+    Raises
+    ------
+    DeviceError
+        If there is no driver or no such GPU; the message says which.
+    """
+
+    def __init__(self, index: int = 0, driver: str = DRIVER) -> None:
+        try:
+            self._library = ctypes.CDLL(driver)
+        except OSError:
+            raise DeviceError(f"{driver} is not there", remedy="CUDA kernels run where a GPU's driver is.") from None
+        self.call("cuInit", 0)
+        count = ctypes.c_int()
+        self.call("cuDeviceGetCount", ctypes.byref(count))
+        if not 0 <= index < count.value:
+            raise DeviceError(f"there is no GPU {index}; the driver knows {count.value}.")
+        self._device, self._context = ctypes.c_int(), ctypes.c_void_p()
+        self.call("cuDeviceGet", ctypes.byref(self._device), index)
+        self.call("cuDevicePrimaryCtxRetain", ctypes.byref(self._context), self._device)
+
+    def call(self, name: str, *arguments: Any) -> None:
+        """Call a function of the driver.
+
+        Raises
+        ------
+        DeviceError
+            If it fails, with what the driver says.
+        """
+        status = getattr(self._library, name)(*arguments)
+        if status:
+            text = ctypes.c_char_p()
+            self._library.cuGetErrorString(status, ctypes.byref(text))
+            raise DeviceError(f"{name}: {(text.value or b'unknown error').decode()} ({status})")
+
+    @property
+    def name(self) -> str:
+        """What the driver calls it."""
+        buffer = ctypes.create_string_buffer(_NAME_LENGTH)
+        self.call("cuDeviceGetName", buffer, _NAME_LENGTH, self._device)
+        return buffer.value.decode(errors="replace")
+
+    @property
+    def capability(self) -> int:
+        """Its architecture, for example 90."""
+        parts = []
+        for attribute in (_MAJOR, _MINOR):
+            value = ctypes.c_int()
+            self.call("cuDeviceGetAttribute", ctypes.byref(value), attribute, self._device)
+            parts.append(value.value)
+        return 10 * parts[0] + parts[1]
+
+    @contextmanager
+    def current(self) -> Iterator[None]:
+        """Make this the calling thread's device for a while."""
+        self.call("cuCtxPushCurrent_v2", self._context)
+        try:
+            yield
+        finally:
+            self.call("cuCtxPopCurrent_v2", ctypes.byref(ctypes.c_void_p()))
+
+    @contextmanager
+    def memory(self, size: int) -> Iterator[ctypes.c_uint64]:
+        """``size`` bytes on the device, freed afterwards."""
+        pointer = ctypes.c_uint64()
+        self.call("cuMemAlloc_v2", ctypes.byref(pointer), ctypes.c_size_t(max(size, 1)))
+        try:
+            yield pointer
+        finally:
+            self.call("cuMemFree_v2", pointer)
+
+
+class CudaModule:
+    """A compiled image on a device.
+
+    Parameters
+    ----------
+    device : Device
+    image : bytes
+        PTX or cubin, as `nvrtc.compile_text` returns it.
+    """
+
+    def __init__(self, device: Device, image: bytes) -> None:
+        self.device = device
+        self._image = ctypes.create_string_buffer(image)  # PTX must end in a zero byte
+        self._module = ctypes.c_void_p()
+        with device.current():
+            device.call("cuModuleLoadData", ctypes.byref(self._module), self._image)
+
+    def function(self, name: str) -> ctypes.c_void_p:
+        """Handle of a kernel, by its name in the source."""
+        handle = ctypes.c_void_p()
+        with self.device.current():
+            self.device.call("cuModuleGetFunction", ctypes.byref(handle), self._module, name.encode())
+        return handle
+
+
+class CudaKernel(Binding):
+    """One kernel of a module, as a function of arrays.
+
+    Parameters
+    ----------
+    module : CudaModule
+    symbol : str
+        Name of the kernel; its launchers are ``<symbol>_batch_f64`` and ``<symbol>_batch_f32``.
+    inputs, outputs : sequences of Argument
+    """
+
+    def __init__(
+        self, module: CudaModule, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
+    ) -> None:
+        super().__init__(symbol, inputs, outputs)
+        self.module = module
+        self._functions = {
+            np.dtype(dtype): module.function(f"{symbol}_batch_{tag}")
+            for dtype, tag in ((np.float64, "f64"), (np.float32, "f32"))
+        }
+
+    def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
+        """Copy to the device, compute ``n`` items, copy back."""
+        if n == 0:
+            return
+        device = self.module.device
+        with ExitStack() as stack:
+            stack.enter_context(device.current())
+            outs = [stack.enter_context(device.memory(r.nbytes)) for r in results]
+            ins = [stack.enter_context(device.memory(a.nbytes)) for a in arrays]
+            for pointer, array in zip(ins, arrays, strict=True):
+                device.call("cuMemcpyHtoD_v2", pointer, _address(array), ctypes.c_size_t(array.nbytes))
+            arguments: list[Any] = [ctypes.c_longlong(0), ctypes.c_longlong(n), *outs]
+            for pointer, stride in zip(ins, self.strides(arrays), strict=True):
+                arguments += [pointer, ctypes.c_longlong(stride)]
+            self._launch(arrays[0].dtype if arrays else np.dtype(np.float64), n, arguments)
+            for pointer, result in zip(outs, results, strict=True):
+                device.call("cuMemcpyDtoH_v2", _address(result), pointer, ctypes.c_size_t(result.nbytes))
+
+    def _launch(self, dtype: np.dtype[Any], n: int, arguments: Sequence[Any]) -> None:
+        blocks = min(math.ceil(n / BLOCK), MAX_BLOCKS)
+        places = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(a) for a in arguments))
+        shared_memory, stream, extra = 0, None, None
+        grid, block = (blocks, 1, 1), (BLOCK, 1, 1)
+        self.module.device.call(
+            "cuLaunchKernel", self._functions[dtype], *grid, *block, shared_memory, stream, places, extra
+        )
+        self.module.device.call("cuCtxSynchronize")
+
+
+def unavailable(driver: str = DRIVER) -> str:
+    """Why no kernel can run here; empty where there is a GPU."""
+    try:
+        Device(driver=driver)
+    except DeviceError as error:
+        return str(error)
+    return ""
+
+
+def _address(array: Array) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)

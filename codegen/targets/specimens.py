@@ -1,0 +1,124 @@
+"""Kernels that between them use everything a printer must print: each target is tested on these.
+
+Small on purpose, except where size is the point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..catalogue import algebra_from_data
+from ..declare import KernelFunction
+from ..formulas.blades import blade_projector, project_to_blade
+from ..formulas.outcome import epsilon, only_if, outcome
+from ..formulas.products import geometric, sandwich
+from ..kinds import Kind, NumericSource, numbers, scalar_argument
+from ..multivector import (
+    Multivector,
+    absolute,
+    atan2,
+    cos,
+    exp,
+    log,
+    reciprocal,
+    select,
+    sin,
+    sqrt,
+    stumpff0,
+    stumpff1,
+    stumpff2,
+    stumpff3,
+)
+from ..simplify import choose
+from ..spec import load_spec, stock_spec_path
+from ..status import Status
+from ..trace import Kernel, Result, row, trace
+
+
+@cache
+def specimens() -> dict[str, Kernel]:
+    """The kernels, by name. Forms are fixed, so that nothing is searched."""
+    cga, pga = (algebra_from_data(load_spec(stock_spec_path(name))) for name in ("cga3d", "pga3d"))
+    motor, circle, number = cga.kind("motor"), cga.kind("circle"), scalar_argument(cga)
+    project = KernelFunction(project_to_blade, [cga.layout("circle")], circle, "project", None)
+
+    def blend_by_call(x: Multivector, y: Multivector, alpha: Multivector) -> Any:
+        return project(_between(x, y, alpha))
+
+    made = [
+        *(trace(sandwich, [motor, cga.kind(k)], f"move_{k}") for k in ("point", "line", "circle")),
+        trace(sandwich, [pga.kind("motor"), pga.kind("point")], "move_point"),
+        trace(geometric, [motor, motor], "compose"),
+        trace(geometric, [cga.kind("multivector")] * 2, "dense"),
+        trace(project_to_blade, [cga.layout("circle")], "project"),
+        trace(_blend, [circle, circle, number], "blend"),
+        trace(blend_by_call, [circle, circle, number], "blend_by_call"),
+        trace(_normalized, [cga.layout("rotor")], "normalized"),
+        trace(_rows, [numbers(cga, 3), number], "rows"),
+        trace(_masks, [number, number, number], "masks"),
+        trace(_elementary, [numbers(cga, 2)], "elementary"),
+    ]
+    for kernel in made:
+        choose(kernel, "staged")
+    return {f"{kernel.algebra.name}_{kernel.name}": kernel for kernel in made}
+
+
+def uses_elementary(kernel: Kernel) -> bool:
+    """Whether it calls sin, exp and the like, whose bits may differ from one target to another."""
+    return kernel.name == "elementary"
+
+
+def arguments(kernel: Kernel, count: int, seed: int = 1, dtype: Any = np.float64) -> list[Any]:
+    """Arrays of ``count`` random members of the inputs' kinds."""
+    source = NumericSource(count, seed, dtype=dtype)
+    return [_members(item.kind, source).astype(dtype) for item in kernel.inputs]
+
+
+def _members(kind: Kind, source: NumericSource) -> Any:
+    if kind.is_scalar_argument:
+        return source.scalar()
+    values: Sequence[Any]
+    if kind.form == "numbers":
+        values = [source.scalar() for _ in range(kind.size)]
+    else:
+        values = kind.values(kind.sample(source))
+    return np.stack([np.broadcast_to(v, (source.count,)) for v in values], -1)
+
+
+def _between(x: Multivector, y: Multivector, alpha: Multivector) -> Multivector:
+    return alpha * x + (1 - alpha) * y
+
+
+def _blend(x: Multivector, y: Multivector, alpha: Multivector) -> Multivector:
+    z = _between(x, y, alpha)
+    return blade_projector(z) * z
+
+
+def _normalized(x: Multivector) -> tuple[Multivector, Result]:
+    """A versor over its norm; NaN and a status where it has none to speak of."""
+    square = x.scalar_product(~x)
+    good = square > epsilon(x)
+    return x / only_if(good, sqrt(square)), outcome(x, (~good, Status.SINGULAR))
+
+
+def _rows(v: tuple[Multivector, ...], s: Multivector) -> tuple[Result, Result]:
+    """Plain numbers in and out, with constants among the results."""
+    a, b, c = v
+    return row([a * b - s, s.constant(0), c / 3, s.constant(-2)]), row([absolute(a) * s], "size")
+
+
+def _masks(a: Multivector, b: Multivector, c: Multivector) -> Multivector:
+    """All predicates, and both kinds of zero."""
+    inside = (a <= b) & ~(c < b)
+    either = (a < 0) | inside
+    return select(either, reciprocal(a) - b, -a * c) + select(inside, c - c, -(b * b))
+
+
+def _elementary(v: tuple[Multivector, ...]) -> Result:
+    a, b = v
+    turns = [sin(a), cos(a), atan2(a, b), exp(a), log(absolute(b))]
+    return row([*turns, stumpff0(a), stumpff1(a), stumpff2(a * b), stumpff3(b)])

@@ -1,0 +1,297 @@
+"""Bilinear products by a table of terms: they answer at once for every algebra and combination of kinds.
+
+The loop is compiled into the package (generated/general); without the extension NumPy does it. A table comes from
+the metric alone; it is built in whole arrays where the basis is orthogonal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .codegen import multivector as filters
+from .codegen.algebra import MAX_DIMENSION, Algebra, grade
+from .codegen.errors import SignatureError
+from .codegen.multivector import Multivector
+from .codegen.rings import RationalRing
+
+if TYPE_CHECKING:
+    from .codegen.multivector import Filter
+
+Integers = NDArray[np.int32]
+#: More pairs of blades than this are refused: the table alone would take gigabytes.
+MAX_PAIRS = 2**25
+#: NumPy's way multiplies this many numbers at a time, so that its temporary array stays in the cache.
+CHUNK = 2**16
+
+FILTERS: dict[str, Filter | None] = {
+    "geometric": None,
+    "outer": filters.keep_outer,
+    "inner": filters.keep_inner,
+    "left_contraction": filters.keep_left,
+    "scalar_product": filters.keep_scalar,
+}
+#: The halves of commutator and anticommutator: sign of the reversed product.
+SYMMETRIC = {"commutator": -1, "anticommutator": 1}
+OPERATIONS = (*FILTERS, *SYMMETRIC, "regressive")
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Terms of a bilinear product, grouped by the coefficient of the result that they add to.
+
+    Attributes
+    ----------
+    blades : tuple of int
+        Blades of the result in storage order.
+    sizes : (int, int)
+        Numbers of coefficients of the operands.
+    starts, left, right, weights : arrays
+        The terms of result ``k`` are those from ``starts[k]`` to ``starts[k + 1]``.
+    """
+
+    blades: tuple[int, ...]
+    sizes: tuple[int, int]
+    starts: Integers
+    left: Integers
+    right: Integers
+    weights: NDArray[np.float64]
+
+    @property
+    def terms(self) -> int:
+        """Number of terms."""
+        return len(self.left)
+
+    @cached_property
+    def _struct(self) -> tuple[Any, Any]:
+        """The C view of the table, and what keeps its memory alive."""
+        module = library()
+        assert module is not None
+        ffi = module.ffi
+        kept = [
+            ffi.from_buffer("int32_t[]", self.starts),
+            ffi.from_buffer("int32_t[]", self.left),
+            ffi.from_buffer("int32_t[]", self.right),
+            ffi.from_buffer("double[]", self.weights),
+        ]
+        return ffi.new("bs_product *", [len(self.blades), *self.sizes, *kept]), kept
+
+    @property
+    def pointer(self) -> Any:
+        """Pointer to the C view; valid as long as the table."""
+        return self._struct[0]
+
+    def multiply(self, out: NDArray[Any], a: NDArray[Any], b: NDArray[Any]) -> None:
+        """Product of rows, with NumPy: ``out`` (n, k), ``a`` and ``b`` of n rows or one."""
+        filled = np.flatnonzero(np.diff(self.starts))  # reduceat needs groups that are not empty
+        out[...] = 0
+        if not len(filled):
+            return
+        weights = self.weights.astype(out.dtype)
+        rows = max(1, CHUNK // max(1, self.terms))
+        for begin in range(0, len(out), rows):
+            end = min(begin + rows, len(out))
+            x = (a if len(a) == 1 else a[begin:end])[:, self.left]
+            y = (b if len(b) == 1 else b[begin:end])[:, self.right]
+            with np.errstate(all="ignore"):
+                out[begin:end, filled] = np.add.reduceat(weights * (x * y), self.starts[filled], axis=1)
+
+
+@cache
+def library() -> Any:
+    """The compiled loop, or None where it was not built."""
+    try:
+        from .generated.general import _kernels  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        return None
+    _kernels.lib.bs_initialize()
+    return _kernels
+
+
+@lru_cache(maxsize=4096)
+def product_table(
+    algebra: Algebra, operation: str, blades_a: tuple[int, ...], blades_b: tuple[int, ...], kept: tuple[int, ...] = ()
+) -> Table:
+    """Table of a product between two sets of blades.
+
+    Parameters
+    ----------
+    algebra : Algebra
+    operation : str
+        One of `OPERATIONS`, or "reversed": a ~b, the second half of a sandwich.
+    blades_a, blades_b : tuple of int
+    kept : tuple of int, optional
+        Blades of the result; default: all that a term leads to.
+
+    Raises
+    ------
+    SignatureError
+        If there are too many pairs of blades.
+    """
+    if len(blades_a) * len(blades_b) > MAX_PAIRS:
+        raise SignatureError(
+            f"the product of {len(blades_a)} by {len(blades_b)} blades in {algebra.name} has too many terms.",
+            remedy="Use sparser multivectors: grades, or single blades",
+        )
+    left, right, result, weights = _terms(algebra, operation, blades_a, blades_b)
+    found = set(np.unique(result).tolist())
+    blades = kept or algebra.order(found) or (0,)
+    place = np.full(1 << algebra.dimension, -1, np.int32)
+    place[list(blades)] = np.arange(len(blades), dtype=np.int32)
+    target = place[result]
+    order = np.argsort(target, kind="stable")
+    order = order[target[order] >= 0]
+    starts = np.searchsorted(target[order], np.arange(len(blades) + 1)).astype(np.int32)
+    return Table(
+        tuple(blades),
+        (len(blades_a), len(blades_b)),
+        starts,
+        np.ascontiguousarray(left[order], np.int32),
+        np.ascontiguousarray(right[order], np.int32),
+        np.ascontiguousarray(weights[order], np.float64),
+    )
+
+
+Terms = tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[np.float64]]
+
+
+def _terms(algebra: Algebra, operation: str, blades_a: tuple[int, ...], blades_b: tuple[int, ...]) -> Terms:
+    """Left index, right index, blade and weight of every term."""
+    if operation == "regressive":
+        return _regressive_terms(algebra, blades_a, blades_b)
+    if operation == "outer" or algebra.is_diagonal:
+        return _diagonal_terms(algebra, operation, blades_a, blades_b)
+    return _general_terms(algebra, operation, blades_a, blades_b)
+
+
+def _diagonal_terms(
+    algebra: Algebra, operation: str, blades_a: Sequence[int], blades_b: Sequence[int]
+) -> Terms:
+    """Whole arrays of terms: for an orthogonal basis, and for the outer product in any."""
+    a = np.array(blades_a, np.int32).reshape(-1, 1)
+    b = np.array(blades_b, np.int32).reshape(1, -1)
+    c = a ^ b
+    weight = _product_weights(algebra, a, b)
+    ga, gb, gc = _grades(a), _grades(b), _grades(c)
+    if operation in SYMMETRIC:
+        weight = (weight + SYMMETRIC[operation] * _product_weights(algebra, b, a)) / 2
+    elif operation == "reversed":
+        weight = weight * np.where(gb & 2, -1.0, 1.0)
+    elif operation == "outer":
+        weight = np.where(gc == ga + gb, weight, 0.0)
+    elif operation == "inner":
+        weight = np.where((gc == abs(ga - gb)) & (ga > 0) & (gb > 0), weight, 0.0)
+    elif operation == "left_contraction":
+        weight = np.where(gc == gb - ga, weight, 0.0)
+    elif operation == "scalar_product":
+        weight = np.where(gc == 0, weight, 0.0)
+    left, right = np.nonzero(weight)
+    return left, right, c[left, right], weight[left, right]
+
+
+def _product_weights(algebra: Algebra, a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.float64]:
+    """Sign of reordering times the squares of the common vectors."""
+    swaps = np.zeros(np.broadcast_shapes(a.shape, b.shape), np.int16)
+    for shift in range(1, algebra.dimension):
+        swaps += _grades((a >> shift) & b)
+    weight = np.where(swaps & 1, -1.0, 1.0)
+    common = a & b
+    for i in range(algebra.dimension):
+        square = float(algebra.metric[i][i])
+        if square != 1.0:
+            weight[(common >> i & 1).astype(bool)] *= square
+    return weight
+
+
+@cache
+def _population() -> NDArray[np.int16]:
+    """Number of bits of every blade there can be."""
+    return np.array([i.bit_count() for i in range(1 << MAX_DIMENSION)], np.int16)
+
+
+def _grades(blades: NDArray[Any]) -> NDArray[np.int16]:
+    return _population()[blades]
+
+
+def _general_terms(
+    algebra: Algebra, operation: str, blades_a: Sequence[int], blades_b: Sequence[int]
+) -> Terms:
+    """The same for any metric, blade by blade, in exact arithmetic."""
+    multiply = _blade_product(algebra, operation)
+    rows = [
+        (i, j, blade, float(weight))
+        for i, a in enumerate(blades_a)
+        for j, b in enumerate(blades_b)
+        for blade, weight in multiply(a, b)
+        if weight
+    ]
+    columns: Iterable[Any] = zip(*rows, strict=True) if rows else ((), (), (), ())
+    left, right, blades, weights = (list(column) for column in columns)
+    return np.array(left, np.int32), np.array(right, np.int32), np.array(blades, np.int32), np.array(weights, float)
+
+
+def _blade_product(algebra: Algebra, operation: str) -> Callable[[int, int], Iterable[tuple[int, Fraction]]]:
+    if operation == "reversed":
+        return lambda a, b: [(c, -w if grade(b) & 2 else w) for c, w in algebra.product(a, b)]
+    if operation in FILTERS:
+        keep = FILTERS[operation] or (lambda *_: True)
+        return lambda a, b: [(c, w) for c, w in algebra.product(a, b) if keep(grade(a), grade(b), grade(c))]
+    method = getattr(Multivector, operation)
+    return lambda a, b: method(basis_blade(algebra, a), basis_blade(algebra, b)).terms.items()
+
+
+def _regressive_terms(algebra: Algebra, blades_a: tuple[int, ...], blades_b: tuple[int, ...]) -> Terms:
+    """X v Y: the outer product of the duals, mapped back; three linear maps and one table."""
+    dual_a, index_a, weight_a = linear_map(algebra, "dual", blades_a)
+    dual_b, index_b, weight_b = linear_map(algebra, "dual", blades_b)
+    left, right, blades, weights = _diagonal_terms(algebra, "outer", dual_a.tolist(), dual_b.tolist())
+    weights = weights * weight_a[left] * weight_b[right]
+    distinct = tuple(sorted(set(blades.tolist())))
+    image, source, scale = linear_map(algebra, "undual" if algebra.is_degenerate else "times_pseudoscalar", distinct)
+    # join the two lists on the blade in the middle
+    order = np.argsort(source, kind="stable")
+    first = np.searchsorted(source[order], np.arange(len(distinct) + 1))
+    middle = np.searchsorted(np.array(distinct, np.int64), blades)
+    counts = np.diff(first)[middle]
+    term = np.repeat(np.arange(len(blades)), counts)
+    within = np.arange(len(term)) - np.repeat(np.cumsum(counts) - counts, counts)
+    entry = order[first[middle[term]] + within]
+    return index_a[left[term]], index_b[right[term]], image[entry], weights[term] * scale[entry]
+
+
+def linear_map(
+    algebra: Algebra, name: str, blades: Sequence[int]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Entries of a linear map on basis blades: the image's blade, the index of the source, the weight."""
+    function = LINEAR[name]
+    rows = [
+        (image, i, float(weight))
+        for i, blade in enumerate(blades)
+        for image, weight in function(basis_blade(algebra, blade)).terms.items()
+    ]
+    columns = list(zip(*rows, strict=True)) or [(), (), ()]
+    return np.array(columns[0], np.int64), np.array(columns[1], np.int64), np.array(columns[2], np.float64)
+
+
+#: Linear maps by name, on exact basis blades.
+LINEAR: dict[str, Callable[[Multivector], Multivector]] = {
+    "negative": lambda x: -x,
+    "reverse": lambda x: ~x,
+    "involute": lambda x: x.involute(),
+    "conjugate": lambda x: x.conjugate(),
+    "dual": lambda x: x.dual(),
+    "undual": lambda x: x.undual(),
+    "complement": lambda x: x.complement(),
+    "times_pseudoscalar": lambda x: x * x.pseudoscalar(),
+}
+
+
+def basis_blade(algebra: Algebra, blade: int) -> Multivector:
+    """A basis blade with an exact coefficient."""
+    return Multivector(algebra, RationalRing(), {blade: Fraction(1)})

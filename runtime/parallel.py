@@ -1,0 +1,110 @@
+"""The one place that shares work over threads: a range [0, n) in chunks over a pool.
+
+Compiled loops take a range [begin, end) and release the GIL; nothing here knows what they do. A call from inside
+a chunk runs serially, so that nothing is ever shared twice.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+
+Part = Callable[[int, int], None]
+#: Chunks per thread where the caller names no size: enough for progress, few enough to cost nothing.
+CHUNKS_PER_THREAD = 16
+#: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
+POLL = 0.1
+_inside = threading.local()
+
+
+def thread_count(threads: int | None = None) -> int:
+    """How many threads to use: as asked for, else the processors that this process may run on."""
+    if threads is not None:
+        if threads < 1:
+            raise ValueError(f"threads is {threads}; at least one is needed.")
+        return threads
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS, Windows
+        return os.cpu_count() or 1
+
+
+def run(
+    part: Part,
+    n: int,
+    threads: int | None = None,
+    chunk: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> None:
+    """Call ``part(begin, end)`` until [0, n) is covered.
+
+    Parameters
+    ----------
+    part : callable
+        Works on items begin to end - 1. Chunks must not depend on each other.
+    n : int
+    threads : int, optional
+        Default: all processors of this process. Inside another `run`: one.
+    chunk : int, optional
+        Items per call.
+    progress : callable, optional
+        Called in the calling thread with the number of items that were newly done.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Between chunks; those that run are waited for, the others are dropped.
+    Exception
+        The first that a chunk raised.
+    """
+    if n <= 0:
+        return
+    count = 1 if getattr(_inside, "running", False) else thread_count(threads)
+    size = chunk or max(1, -(-n // (count * CHUNKS_PER_THREAD)))
+    if count == 1 and chunk is None and progress is None:
+        size = n
+    ranges = ((begin, min(begin + size, n)) for begin in range(0, n, size))
+    if count == 1 or n <= size:
+        _serial(part, ranges, progress)
+    else:
+        _threaded(part, ranges, count, progress)
+
+
+def _serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[int], None] | None) -> None:
+    for begin, end in ranges:
+        _call(part, begin, end)
+        if progress:
+            progress(end - begin)
+
+
+def _threaded(
+    part: Part, ranges: Iterator[tuple[int, int]], threads: int, progress: Callable[[int], None] | None
+) -> None:
+    """Keep every thread busy with one chunk and one waiting; the rest is not handed out, so it can be dropped."""
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="bladesmith")
+    pending: dict[Future[None], int] = {}
+    try:
+        while True:
+            while len(pending) < 2 * threads and (piece := next(ranges, None)) is not None:
+                pending[pool.submit(_call, part, *piece)] = piece[1] - piece[0]
+            if not pending:
+                return
+            done, _ = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
+            for future in done:
+                size = pending.pop(future)
+                future.result()
+                if progress:
+                    progress(size)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _call(part: Part, begin: int, end: int) -> None:
+    outer = getattr(_inside, "running", False)
+    _inside.running = True
+    try:
+        part(begin, end)
+    finally:
+        _inside.running = outer

@@ -1,0 +1,203 @@
+"""The numba target: its text run as plain Python, on columns and compiled gives the bits of the C target."""
+
+from __future__ import annotations
+
+import linecache
+import re
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from bladesmith.codegen import binding
+from bladesmith.codegen.binding import BoundKernel, Library
+from bladesmith.codegen.build import load as load_extension
+from bladesmith.codegen.errors import InputError, MissingExtraError, ShapeError
+from bladesmith.codegen.machine import instances
+from bladesmith.codegen.targets import numba_run
+from bladesmith.codegen.targets.c import symbol
+from bladesmith.codegen.targets.extension import extension_source
+from bladesmith.codegen.targets.numba import bind, numba_source
+from bladesmith.codegen.targets.numba_run import NumbaKernel, load
+from bladesmith.codegen.targets.printer import interface
+from bladesmith.codegen.targets.specimens import arguments, specimens
+from bladesmith.codegen.trace import trace
+
+KERNELS = specimens()
+DTYPES = [np.float64, np.float32]
+COUNT = 131  # two full blocks of the compiled loop and a rest
+#: Compiled here, because that takes a second or two each; between them they hold all that compiling could change.
+COMPILED = ["cga3d_move_point", "cga3d_blend_by_call", "cga3d_normalized", "cga3d_rows", "cga3d_masks", "cga3d_elementary"]
+each_kernel = pytest.mark.parametrize("name", KERNELS)
+each_dtype = pytest.mark.parametrize("dtype", DTYPES, ids=["f64", "f32"])
+
+
+@pytest.fixture(scope="module")
+def compiled_c() -> Callable[[str], BoundKernel]:
+    """The same kernels through the C target."""
+    extension = extension_source("specimens", list(KERNELS.values()), (*instances("f64"), *instances("f32")))
+    library = Library(load_extension(extension))
+    return lambda name: BoundKernel(library, name, *interface(KERNELS[name]))
+
+
+def plain(name: str) -> NumbaKernel:
+    return bind(KERNELS[name], compiled=False)
+
+
+def as_tuple(results: Any) -> tuple[Any, ...]:
+    return results if isinstance(results, tuple) else (results,)
+
+
+def assert_same_bits(actual: Any, expected: Any, name: str) -> None:
+    """Equal as integers; a NaN equals any NaN, since no rule fixes its bits."""
+    for a, b in zip(as_tuple(actual), as_tuple(expected), strict=True):
+        assert a.dtype == b.dtype and a.shape == b.shape
+        bits = np.dtype(f"u{a.dtype.itemsize}")
+        different = (a.view(bits) != b.view(bits)) & ~(np.isnan(a) & np.isnan(b))
+        assert not different.any(), f"{name}: {a[different][:3]} instead of {b[different][:3]}"
+
+
+@each_kernel
+@each_dtype
+def test_columns_give_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
+    operands = arguments(KERNELS[name], COUNT, dtype=dtype)
+    expected = compiled_c(name)(*operands)
+    assert as_tuple(expected)[0].dtype == dtype
+    assert_same_bits(plain(name)(*operands), expected, name)
+
+
+@each_kernel
+@each_dtype
+def test_the_printed_loop_as_plain_python(
+    name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]
+) -> None:
+    count = numba_run_block() + 3
+    operands = arguments(KERNELS[name], count, dtype=dtype)
+    operands[0] = operands[0][:1]  # one row for all items
+    expected = as_tuple(compiled_c(name)(*operands))
+    results = [np.empty_like(e) for e in expected]
+    module = load(numba_source([KERNELS[name]]), dtype, compiled=False)
+    rows = [a.reshape(len(a), -1) for a in operands]
+    steps = [0, *(1 for _ in operands[1:])]
+    with np.errstate(all="ignore"):
+        getattr(module, f"{name}_batch")(
+            0, count, *(r.reshape(count, -1) for r in results), *(v for pair in zip(rows, steps, strict=True) for v in pair)
+        )
+    assert_same_bits(tuple(results), expected, name)
+
+
+def numba_run_block() -> int:
+    from bladesmith.templates.numba.rows import BLOCK
+
+    return BLOCK
+
+
+@pytest.mark.parametrize("name", COMPILED)
+@each_dtype
+def test_compiled_gives_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
+    fast = bind(KERNELS[name])
+    operands = arguments(KERNELS[name], COUNT, dtype=dtype)
+    expected = compiled_c(name)(*operands)
+    assert_same_bits(fast(*operands), expected, name)
+    for operand in operands:
+        operand.setflags(write=False)
+    assert_same_bits(fast(*operands), expected, name)  # and compiles nothing new: see below
+    assert len(fast._batches[np.dtype(dtype)].signatures) == 1
+    shared = [operands[0][:1], *operands[1:]]
+    assert_same_bits(fast(*shared), compiled_c(name)(*shared), name)
+
+
+def test_singular_items_have_a_status_and_nan() -> None:
+    rotor = np.array([[1.0, 0, 0, 0], [0, 0, 0, 0]])
+    value, status = plain("cga3d_normalized")(rotor)
+    assert status.tolist() == [0, 1] and status.dtype == np.uint8
+    assert np.isnan(value[1]).all() and value[0].tolist() == [1, 0, 0, 0]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_shapes_broadcast_and_are_checked(compiled: bool) -> None:
+    move = bind(KERNELS["cga3d_move_point"], compiled)
+    motor, point = arguments(KERNELS["cga3d_move_point"], 6)
+    grid = move(motor.reshape(2, 3, 8), point[0])
+    assert grid.shape == (2, 3, 5)
+    assert np.array_equal(grid[1, 2], move(motor[5], point[0]))
+    assert move(motor[:0], point[0]).shape == (0, 5)
+    with pytest.raises(ShapeError, match="last axis must have 8"):
+        move(motor[:, :7], point)
+    with pytest.raises(InputError, match="takes 2 arrays"):
+        move(motor)
+
+
+def test_ranges_may_be_shared_out(splitter: list[tuple[int, int]]) -> None:
+    name = "cga3d_compose"
+    operands = arguments(KERNELS[name], 1000)
+    shared_out = plain(name)(*operands)
+    assert len(splitter) == 3
+    binding.install_splitter(None)
+    assert np.array_equal(shared_out, plain(name)(*operands))
+
+
+@pytest.fixture
+def splitter() -> Iterator[list[tuple[int, int]]]:
+    parts: list[tuple[int, int]] = []
+
+    def split(run: Callable[[int, int], None], n: int) -> None:
+        edges = [0, n // 3, n // 2, n]
+        for begin, end in zip(edges, edges[1:], strict=False):
+            parts.append((begin, end))
+            run(begin, end)
+
+    before = binding._splitter
+    binding.install_splitter(split)
+    yield parts
+    binding.install_splitter(before)
+
+
+def test_constants_have_the_type_of_the_precision() -> None:
+    text = numba_source(list(KERNELS.values()))
+    code = "\n".join(line.split("#")[0] for line in text.splitlines())
+    bare = [m[0] for m in re.finditer(r"(?<![\w(])\d+\.\d+", code)]
+    assert not bare
+
+
+def test_the_same_text_every_time() -> None:
+    assert numba_source(list(KERNELS.values())) == numba_source(list(KERNELS.values()))
+
+
+def test_tracebacks_show_the_generated_lines() -> None:
+    module = load(numba_source([KERNELS["cga3d_compose"]]), compiled=False)
+    with pytest.raises(TypeError) as caught:
+        module.cga3d_compose(*["text"] * 16)
+    shown = "".join(traceback.format_exception(caught.value))
+    assert "m_s * x_s" in shown.replace("y_s", "x_s").replace("x_s * x_s", "m_s * x_s")
+    line = module.cga3d_compose.__code__.co_firstlineno
+    assert "def cga3d_compose(" in linecache.getline(module.cga3d_compose.__code__.co_filename, line)
+
+
+def test_a_note_cannot_leave_its_comment() -> None:
+    kind = KERNELS["cga3d_compose"].inputs[0].kind
+    note = 'ends a comment */ or a string """\nimport nothing /* \\'
+    kernel = trace(lambda m: ~m, [kind], "reverse", note=note)
+    load(numba_source([kernel]), compiled=False)
+    from bladesmith.codegen.targets.extension import kernel_files
+
+    comment = next(t for t in kernel_files("x", [kernel])["kernels.h"].splitlines() if "cga3d_reverse:" in t)
+    assert comment.count("*/") == 1 and comment.count("/*") == 1
+
+
+def test_without_numba_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "numba", None)
+    numba_run._numba.cache_clear()
+    try:
+        with pytest.raises(MissingExtraError, match=r"bladesmith\[numba\]"):
+            bind(KERNELS["cga3d_compose"])
+        assert plain("cga3d_compose")(*arguments(KERNELS["cga3d_compose"], 2)).shape == (2, 8)
+    finally:
+        numba_run._numba.cache_clear()
+
+
+def test_symbols_are_the_names_of_c() -> None:
+    module = load(numba_source(list(KERNELS.values())), compiled=False)
+    assert all(callable(getattr(module, f"{symbol(kernel)}_batch")) for kernel in KERNELS.values())
