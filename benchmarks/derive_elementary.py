@@ -222,6 +222,8 @@ def c_block(bits: int) -> str:
         for number, value in enumerate(values):
             suffix = f"_{number + 1}" if len(values) > 1 else ""
             lines.append(f"#define BS_{name}{suffix} K({hexadecimal(value)})")
+    if bits == 64:
+        lines += ["#define BS_HALF_PI_4 K(0) /* three parts are enough */", "#define BS_LN2_4 K(0)"]
     return "\n".join(lines)
 
 

@@ -1,7 +1,8 @@
 """Polynomials in, cheap straight-line code out: algebraic factoring with sharing between all outputs.
 
-The stages: pack the polynomials (`factor_packed`), extract common divisors (`factor_divisors`) under a search
-(`factor_search`), share common products (`factor_products`), and build expressions (here). Standard library only.
+The stages: pack the polynomials (`factor_packed`), extract common divisors (`factor_pairs`,
+`factor_divisors`) under a search (`factor_search`), share common products (`factor_products`), and build
+expressions (here). Standard library only.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from .factor_packed import Monomial, Number, Poly, System, product_cost
+from .factor_packed import Monomial, Number, Poly, System, magnitude
 from .factor_products import Node, Products, common_products
 from .factor_search import search
 
@@ -66,7 +67,9 @@ _LEAST_BUDGET, _MOST_BUDGET = 10_000, 1_500_000
 """Limits of the default budget: about 0.02 and 3 seconds."""
 
 
-def factor(polynomials: Sequence[Poly], atom_count: int, budget: int | None = None) -> list[Expr]:
+def factor(
+    polynomials: Sequence[Poly], atom_count: int, budget: int | None = None, seed: int = 0
+) -> list[Expr]:
     """Expressions that compute the polynomials with few operations, exactly.
 
     Parameters
@@ -78,6 +81,8 @@ def factor(polynomials: Sequence[Poly], atom_count: int, budget: int | None = No
     budget : int, optional
         Work in pairs of terms and terms looked at, about half a million per second; never time, so that every
         machine finds the same. By default it grows with the problem. More of it may find cheaper forms.
+    seed : int
+        Another seed looks elsewhere: several short searches may be tried once, and the best seed kept.
 
     Returns
     -------
@@ -94,7 +99,7 @@ def factor(polynomials: Sequence[Poly], atom_count: int, budget: int | None = No
     system = System.load(polynomials, atom_count)
     if budget is None:
         budget = min(max(_PAIRS_TO_WORK * system.pair_count(), _LEAST_BUDGET), _MOST_BUDGET)
-    found = search(system, atom_count, budget)
+    found = search(system, atom_count, budget, seed)
     return _Builder(found, atom_count).outputs(len(polynomials))
 
 
@@ -157,7 +162,7 @@ def _check(polynomial: Poly, atom_count: int) -> None:
         ascending = all(left < right for left, right in zip(atoms, atoms[1:], strict=False))
         if not ascending or any(exponent <= 0 for _, exponent in monomial):
             raise ValueError(f"{monomial!r} is not a monomial: sorted (atom, positive exponent) pairs.")
-        if atoms and not (0 <= atoms[0] and atoms[-1] < atom_count):
+        if atoms and (atoms[0] < 0 or atoms[-1] >= atom_count):
             raise ValueError(f"{monomial!r} names an atom outside 0 .. {atom_count - 1}.")
 
 
@@ -227,10 +232,10 @@ class _Builder:
     def _term(self, literals: list[int], value: Number) -> tuple[Expr, Fraction]:
         """A term as (expression, coefficient); a scaled product that several terms use is one node."""
         sign = Fraction(1 if value > 0 else -1)
-        size = abs(value)
+        size = magnitude(value)
         if not literals:
             return self._constant(Fraction(size)), sign
-        if product_cost(1, size):
+        if size != 1:
             literals.insert(0, -1 - self._products.coefficients.index(size))
         if len(literals) == 1:
             return self._literal(literals[0]), sign

@@ -208,7 +208,9 @@ class System:
                 pieces = [(monomial, value)]
             else:
                 rest = self.packing.divide(monomial, bit)
-                pieces = [(self.packing.multiply(rest, inner), value * amount) for inner, amount in body.items()]
+                pieces = [
+                    (self.packing.multiply(rest, inner), value * amount) for inner, amount in body.items()
+                ]
             for target, added in pieces:
                 total = exact(result.get(target, 0) + added)
                 if total:

@@ -1,25 +1,37 @@
-"""The search for a cheap factoring: several starts, then rounds of undoing some definitions and factoring again.
+"""The search for a cheap factoring: several starts, then rounds that undo some definitions and factor again.
 
 Deterministic: the only clock is the work, counted in pairs of terms and terms looked at.
 """
 
 from __future__ import annotations
 
-from .factor_divisors import Extractor, Stream
+from .factor_divisors import Extractor
 from .factor_packed import System, Terms
 from .factor_products import common_products
 
 _WIDTH = 12
-"""Candidates grown per extraction in the first, noiseless pass; more gave no better forms on motors and circles."""
+"""Candidates grown per extraction in the first pass; more gave no better forms on motors and circles."""
 
 _ROUND_WIDTHS = (2, 4, 6, 12)
 """Widths drawn from in the rounds."""
 
 _WHOLE_ONE_IN = 4
-"""One round in so many takes coefficients only whole (see `Extractor`): it finds other forms, 4 % cheaper at times."""
+"""One round in so many takes coefficients only whole (see `Extractor`): other forms, 4 % cheaper at times."""
 
 _UNDONE_PERCENT = (10, 100)
 """Share of the definitions that a round undoes, drawn between these."""
+
+
+class Stream:
+    """Pseudo-random integers, the same on every machine and Python (Lehmer's generator)."""
+
+    def __init__(self, seed: int) -> None:
+        self._state = seed % 1_000_000_007 * 2 + 1
+
+    def below(self, bound: int) -> int:
+        """A number in 0 .. bound - 1."""
+        self._state = self._state * 48271 % 2147483647
+        return (self._state >> 8) % bound
 
 
 def cost(system: System) -> tuple[int, int]:
@@ -28,8 +40,8 @@ def cost(system: System) -> tuple[int, int]:
     return common_products(system).multiplications, additions
 
 
-def search(system: System, atom_count: int, budget: int) -> System:
-    """The cheapest equivalent system found with about that much work."""
+def search(system: System, atom_count: int, budget: int, seed: int) -> System:
+    """The cheapest equivalent system found with about that much work; the seed chooses the rounds."""
     work = 0
     best: System | None = None
     best_cost = 0
@@ -44,12 +56,11 @@ def search(system: System, atom_count: int, budget: int) -> System:
         if work >= budget:
             break
     assert best is not None
-    return _improved(best, best_cost, atom_count, budget - work)
+    return _improved(best, best_cost, atom_count, budget - work, Stream(seed))
 
 
-def _improved(best: System, best_cost: int, atom_count: int, budget: int) -> System:
-    """Rounds of undoing some definitions and factoring again, with noise; equal cost is taken, to keep moving."""
-    stream = Stream(best_cost)
+def _improved(best: System, best_cost: int, atom_count: int, budget: int, stream: Stream) -> System:
+    """Rounds with noise; a form of equal cost is taken too, to keep moving."""
     current, current_cost = best, best_cost
     while budget > 0:
         trial = current.compacted(atom_count)
@@ -61,7 +72,7 @@ def _improved(best: System, best_cost: int, atom_count: int, budget: int) -> Sys
         for _ in range(max(1, len(defined) * share // 100)):
             trial.inline(defined.pop(stream.below(len(defined))))
         width = _ROUND_WIDTHS[stream.below(len(_ROUND_WIDTHS))]
-        extractor = Extractor(trial, width, stream, parts=stream.below(_WHOLE_ONE_IN) > 0)
+        extractor = Extractor(trial, width, stream.below, parts=stream.below(_WHOLE_ONE_IN) > 0)
         extractor.run(budget)
         budget -= extractor.work + trial.pair_count()
         trial.inline_trivial()
@@ -77,7 +88,7 @@ def _improved(best: System, best_cost: int, atom_count: int, budget: int) -> Sys
 
 
 def _starts(system: System, atom_count: int, budget: int) -> list[System]:
-    """Systems to begin with: as given, and split by atoms in which it is linear; coarsely split if too large."""
+    """Systems to begin with: as given, and split by atoms in which it is linear; if too large, coarsely."""
     plain = system.compacted(atom_count)
     if plain.pair_count() > budget:
         _split_coarsely(plain, budget)
@@ -112,7 +123,7 @@ def _linear_atoms(system: System, atom_count: int) -> list[int]:
 
 
 def _split(system: System, index: int, variables: list[int]) -> list[int]:
-    """Write a polynomial as sum of variable times quotient, plus the rest; returns the quotients' variables."""
+    """Write a polynomial as sum of variable times quotient, plus a rest; returns the quotients' variables."""
     created = []
     for variable in variables:
         bit = system.packing.bit(variable)

@@ -10,6 +10,14 @@ from hypothesis import settings
 CACHE_VARIABLE = "BLADESMITH_CACHE_DIR"
 KEPT_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR")  # a developer's: kept between sessions
 
+STRICT = os.environ.get("BLADESMITH_STRICT_TESTS", "") not in ("", "0")
+MACHINE_LACKS = (
+    "no device",
+    "no CUDA device",
+    "root may",
+    "shell scripts",
+)  # reasons that no install can mend
+
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
@@ -27,3 +35,16 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_unconfigure(config: pytest.Config) -> None:
     if not hasattr(config, "workerinput") and not KEPT_CACHE:
         shutil.rmtree(os.environ[CACHE_VARIABLE], ignore_errors=True)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where it is asked for, a test skipped for want of a tool is a failure: nobody would read of it."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if not STRICT or reporter is None:
+        return
+    reasons = {str(report.longrepr[2]) for report in reporter.stats.get("skipped", [])}
+    missing = sorted(reason for reason in reasons if not any(words in reason for words in MACHINE_LACKS))
+    for reason in missing:
+        reporter.write_line(f"skipped, and should not have been: {reason}", red=True)
+    if missing and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -63,7 +63,7 @@ def specimens() -> dict[str, Kernel]:
         trace(_elementary, [numbers(cga, 2)], "elementary"),
     ]
     for kernel in made:
-        choose(kernel, "staged")
+        choose(kernel, {"form": "staged"})
     return {f"{kernel.algebra.name}_{kernel.name}": kernel for kernel in made}
 
 

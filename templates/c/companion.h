@@ -134,3 +134,18 @@ BS_INLINE int FN(companion_eigenvalues)(S *re, S *im, FN(companion_matrix) *h, i
     }
     return found;
 }
+
+/* Roots of the sum of powers[k] x^k up to degree n <= 12. Returns their number, which is less than n if the highest
+   powers are missing, or if the iteration does not end. */
+BS_INLINE int FN(companion_roots)(S *re, S *im, const S *powers, int n)
+{
+    FN(companion_matrix) h;
+    while (n > 0 && powers[n] == 0)
+        n--;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            h.m[i][j] = i == 0 ? -powers[n - 1 - j] / powers[n] : K(i == j + 1);
+    h.shift = 0;
+    FN(companion_balance)(&h, n);
+    return FN(companion_eigenvalues)(re, im, &h, n);
+}

@@ -1,12 +1,12 @@
 /* bladesmith: elementary functions of one instance, in the short names of instance.h. One text serves scalars,
- * vectors and CUDA, and gives the same bits on all of them (no contraction, no library call, NaN payloads aside).
+ * vectors and CUDA, and gives the same bits on all of them (no contraction, no library call; but NaN has many).
  *
- *   SIN COS EXP LOG SINH COSH (x), ATAN2(y, x)          at most 2 ulp, all finite arguments
- *   STUMPFF0 .. STUMPFF3 (w)                            c_k(w) = sum over n of (-w)^n / (2n + k)!
- *   FN(sincos)(x, &s, &c), FN(stumpff)(w, &c0, &c1, &c2, &c3)      what several functions of one argument share
+ *   SIN COS EXP LOG SINH COSH (x), ATAN2(y, x)    at most 2 ulp, all arguments
+ *   STUMPFF0 .. STUMPFF3 (w)                      c_k(w) = sum over n of (-w)^n / (2n + k)!, at most 8 ulp
+ *   FN(sincos)(x, &s, &c), FN(sinhcosh)(x, &s, &c), FN(stumpff)(w, &c0, &c1, &c2, &c3)
  *
  * Methods and measured errors: docs/elementary.md. Constants: benchmarks/derive_elementary.py. The only branch is
- * taken where some lane of a trigonometric argument is very large (BS_NEAR): such lanes are reduced one by one.
+ * taken where some lane has a very large argument of sine or cosine (BS_NEAR): these are reduced one by one.
  */
 
 /* Constants. Polynomials have their lowest coefficient first; a number in parts is the sum of its parts, and the
@@ -14,9 +14,9 @@
 #if BS_BITS == 64
 #define BS_MANTISSA 52                       /* bits stored of a significand */
 #define BS_BIAS 1023                         /* of an exponent */
-#define BS_ONE INT64_C(0x3ff0000000000000)   /* bits of 1 */
-#define BS_ROOT_HALF INT64_C(0x3fe6a09e667f3bcd) /* bits of sqrt(1/2) */
-#define BS_NEAR K(102943.0)                  /* 65536 half pi, less a little: reduced by a product up to here */
+#define BS_ONE (BS_INT)0x3ff0000000000000    /* bits of 1 */
+#define BS_ROOT_HALF (BS_INT)0x3fe6a09e667f3bcd  /* bits of sqrt(1/2) */
+#define BS_NEAR K(102943.0)                  /* 65536 half pi, less a little: up to here products reduce */
 #define BS_SHIFTER K(0x1.8p+52)              /* added and taken off again, rounds to an integer */
 #define BS_SPLITTER K(0x1.0000002p+27)       /* cuts a significand into halves */
 #define BS_LARGEST K(0x1.fffffffffffffp+1023)
@@ -62,13 +62,13 @@
 #define BS_QUARTER_PI_2 K(0x1.1a62633145c07p-55)
 #define BS_PER_HALF_PI K(0x1.45f306dc9c883p-1)
 #define BS_PER_LN2 K(0x1.71547652b82fep+0)
-#define BS_HALF_PI_4 K(0)
+#define BS_HALF_PI_4 K(0) /* three parts are enough */
 #define BS_LN2_4 K(0)
 #else
 #define BS_MANTISSA 23
 #define BS_BIAS 127
-#define BS_ONE INT32_C(0x3f800000)
-#define BS_ROOT_HALF INT32_C(0x3f3504f3)
+#define BS_ONE (BS_INT)0x3f800000
+#define BS_ROOT_HALF (BS_INT)0x3f3504f3
 #define BS_NEAR K(3216.0)                    /* 2048 half pi, less a little */
 #define BS_SHIFTER K(0x1.8p+23)
 #define BS_SPLITTER K(0x1.002p+12)
@@ -159,16 +159,16 @@ BS_POLYNOMIAL(atan_terms, BS_ATAN)    /* (q - arctan q)/q^3 in z = q^2, |q| <= 1
 /* 2^n for the integer n that stands in the lowest bits of shifted = n + BS_SHIFTER. */
 BS_INLINE V FN(power_of_two)(V shifted)
 {
-    return FROM_BITS((BITS(shifted) << BS_MANTISSA) + BS_ONE);
+    return FROM_BITS((I)(((UI)BITS(shifted) << BS_MANTISSA) + (BS_UINT)BS_ONE));
 }
 
-BS_INLINE V FN(change_sign)(V v, I bit) /* where the integer's bit 1 is set */
+BS_INLINE V FN(change_sign)(V v, I bits) /* where bit 1 is set */
 {
-    return FROM_BITS(BITS(v) ^ ((bit & 2) << (BS_BITS - 2)));
+    return FROM_BITS(BITS(v) ^ (I)(((UI)bits & 2) << (BS_BITS - 2)));
 }
 
-/* high - low = x + tail - n step to about twice the precision, for step in parts and a small tail. The first product
- * and difference are exact by the choice of the parts; what later ones lose is kept. Zero keeps its sign. */
+/* high - low = x + tail - n step to about twice the precision, for step in parts and a small tail. The first
+ * product and difference are exact by the choice of the parts; what later ones lose is kept. Zero keeps its sign. */
 BS_INLINE V FN(reduce_by)(V x, V n, const V *step, V tail, V *low)
 {
     V rest = x - n * step[0];
@@ -189,7 +189,7 @@ BS_INLINE V FN(reduce_by)(V x, V n, const V *step, V tail, V *low)
     return result;
 }
 
-/* --- sin, cos ------------------------------------------------------------------------------------------------ */
+/* --- sin, cos --- */
 
 typedef struct {
     V high, low; /* the reduced argument is high - low, |high| <= pi/4 and a little */
@@ -216,8 +216,8 @@ BS_INLINE uint64_t FN(upper_product)(uint64_t a, uint64_t b)
  * places after the point, then times pi/2 in two parts. In float64 for both precisions. Returns the quadrant. */
 BS_COLD int FN(reduce_far)(double x, double *high, double *low)
 {
-    const double half_pi = 0x1.921fb54442d18p+0, half_pi_rest = 0x1.1a62633145c07p-54; /* pi/2 */
-    const double half_pi_1 = 0x1.921fb5p+0, half_pi_2 = 0x1.110b46p-26;                 /* first part in halves */
+    const double half_pi = 0x1.921fb54442d18p+0, half_pi_rest = 0x1.1a62633145c07p-54;
+    const double half_pi_1 = 0x1.921fb5p+0, half_pi_2 = 0x1.110b46p-26; /* the first part in halves */
     union { double x; uint64_t bits; } number;
     number.x = x < 0 ? -x : x;
     int exponent = (int)(number.bits >> 52);
@@ -243,8 +243,10 @@ BS_COLD int FN(reduce_far)(double x, double *high, double *low)
         fraction = ~fraction + 1;
         top = ~top + (fraction == 0);
     }
-    double a = (double)(int64_t)(top >> 31) * 0x1p-31, b = (double)(int64_t)(top & 0x7fffffff) * 0x1p-62;
-    double c = (double)(int64_t)(fraction >> 32) * 0x1p-94 + (double)(int64_t)(fraction & 0xffffffff) * 0x1p-126;
+    double a = (double)(int64_t)(top >> 31) * 0x1p-31;
+    double b = (double)(int64_t)(top & 0x7fffffff) * 0x1p-62;
+    double c = (double)(int64_t)(fraction >> 32) * 0x1p-94;
+    c += (double)(int64_t)(fraction & 0xffffffff) * 0x1p-126;
     double sum = a + b, rest = ((a - sum) + b) + c;
     double f = sum + rest, f_rest = (sum - f) + rest;
 
@@ -261,18 +263,17 @@ BS_COLD int FN(reduce_far)(double x, double *high, double *low)
 }
 
 /* The same for the lanes of x that are set in far; the others keep what `near` holds. */
-BS_COLD FN(angle) FN(reduce_far_lanes)(V x, M far, FN(angle) near)
+BS_PURE BS_COLD FN(angle) FN(reduce_far_lanes)(V x, M far, FN(angle) near)
 {
     union { V v; S lane[W]; } number, high, low;
     union { I i; BS_INT lane[W]; } quadrant;
     number.v = x, high.v = near.high, low.v = near.low, quadrant.i = near.quadrant;
     for (int l = 0; l < W; l++) {
-        double h, r;
-        int q = FN(reduce_far)((double)number.lane[l], &h, &r);
         if (BS_LANE(far, l)) {
-            high.lane[l] = (S)h;
-            low.lane[l] = (S)(((double)high.lane[l] - h) + r);
-            quadrant.lane[l] = q;
+            double most, rest;
+            quadrant.lane[l] = FN(reduce_far)((double)number.lane[l], &most, &rest);
+            high.lane[l] = (S)most;
+            low.lane[l] = (S)(((double)high.lane[l] - most) + rest);
         }
     }
     near.high = high.v, near.low = low.v, near.quadrant = quadrant.i;
@@ -281,7 +282,8 @@ BS_COLD FN(angle) FN(reduce_far_lanes)(V x, M far, FN(angle) near)
 
 BS_INLINE FN(angle) FN(reduce)(V x)
 {
-    const V half_pi[] = {SPLAT(BS_HALF_PI_1), SPLAT(BS_HALF_PI_2), SPLAT(BS_HALF_PI_3), SPLAT(BS_HALF_PI_4)};
+    const V half_pi[] = {
+        SPLAT(BS_HALF_PI_1), SPLAT(BS_HALF_PI_2), SPLAT(BS_HALF_PI_3), SPLAT(BS_HALF_PI_4)};
     FN(angle) angle;
     V shifted = x * BS_PER_HALF_PI + BS_SHIFTER;
     angle.quadrant = BITS(shifted);
@@ -300,7 +302,7 @@ BS_INLINE void FN(sincos)(V x, V *sine, V *cosine)
     V c = most + (((K(1) - most) - half) + ((z * z) * FN(cosine_terms)(z) + r * low));
     M odd = BIT0(angle.quadrant);
     *sine = FN(change_sign)(SELECT(odd, c, s), angle.quadrant);
-    *cosine = FN(change_sign)(SELECT(odd, s, c), angle.quadrant + 1);
+    *cosine = FN(change_sign)(SELECT(odd, s, c), (I)((UI)angle.quadrant + 1));
 }
 
 BS_INLINE V FN(sin)(V x)
@@ -317,7 +319,7 @@ BS_INLINE V FN(cos)(V x)
     return cosine;
 }
 
-/* --- exp, log, sinh, cosh ------------------------------------------------------------------------------------- */
+/* --- exp, log, sinh, cosh --- */
 
 /* exp x = 2^n exp r, the power in two factors, so that results may be subnormal. */
 BS_INLINE V FN(exp)(V x)
@@ -333,7 +335,7 @@ BS_INLINE V FN(exp)(V x)
     return value * FN(power_of_two)(shifted) * FN(power_of_two)(other);
 }
 
-/* log x = k ln2 + log(1 + f), 1 + f in [sqrt(1/2), sqrt(2)); with s = f/(2 + f) log(1 + f) is 2 artanh s, written
+/* log x = k ln2 + log(1 + f), 1 + f in [sqrt(1/2), sqrt(2)). With s = f/(2 + f), log(1 + f) is 2 artanh s, written
  * f - (f^2/2 - s (f^2/2 + z R(z))), so that the largest term is exact. */
 BS_INLINE V FN(log)(V x)
 {
@@ -341,19 +343,21 @@ BS_INLINE V FN(log)(V x)
     const S digits = (S)((BS_INT)1 << BS_MANTISSA); /* an integer or'ed into its low bits is added to it */
     M tiny = LT(x, BS_SMALLEST);
     V scaled = SELECT(tiny, x * (S)((BS_INT)1 << BS_SMALL_SCALE), x);
-    I bits = BITS(scaled) + (BS_ONE - BS_ROOT_HALF);
-    V number = FROM_BITS((I)((UI)bits >> BS_MANTISSA) | BITS(SPLAT(digits)));
-    V k = number - SELECT(tiny, SPLAT(digits + (BS_BIAS + BS_SMALL_SCALE)), SPLAT(digits + BS_BIAS));
-    V f = FROM_BITS((bits & mask) + BS_ROOT_HALF) - K(1);
+    UI bits = (UI)BITS(scaled) + (BS_UINT)(BS_ONE - BS_ROOT_HALF);
+    V number = FROM_BITS((I)(bits >> BS_MANTISSA) | BITS(SPLAT(digits)));
+    V offset = SELECT(tiny, SPLAT(digits + (BS_BIAS + BS_SMALL_SCALE)), SPLAT(digits + BS_BIAS));
+    V k = number - offset;
+    V f = FROM_BITS(((I)bits & mask) + BS_ROOT_HALF) - K(1);
     V s = f / (f + K(2)), z = s * s, half = K(0.5) * f * f;
-    V value = k * BS_LN2_PAIR_1 - ((half - (s * (half + z * FN(log_terms)(z)) + k * BS_LN2_PAIR_2)) - f);
+    V bent = s * (half + z * FN(log_terms)(z));
+    V value = k * BS_LN2_PAIR_1 - ((half - (bent + k * BS_LN2_PAIR_2)) - f);
     value = SELECT(LE(x, BS_LARGEST), value, x); /* infinity, NaN */
     value = SELECT(EQ(x, K(0)), SPLAT(-BS_INFINITY), value);
     return SELECT(LT(x, K(0)), SPLAT(BS_NOT_A_NUMBER), value);
 }
 
-/* cosh x and sinh x for x = n ln2 + r not near zero, cosh r = 1 + c and sinh r = r + s: half the sum and half the
- * difference of 2^n exp r and 2^-n exp(-r), divided by 16 on the way, so that they overflow only where they must. */
+/* cosh x and sinh x for x = n ln2 + r not near zero, where cosh r = 1 + c and sinh r = r + s: half the sum and half
+ * the difference of 2^n exp r and 2^-n exp(-r), over 16 on the way, so that they overflow only where they must. */
 BS_INLINE void FN(from_powers)(V n, V r, V c, V s, V *cosh_x, V *sinh_x)
 {
     V kept = SELECT(GT(n, BS_FORGET), SPLAT(BS_FORGET), n);
@@ -395,10 +399,10 @@ BS_INLINE V FN(cosh)(V x)
     return c;
 }
 
-/* --- atan2 ---------------------------------------------------------------------------------------------------- */
+/* --- atan2 --- */
 
-/* The angle of (x, y) is a count of eighths of a turn plus or minus arctan q, |q| <= 1/2, where q is small/big, or
- * (small - big)/(small + big) where small > big/2. One sum brings the three parts together. */
+/* The angle of (x, y) is a count of eighths of a turn plus or minus arctan q, |q| <= 1/2, where q is small/big or,
+ * where small > big/2, (small - big)/(small + big). One sum brings all parts together. */
 BS_INLINE V FN(atan2)(V y, V x)
 {
     V width = ABS(x), height = ABS(y);
@@ -420,12 +424,12 @@ BS_INLINE V FN(atan2)(V y, V x)
     return SELECT(OR(NE(x, x), NE(y, y)), x + y, angle);
 }
 
-/* --- Stumpff functions ---------------------------------------------------------------------------------------- */
+/* --- Stumpff functions --- */
 
-/* With t = sqrt|w|: cos t, sin t / t for w > 0 and cosh t, sinh t / t for w < 0. Both reduce t, by pi/2 or by ln2,
- * to r, and both then need c0(z) = 1 - z c2(z) and r c1(z) = r - r z c3(z) at z = r^2 or -r^2: one pair of polynomials.
- * The root is taken to twice the precision. For |w| < 4 the polynomials are taken at w itself, and c2, c3 are free
- * of cancellation; beyond, c2 = (1 - c0)/w and c3 = (1 - c1)/w lose nothing. */
+/* With t = sqrt|w|: c0, c1 are cos t, sin t/t for w > 0 and cosh t, sinh t/t for w < 0. Both cases reduce t to r, by
+ * pi/2 or by ln2, and both then need c0(z) = 1 - z c2(z) and r c1(z) = r - r z c3(z) at z = r^2 or -r^2: one pair of
+ * polynomials. Near zero they are taken at w itself. The root is taken to twice the precision. Elsewhere
+ * c2 = (1 - c0)/w, or c1^2/(1 + c0) where c0 > 0 would cancel (it does again at each full turn), c3 = (1 - c1)/w. */
 BS_INLINE void FN(stumpff)(V w, V *c0, V *c1, V *c2, V *c3)
 {
     const S lowest = -BS_SINH_LARGEST * BS_SINH_LARGEST;
@@ -440,8 +444,10 @@ BS_INLINE void FN(stumpff)(V w, V *c0, V *c1, V *c2, V *c3)
     tail = SELECT(far, SPLAT(0), tail);
 
     const V step[] = {
-        SELECT(hyperbolic, SPLAT(BS_LN2_1), SPLAT(BS_HALF_PI_1)), SELECT(hyperbolic, SPLAT(BS_LN2_2), SPLAT(BS_HALF_PI_2)),
-        SELECT(hyperbolic, SPLAT(BS_LN2_3), SPLAT(BS_HALF_PI_3)), SELECT(hyperbolic, SPLAT(BS_LN2_4), SPLAT(BS_HALF_PI_4))};
+        SELECT(hyperbolic, SPLAT(BS_LN2_1), SPLAT(BS_HALF_PI_1)),
+        SELECT(hyperbolic, SPLAT(BS_LN2_2), SPLAT(BS_HALF_PI_2)),
+        SELECT(hyperbolic, SPLAT(BS_LN2_3), SPLAT(BS_HALF_PI_3)),
+        SELECT(hyperbolic, SPLAT(BS_LN2_4), SPLAT(BS_HALF_PI_4))};
     V shifted = root * SELECT(hyperbolic, SPLAT(BS_PER_LN2), SPLAT(BS_PER_HALF_PI)) + BS_SHIFTER;
     V n = shifted - BS_SHIFTER;
     FN(angle) angle;
@@ -456,7 +462,7 @@ BS_INLINE void FN(stumpff)(V w, V *c0, V *c1, V *c2, V *c3)
     V less = z * near2 - bend, c = K(1) - less; /* cos r or cosh r */
     V bent = r * z3 + low * c, s = r - bent;     /* sin r or sinh r */
     M odd = BIT0(angle.quadrant);
-    V far0 = FN(change_sign)(SELECT(odd, s, c), angle.quadrant + 1);
+    V far0 = FN(change_sign)(SELECT(odd, s, c), (I)((UI)angle.quadrant + 1));
     V far1 = FN(change_sign)(SELECT(odd, c, s), angle.quadrant);
     V cosh_root, sinh_root;
     FN(from_powers)(n, r, -less, -bent, &cosh_root, &sinh_root);

@@ -11,7 +11,7 @@
    ray9: u0 u1 u2, x0 x1 x2, e0 e1 e2 with u = u0 b^2 + u1 a b + u2 a^2; surface2: m0, kappa. All are of true size
    (nothing is lost: each term of p and f has its own power of the size of M4).
 
-   Results: the number of roots stored, rising, at most max_roots (8 always suffice), or
+   Results: the number of roots stored, rising, at most max_roots (BS_ROOTS_MOST always suffice), or
      BS_EVOLVED_VANISHES  f is zero for all alpha: the ray meets every circle (it lies in the surface or in the
                           circles' common plane, or passes through a point shared by both circles);
      BS_EVOLVED_INVALID   something is not finite.
@@ -21,6 +21,9 @@
 
 #ifndef BS_EVOLVED_CONSTANTS
 #define BS_EVOLVED_CONSTANTS
+#ifndef BS_ROOTS_MOST
+#define BS_ROOTS_MOST 8 /* roots of one branch of the octic */
+#endif
 enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2 };
 #define BS_EVOLVED_FILTER 1e-6 /* the printed threshold on |f| */
 /* M4 of two unit circles carries a few roundings, relative to 1 and m0: up to this many it is zero. */
@@ -158,19 +161,11 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
 /* The printed method: all roots of the polynomial of degree 12, real ones in [0, 1] kept where |f| < 1e-6. */
 BS_INLINE int FN(evolved_companion)(S *roots, int max_roots, const S *ray9, const S *surface2)
 {
-    S p[BS_COMPANION_DEGREE + 1], re[BS_COMPANION_DEGREE], im[BS_COMPANION_DEGREE], gap[2];
-    FN(companion_matrix) h;
-    int n = BS_COMPANION_DEGREE, count = 0;
+    S powers[BS_COMPANION_DEGREE + 1], re[BS_COMPANION_DEGREE], im[BS_COMPANION_DEGREE], gap[2];
     FN(evolved_gap)(gap, surface2);
-    FN(evolved_dodecic)(p, ray9, surface2);
-    while (n > 0 && p[n] == 0)
-        n--;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            h.m[i][j] = i == 0 ? -p[n - 1 - j] / p[n] : K(i == j + 1);
-    h.shift = 0;
-    FN(companion_balance)(&h, n);
-    const int found = FN(companion_eigenvalues)(re, im, &h, n);
+    FN(evolved_dodecic)(powers, ray9, surface2);
+    const int found = FN(companion_roots)(re, im, powers, BS_COMPANION_DEGREE);
+    int count = 0;
     for (int i = 0; i < found; i++) {
         const S a = re[i];
         if (im[i] != 0 || !(a >= 0 && a <= 1) || (a > gap[0] && a < gap[1]))

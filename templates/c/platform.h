@@ -21,12 +21,14 @@ typedef unsigned long long uint64_t;
 #endif
 
 /* BS_VECTORS: GNU vector extensions are there. BS_UNROLL: before a loop of constant length.
- * BS_COLD: a function of the rare path, never inlined. */
+ * BS_COLD: a function of the rare path, never inlined. BS_PURE: its result depends on its arguments alone, so that
+ * two calls are one. BS_TABLE: constants for it. */
 #if defined(__CUDACC__)
 #define BS_VECTORS 0
 #define RESTRICT __restrict__
 #define BS_INLINE static __device__ __forceinline__
 #define BS_COLD static __device__ __noinline__
+#define BS_PURE
 #define BS_TABLE static __device__ const
 #define BS_UNROLL _Pragma("unroll")
 #elif defined(__GNUC__) /* clang too */
@@ -34,6 +36,7 @@ typedef unsigned long long uint64_t;
 #define RESTRICT __restrict__
 #define BS_INLINE static inline __attribute__((always_inline, unused))
 #define BS_COLD static __attribute__((noinline, cold, unused))
+#define BS_PURE __attribute__((const))
 #define BS_TABLE static const
 #if defined(__clang__)
 #define BS_UNROLL _Pragma("clang loop unroll(full)")
@@ -45,6 +48,7 @@ typedef unsigned long long uint64_t;
 #define RESTRICT __restrict
 #define BS_INLINE static __forceinline
 #define BS_COLD static __declspec(noinline)
+#define BS_PURE
 #define BS_TABLE static const
 #define BS_UNROLL
 #else
@@ -52,6 +56,7 @@ typedef unsigned long long uint64_t;
 #define RESTRICT restrict
 #define BS_INLINE static inline
 #define BS_COLD static
+#define BS_PURE
 #define BS_TABLE static const
 #define BS_UNROLL
 #endif

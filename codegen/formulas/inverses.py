@@ -1,0 +1,112 @@
+"""Inverses of general multivectors (thesis 1.2.5): Shirokov's, for every dimension and metric, and the closed
+forms of Hitzer and Sangwine, to five dimensions. (The third, by matrices, needs a linear solver: see
+`frames.left_multiplication`.) Versors have a cheaper one, `versors.versor_inverse`.
+
+All work in the smallest algebra that holds x: only the basis vectors that x names count, and even multivectors
+of n vectors form an algebra of n - 1. The determinant is one of the metric's polynomials, so a degenerate or
+non-diagonal metric changes nothing.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from ..algebra import grade
+from ..errors import GradeError
+from ..multivector import Multivector, absolute, keep_scalar
+from ..status import Status
+from ..trace import Result
+from .outcome import epsilon, is_finite, only_if, outcome
+from .products import absolute_product
+
+#: A determinant below this many rounding errors of its terms is taken for zero: the errors of the adjugate,
+#: which passes through several products, are larger than those of one sum.
+SINGULAR_NOISE = 1024
+#: The closed forms end here.
+MAX_HITZER_DIMENSION = 5
+
+
+def effective_dimension(x: Multivector) -> int:
+    """Number of basis vectors that the blades of x name."""
+    used = 0
+    for blade in x.terms:
+        used |= blade
+    return used.bit_count()
+
+
+def representation_size(x: Multivector) -> int:
+    """Size N of the matrices that represent the algebra of x: the degree of its determinant."""
+    n = effective_dimension(x)
+    if n and all(g % 2 == 0 for g in x.grades):
+        n -= 1
+    return int(2 ** ((n + 1) // 2))
+
+
+def shirokov_adjugate(x: Multivector) -> Multivector:
+    """Adj(x) with x Adj(x) = det(x): the recursion of Faddeev and LeVerrier with the trace N <.>_0.
+
+    U_1 = x, U_(k+1) = x (U_k - C_k), C_k = N/k <U_k>_0; Adj = C_(N-1) - U_(N-1).
+    """
+    n = representation_size(x)
+    if n == 1:
+        return x.constant(1)
+    power = x
+    for k in range(1, n - 1):
+        power = x * (power - Fraction(n, k) * power.grade(0))
+    return Fraction(n, n - 1) * power.grade(0) - power
+
+
+def hitzer_adjugate(x: Multivector) -> Multivector:
+    """The closed forms of Hitzer and Sangwine: products of conjugates that leave a scalar.
+
+    Raises
+    ------
+    GradeError
+        Beyond five dimensions, where none is known.
+    """
+    n = effective_dimension(x)
+    if n > MAX_HITZER_DIMENSION:
+        raise GradeError(f"Hitzer's inverse goes to {MAX_HITZER_DIMENSION} dimensions, not {n}; use Shirokov's.")
+    bar, hat, rev = x.conjugate(), x.involute(), ~x
+    match n:
+        case 0:
+            return x.constant(1)
+        case 1:
+            return hat
+        case 2:
+            return bar
+        case 3:
+            return bar * hat * rev
+        case 4:
+            return bar * negated(x * bar, 3, 4)
+    rest = bar * hat * rev
+    return rest * negated(x * rest, 1, 4)
+
+
+def negated(x: Multivector, *grades: int) -> Multivector:
+    """x with the sign of some grades changed."""
+    return x.scaled(lambda b: -1 if grade(b) in grades else 1)
+
+
+def determinant(x: Multivector) -> Multivector:
+    """det(x) = <x Adj(x)>_0, zero exactly where x has no inverse."""
+    return x.scalar_product(shirokov_adjugate(x))
+
+
+def shirokov_inverse(x: Multivector) -> tuple[Multivector, Result]:
+    """Inverse of a general multivector, any dimension and metric. Status: SINGULAR, INVALID (not finite)."""
+    return _divided(x, shirokov_adjugate(x))
+
+
+def hitzer_inverse(x: Multivector) -> tuple[Multivector, Result]:
+    """Inverse of a general multivector, to five dimensions. Status: SINGULAR, INVALID (not finite)."""
+    return _divided(x, hitzer_adjugate(x))
+
+
+def _divided(x: Multivector, adjugate: Multivector) -> tuple[Multivector, Result]:
+    det = x.scalar_product(adjugate)
+    noise = SINGULAR_NOISE * epsilon(x) * absolute_product(x, adjugate, keep_scalar)
+    regular = absolute(det) > noise
+    finite = is_finite(x)
+    value = adjugate / only_if(regular & finite, det)
+    return value, outcome(x, (~finite, Status.INVALID), (~regular, Status.SINGULAR))

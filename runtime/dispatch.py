@@ -1,0 +1,332 @@
+"""From an operation and two types to a plan: a function of two multivectors that calls one compiled loop.
+
+The order of choice is: a generated kernel for these kinds, one for the layouts of the same blades, the general
+product by tables; a combination that is used much is then specialised. Plans are kept; finding one is one look-up.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import _cffi_backend
+import numpy as np
+from numpy.typing import NDArray
+
+from . import general, proofs
+from .codegen.binding import BoundKernel, share
+from .codegen.errors import AlgebraMismatchError, BladesmithError, ShapeError
+from .general import Table, product_table
+from .stock import Entry, StockKernels
+from .typed import F64, Type
+
+if TYPE_CHECKING:
+    from .codegen.kinds import Kind
+    from .multivector import Multivector
+
+Plan = Callable[[Any, Any], Any]
+#: Computes n rows: (out, a, b, n); an operand has n rows or one.
+Rows = Callable[[NDArray[Any], NDArray[Any], NDArray[Any], int], None]
+#: C loop with its kernel bound: (n, out, a, stride of a, b, stride of b).
+Loop = Callable[[int, Any, Any, int, Any, int], None]
+
+#: Plans by operation and types.
+PLANS: dict[tuple[str, Type, Type], Plan] = {}
+#: Items of one combination, in batches, after which a kernel is generated and compiled for it. A general product
+#: costs up to 0.3 microseconds more per item than a generated one, which takes up to a second to compile.
+HOT_ITEMS = 1_000_000
+#: Set to 0 to stay with the general product.
+SPECIALISE_VARIABLE = "BLADESMITH_SPECIALISE"
+#: Larger tables are not specialised: their code would be larger than the processor's cache.
+MAX_SPECIAL_TERMS = 2048
+#: A general sandwich keeps this many items between its two products.
+CHUNK = 4096
+#: Formula of each operation.
+FORMULAS = {name: f"products.{name}" for name in (*general.OPERATIONS, "sandwich")}
+
+from_buffer = _cffi_backend.FFI().from_buffer
+_log = logging.getLogger("bladesmith")
+
+
+def plan(operation: str, a: Multivector, b: Multivector) -> Plan:
+    """The plan for two multivectors, made if there is none.
+
+    Raises
+    ------
+    AlgebraMismatchError
+        If they belong to different algebras.
+    """
+    key = operation, a._type, b._type
+    known = PLANS.get(key)
+    if known is None:
+        known = PLANS[key] = _make(*key)
+    return known
+
+
+def _make(operation: str, a: Type, b: Type) -> Plan:
+    if a.algebra is not b.algebra:
+        raise AlgebraMismatchError(
+            f"the operands belong to different algebras, {a.algebra.name} and {b.algebra.name}.",
+            remedy=f"Convert one first: {a.algebra.name}.multivector(x), where both have the same signature",
+        )
+    if a.dtype != b.dtype:
+        return _widened(operation)
+    found = _stock(operation, a, b)
+    if found is not None:
+        kernels, entry = found
+        result = entry.outputs[0].kind
+        assert result is not None
+        return _compiled(kernels.bound(entry), a.algebra.type_of(result, a.dtype), a, b)
+    if operation == "sandwich":
+        return _general_sandwich(a, b)
+    return _general(operation, a, b)
+
+
+def _widened(operation: str) -> Plan:
+    def mixed(x: Multivector, y: Multivector) -> Multivector:
+        x, y = x.astype(F64), y.astype(F64)
+        return plan(operation, x, y)(x, y)  # type: ignore[no-any-return]
+
+    return mixed
+
+
+def _stock(operation: str, a: Type, b: Type) -> tuple[StockKernels, Entry] | None:
+    """The generated kernel for the kinds as they are, else for their layouts."""
+    kernels = a.algebra.stock
+    if kernels is None:
+        return None
+    entries = {entry.inputs: entry for entry in kernels.entries.get(FORMULAS[operation], ())}
+    for first in (a.kind, a.kind.layout):
+        for second in (b.kind, b.kind.layout):
+            if (first, second) in entries:
+                return kernels, entries[first, second]
+    return None
+
+
+# -- plans of compiled loops -------------------------------------------------------------------------------
+
+
+def _compiled(kernel: Any, out: Type, a: Type, b: Type) -> Plan:
+    """Plan of a generated kernel."""
+
+    def rows(result: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
+        kernel.run([x, y], [result], n)
+
+    batch = _batched(rows, out)
+    if not isinstance(kernel, BoundKernel):
+        return batch
+    loop = partial(kernel.library.lib.bs_run2, kernel.index, out.single)
+    return _single(loop, batch, out, a.size, b.size)
+
+
+def _batched(rows: Rows, out: Type) -> Plan:
+    """Plan over broadcast leading dimensions."""
+    from .multivector import Multivector
+
+    def batch(a: Multivector, b: Multivector) -> Multivector:
+        lead = a._lead if a._lead == b._lead else broadcast(a, b)
+        n = math.prod(lead)
+        data = np.empty((*lead, out.size), out.dtype)
+        if n:
+            rows(data, expanded(a, lead), expanded(b, lead), n)
+        return Multivector._make(out, data, lead)
+
+    return batch
+
+
+def _single(loop: Loop, batch: Plan, out: Type, size_a: int, size_b: int) -> Plan:
+    """Plan with a short way for two single items: their buffers' pointers are kept on the multivectors."""
+    from .multivector import Multivector
+
+    new, empty, buffer, size, dtype = Multivector.__new__, np.empty, from_buffer, out.size, out.dtype
+    is_double = dtype == F64
+
+    def single(a: Multivector, b: Multivector) -> Multivector:
+        if a._lead or b._lead:
+            return batch(a, b)  # type: ignore[no-any-return]
+        data = empty(size) if is_double else empty(size, dtype)
+        result = new(Multivector)
+        result._type = out
+        result._data = data
+        result._lead = ()
+        result._status = None
+        result._pointer = pointer = buffer(data)
+        loop(1, pointer, a._pointer or a._point(), size_a, b._pointer or b._point(), size_b)
+        return result
+
+    return single
+
+
+def broadcast(*operands: Multivector) -> tuple[int, ...]:
+    """Common leading shape.
+
+    Raises
+    ------
+    ShapeError
+        If the shapes do not broadcast.
+    """
+    try:
+        return np.broadcast_shapes(*(x._lead for x in operands))
+    except ValueError:
+        shapes = " and ".join(str(x._lead) for x in operands)
+        raise ShapeError(f"shapes {shapes} do not broadcast; insert axes with a[:, None].") from None
+
+
+def expanded(x: Multivector, lead: tuple[int, ...]) -> NDArray[Any]:
+    """Contiguous rows for the common shape: as they are, one for all, or repeated."""
+    if x._lead == lead or math.prod(x._lead) == 1:
+        return x._data
+    return np.ascontiguousarray(np.broadcast_to(x._data, (*lead, x._type.size)))
+
+
+# -- the general product -----------------------------------------------------------------------------------
+
+
+def _general(operation: str, a: Type, b: Type) -> Plan:
+    algebra = a.algebra
+    kept: tuple[int, ...] = ()
+    kind: Kind | None = None
+    if not (a.kind.is_layout and b.kind.is_layout) and a.size * b.size <= proofs.MAX_TERMS:
+        kind = proofs.result_kind(algebra, operation_formula(operation), (a.kind, b.kind))
+        kept = kind.blades
+    table = product_table(algebra, operation, a.blades, b.blades, kept)
+    out = algebra.type_of(kind or algebra.layout_of(table.blades), a.dtype)
+    rows = _counted(table_rows(table, out.single), (operation, a, b), out, table.terms)
+    batch = _batched(rows, out)
+    loop = _table_loop(table, out.single)
+    return batch if loop is None else _single(loop, batch, out, a.size, b.size)
+
+
+def _table_loop(table: Table, single: int) -> Loop | None:
+    """The compiled loop over a table, bound to it."""
+    module = general.library()
+    return None if module is None else partial(module.lib.bs_multiply, table.pointer, single, 0)
+
+
+def table_rows(table: Table, single: int) -> Rows:
+    """Rows by a table: compiled and shared over threads, or NumPy."""
+    module = general.library()
+    if module is None:
+
+        def with_numpy(out: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
+            size_a, size_b = table.sizes
+            table.multiply(out.reshape(n, -1), x.reshape(-1, size_a), y.reshape(-1, size_b))
+
+        return with_numpy
+    multiply, product = module.lib.bs_multiply, table.pointer
+
+    def rows(out: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
+        size_a, size_b = table.sizes
+        pointers = from_buffer(out), from_buffer(x), from_buffer(y)
+        stride_a, stride_b = (size_a if x.size > size_a else 0), (size_b if y.size > size_b else 0)
+
+        def part(begin: int, end: int) -> None:
+            # sizes of operands and result differ, so the loop takes the first row and the range
+            multiply(product, single, begin, end, pointers[0], pointers[1], stride_a, pointers[2], stride_b)
+
+        share(part, n)
+
+    return rows
+
+
+def _general_sandwich(a: Type, b: Type) -> Plan:
+    """R x ~R by two tables. What vanishes for members of the kinds is left out."""
+    from .multivector import Multivector
+
+    algebra = a.algebra
+    inner = product_table(algebra, "geometric", a.blades, b.blades)
+    kind = _sandwich_kind(a, b, inner)
+    outer = product_table(algebra, "reversed", inner.blades, a.blades, kind.blades)
+    out = algebra.type_of(kind, a.dtype)
+    first, second = table_rows(inner, out.single), table_rows(outer, out.single)
+
+    def rows(result: NDArray[Any], r: NDArray[Any], x: NDArray[Any], n: int) -> None:
+        result, r, x = result.reshape(n, -1), r.reshape(-1, a.size), x.reshape(-1, b.size)
+        middle = np.empty((min(n, CHUNK), len(inner.blades)), out.dtype)
+        for begin in range(0, n, CHUNK):
+            end = min(begin + CHUNK, n)
+            part_r, part_x = (m if len(m) == 1 else m[begin:end] for m in (r, x))
+            first(middle[: end - begin], part_r, part_x, end - begin)
+            second(result[begin:end], middle[: end - begin], part_r, end - begin)
+
+    batch = _batched(_counted(rows, ("sandwich", a, b), out, inner.terms + outer.terms), out)
+    loops = _table_loop(inner, out.single), _table_loop(outer, out.single)
+    if loops[0] is None or loops[1] is None:
+        return batch
+    left, right = loops[0], loops[1]
+    size = len(inner.blades)
+
+    def loop(n: int, result: Any, r: Any, size_r: int, x: Any, size_x: int) -> None:
+        middle = from_buffer(np.empty(size, out.dtype))
+        left(n, middle, r, size_r, x, size_x)
+        right(n, result, middle, size, r, size_r)
+
+    return _single(loop, batch, out, a.size, b.size)
+
+
+def _sandwich_kind(a: Type, b: Type, inner: Table) -> Kind:
+    algebra = a.algebra
+    if inner.terms <= proofs.MAX_TERMS and len(inner.blades) * a.size <= proofs.MAX_TERMS:
+        return proofs.result_kind(algebra, operation_formula("sandwich"), (a.kind, b.kind))
+    outer = product_table(algebra, "reversed", inner.blades, a.blades)
+    signs = {blade.bit_count() & 2 for blade in b.blades}
+    # x = +-~x makes R x ~R = +-~(R x ~R), so grades of the other sign cancel exactly
+    kept = [blade for blade in outer.blades if len(signs) > 1 or blade.bit_count() & 2 in signs]
+    return algebra.layout_of(kept or (0,))
+
+
+# -- specialisation ----------------------------------------------------------------------------------------
+
+
+def operation_formula(operation: str) -> Callable[..., Any]:
+    """The operation in GA notation."""
+    from .codegen.formulas import products
+
+    return getattr(products, operation)  # type: ignore[no-any-return]
+
+
+def _counted(rows: Rows, key: tuple[str, Type, Type], out: Type, terms: int) -> Rows:
+    """Rows that are specialised once `HOT_ITEMS` items went through them."""
+    if terms > MAX_SPECIAL_TERMS or os.environ.get(SPECIALISE_VARIABLE) == "0":
+        return rows
+    current, items = rows, 0
+
+    def run(result: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
+        nonlocal current, items
+        items += n
+        if items > HOT_ITEMS and current is rows:
+            special = specialised(key, out, items)
+            current = special or _forever(rows)
+        current(result, x, y, n)
+
+    return run
+
+
+def _forever(rows: Rows) -> Rows:
+    """Another object that does the same: it is not tried again."""
+    return lambda *arguments: rows(*arguments)
+
+
+def specialised(key: tuple[str, Type, Type], out: Type, items: int) -> Rows | None:
+    """Generate and compile one combination, or None where that is not possible."""
+    operation, a, b = key
+    what = f"{a.algebra.name}: {operation} of {a.kind.name} and {b.kind.name}"
+    start = time.perf_counter()
+    try:
+        from .codegen.declare import compile_kernel
+        from .codegen.trace import trace
+
+        name = f"{operation}_{a.kind.name}_{b.kind.name}"
+        traced = trace(operation_formula(operation), (a.kind, b.kind), name, out.kind, a.algebra)
+        kernel = compile_kernel(traced, "f32" if out.single else "f64")
+    except BladesmithError as error:
+        _log.info("%s stays with the general product: %s", what, error)
+        return None
+    seconds = time.perf_counter() - start
+    _log.info("%s specialised after %d items in %.2f s.", what, items, seconds)
+    return lambda result, x, y, n: kernel.run([x, y], [result], n)

@@ -1,0 +1,174 @@
+"""What needs no compiled kernel: signs, columns, sums and changes of layout, each a line or two of NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import proofs
+from .codegen.algebra import grade
+from .codegen.errors import AlgebraMismatchError, BladeError, suggest
+from .dispatch import broadcast
+from .general import LINEAR, linear_map
+from .typed import F32, F64, Type
+
+if TYPE_CHECKING:
+    from .codegen.kinds import Kind
+    from .multivector import Multivector
+
+Columns = NDArray[np.int64]
+#: Above this many coefficients the kind of a mapped result is not looked for.
+MAX_PROVED = 64
+
+
+def mapped(x: Multivector, name: str) -> Multivector:
+    """A linear map of `general.LINEAR` on every item."""
+    out, apply = x._type.remembered(name, lambda: _map(x._type, name))
+    return x._make(out, apply(x._data), x._lead)
+
+
+def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArray[Any]]]:
+    """Result type and function on rows."""
+    algebra = source.algebra
+    images, places, weights = linear_map(algebra, name, source.blades)
+    blades = algebra.order(images.tolist()) or (0,)
+    kind = algebra.layout_of(blades)
+    if not source.kind.is_layout and source.size <= MAX_PROVED:
+        proved = proofs.result_kind(algebra, LINEAR[name], (source.kind,))
+        kind = proved if proved.blades == blades else kind
+    out = algebra.type_of(kind, source.dtype)
+    if len(images) == len(blades) == len(set(places.tolist())):  # one source each: signs and a permutation
+        column = {image: i for i, image in enumerate(images.tolist())}
+        order = [column[blade] for blade in blades]
+        index, scale = places[order], weights[order].astype(source.dtype)
+        if np.array_equal(index, np.arange(source.size)):
+            return out, lambda data: data * scale
+        return out, lambda data: data[..., index] * scale
+    matrix = np.zeros((source.size, len(blades)), source.dtype)
+    matrix[places, [out.columns[image] for image in images.tolist()]] = weights
+    return out, lambda data: data @ matrix
+
+
+def selected(x: Multivector, grades: Sequence[int]) -> Multivector:
+    """The part of these grades."""
+    key = ("grade", *grades)
+    out, index = x._type.remembered(key, lambda: _selection(x._type, set(grades)))
+    if index is None:
+        return x
+    if not len(index):
+        return x._make(out, np.zeros((*x._lead, 1), out.dtype), x._lead)
+    return x._make(out, np.ascontiguousarray(x._data[..., index]), x._lead)
+
+
+def _selection(source: Type, grades: set[int]) -> tuple[Type, Columns | None]:
+    index = [i for i, blade in enumerate(source.blades) if grade(blade) in grades]
+    if len(index) == source.size:
+        return source, None
+    kind = source.algebra.layout_of([source.blades[i] for i in index] or [0])
+    return source.algebra.type_of(kind, source.dtype), np.array(index, np.int64)
+
+
+def coefficient(x: Multivector, name: Any) -> NDArray[Any]:
+    """Coefficient of one blade, in the sign of the name's order; zero where the layout lacks it."""
+    blade, sign = x.algebra.parse_blade(name) if not isinstance(name, int) else (int(name), 1)
+    column = x._type.columns.get(blade)
+    if column is None:
+        return np.zeros(x._lead, x.dtype)
+    return x._data[..., column] * x.dtype.type(sign)  # type: ignore[no-any-return]
+
+
+def added(a: Multivector, b: Multivector, sign: int) -> Multivector:
+    """a + sign b; nothing is known of the sum."""
+    if a._type.free is b._type.free:
+        if a._lead != b._lead:
+            broadcast(a, b)  # for its message
+        data = a._data + b._data if sign > 0 else a._data - b._data
+        return a._make(a._type.free, data, data.shape[:-1])
+    out, place_a, place_b = _union(a._type, b._type)
+    lead = a._lead if a._lead == b._lead else broadcast(a, b)
+    data = np.zeros((*lead, out.size), out.dtype)
+    data[..., place_a] = a._data
+    if sign > 0:
+        data[..., place_b] += b._data
+    else:
+        data[..., place_b] -= b._data
+    return a._make(out, data, lead)
+
+
+def _union(a: Type, b: Type) -> tuple[Type, Any, Any]:
+    return a.remembered(("union", b), lambda: _make_union(a, b))  # type: ignore[no-any-return]
+
+
+def _make_union(a: Type, b: Type) -> tuple[Type, Any, Any]:
+    if a.algebra is not b.algebra:
+        raise AlgebraMismatchError(
+            f"the operands belong to different algebras, {a.algebra.name} and {b.algebra.name}.",
+            remedy=f"Convert one first: {a.algebra.name}.multivector(x), where both have the same signature",
+        )
+    dtype = F32 if a.single and b.single else F64
+    out = a.algebra.type_of(a.algebra.layout_of({*a.blades, *b.blades}), dtype)
+    return out, _places(a, out), _places(b, out)
+
+
+def _places(source: Type, target: Type) -> Any:
+    """Index of the source's columns in the target: a slice where they are neighbours."""
+    index = [target.columns[blade] for blade in source.blades]
+    if index == list(range(index[0], index[0] + len(index))):
+        return slice(index[0], index[0] + len(index))
+    return np.array(index, np.int64)
+
+
+def scaled(x: Multivector, factor: NDArray[Any], divide: bool = False) -> Multivector:
+    """Items times (or divided by) numbers that broadcast with them; nothing is known of the result."""
+    dtype = x.dtype if factor.dtype == x.dtype or factor.ndim == 0 else F64
+    data = x._data if x.dtype == dtype else x._data.astype(dtype)
+    number = factor.astype(dtype)[..., None]
+    with np.errstate(all="ignore"):
+        data = data / number if divide else data * number
+    return x._make(x._type.free.in_precision(dtype), data, data.shape[:-1])
+
+
+def embedded(x: Multivector, kind: Kind) -> NDArray[Any]:
+    """Rows on the blades of ``kind``: zero where x has no such blade; the others of x are left out."""
+    if x._type.blades == kind.blades:
+        return x._data
+    columns = x._type.columns
+    pairs = [(i, columns[blade]) for i, blade in enumerate(kind.blades) if blade in columns]
+    data = np.zeros((*x._lead, kind.size), x.dtype)
+    if pairs:
+        target, source = (list(side) for side in zip(*pairs, strict=True))
+        data[..., target] = x._data[..., source]
+    return data
+
+
+def is_close(a: Multivector, b: Multivector, rtol: float, atol: float) -> NDArray[np.bool_]:
+    """Whether the difference's largest coefficient is at most atol + rtol times the operands' largest."""
+    difference = added(a, b, -1)
+    with np.errstate(all="ignore"):
+        size = np.maximum(np.abs(a._data).max(-1), np.abs(b._data).max(-1))
+        return np.asarray(np.abs(difference._data).max(-1) <= atol + rtol * size)
+
+
+def blade_in(algebra: Any, key: Any) -> tuple[int, int]:
+    """Blade and sign of a key of a dictionary of coefficients: a name, a tuple of labels, or a `Blade`.
+
+    Raises
+    ------
+    BladeError
+        If it is none of these.
+    """
+    from .typed import Blade
+
+    if isinstance(key, Blade):
+        if key not in algebra.blade_set:
+            raise BladeError(f"{key!r} is not a blade of {algebra.name}.")
+        return int(key), 1
+    if isinstance(key, str):
+        return algebra.parse_blade(key)  # type: ignore[no-any-return]
+    if isinstance(key, tuple):
+        return algebra.parse_blade([str(label) for label in key])  # type: ignore[no-any-return]
+    hint = suggest(f"e{key}", algebra.vectors)
+    raise BladeError(f"{key!r} is no blade{hint}; write 'e12' or (1, 2).")

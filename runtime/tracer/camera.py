@@ -1,0 +1,137 @@
+"""The pinhole camera of thesis 4.3: a motor, a focal length, and the size of the image plane."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.formulas import rays
+from ..codegen.multivector import Multivector, from_values
+from ..codegen.programs import cga3d
+from ..codegen.rings import NumericRing
+from ..errors import SceneError
+from .values import finite, positive, unit
+
+Array = NDArray[np.float64]
+#: Where nothing else is said: vertical, in radians.
+FIELD_OF_VIEW = math.radians(45.0)
+#: |M ~M - 1| of a motor that is taken as it is.
+UNIT_TOLERANCE = 1e-6
+
+
+class Camera:
+    """A camera that looks along e2 from the origin, with e1 to the right and e3 up, moved by a motor.
+
+    Parameters
+    ----------
+    motor : (8,) array or multivector
+    focal_length : float
+    x_max : float or None
+        Width of the image plane; None: as wide as the image's shape asks for.
+    y_max : float
+        Height of the image plane.
+    """
+
+    def __init__(self, motor: Any, focal_length: float, x_max: float | None, y_max: float) -> None:
+        kind = cga3d().kind("motor")
+        self.motor = finite(getattr(motor, "values", motor), "camera.motor", kind.size)
+        moved = _motor(self.motor)
+        error = np.abs((moved * ~moved - 1).grade(0, 4).coefficients()[0].scalar())
+        if error > UNIT_TOLERANCE:
+            raise SceneError(f"camera.motor is not normalised: |M ~M - 1| is {error:.1e}.")
+        self.focal_length = positive(focal_length, "camera.focal_length")
+        self.x_max = None if x_max is None else positive(x_max, "camera.x_max")
+        self.y_max = positive(y_max, "camera.y_max")
+
+    @classmethod
+    def look_at(
+        cls, position: Any, target: Any, up: Any = (0.0, 0.0, 1.0), field_of_view: float = FIELD_OF_VIEW
+    ) -> Camera:
+        """Camera at a position that sees the target in the middle of the picture.
+
+        Parameters
+        ----------
+        position, target, up : (3,) arrays
+            The picture's upright is the part of ``up`` that is square to the view.
+        field_of_view : float
+            Vertical angle, radians.
+        """
+        place, towards = finite(position, "camera.position", 3), finite(target, "camera.look_at", 3)
+        if not 0 < field_of_view < math.pi:
+            raise SceneError(f"camera.field_of_view is {field_of_view:g} rad; it lies between 0 and pi.")
+        if np.array_equal(place, towards):
+            raise SceneError("camera.look_at is the camera's own position.")
+        forward = unit(towards - place, "camera.look_at")
+        right = np.cross(forward, unit(up, "camera.up"))
+        if np.linalg.norm(right) < 1e-9:  # relative to unit vectors: what is left is rounding
+            raise SceneError("camera.up is parallel to the view; choose another.")
+        right = unit(right, "camera.up")
+        motor = _motor_of(place, np.stack([right, forward, np.cross(right, forward)], axis=1))
+        return cls(motor, 1.0, None, 2.0 * math.tan(field_of_view / 2))
+
+    @property
+    def position(self) -> Array:
+        """Where it stands."""
+        moved = rays.camera_position(_motor(self.motor))
+        return np.array([moved[name].scalar() for name in ("e1", "e2", "e3")], np.float64)
+
+    def constants(self, width: int, height: int) -> Array:
+        """The row that the driver reads: motor, focal length, width and height of the image plane."""
+        return np.array([*self.motor, *self._lens(width, height)])
+
+    def _lens(self, width: int, height: int) -> tuple[float, float, float]:
+        x_max = self.y_max * width / height if self.x_max is None else self.x_max
+        return self.focal_length, x_max, self.y_max
+
+    def rays(self, width: int, height: int) -> tuple[Array, Array]:
+        """Origins and unit directions, (height, width, 3) each, through the pixels' centres; row 0 is the top."""
+        ring, algebra = NumericRing(), cga3d()
+
+        def scalar(x: Any) -> Multivector:
+            return from_values(algebra, ring, (0,), [np.asarray(x, np.float64)])
+
+        right = 2 * (np.arange(width) + 0.5) / width - 1
+        up = 1 - 2 * (np.arange(height) + 0.5) / height
+        lens = tuple(scalar(x) for x in self._lens(width, height))
+        direction = rays.camera_direction(_motor(self.motor), lens, (scalar(right[None, :]), scalar(up[:, None])))
+        parts = [np.broadcast_to(direction[name].scalar(), (height, width)) for name in ("e1", "e2", "e3")]
+        return np.broadcast_to(self.position, (height, width, 3)).copy(), np.stack(parts, axis=-1)
+
+
+def _motor(values: Array) -> Multivector:
+    return from_values(cga3d(), NumericRing(), cga3d().kind("motor").blades, list(values))
+
+
+def _motor_of(position: Array, axes: Array) -> Array:
+    """Motor that takes e1, e2, e3 at the origin to the columns of ``axes`` at a position."""
+    w, x, y, z = _quaternion(axes)
+    like = from_values(cga3d(), NumericRing(), (0,), [1.0])
+    e1, e2, e3, ni = (like.basis(name) for name in ("e1", "e2", "e3", "ni"))
+
+    def number(value: float) -> Multivector:
+        return from_values(cga3d(), NumericRing(), (0,), [value])
+
+    # cos(th/2) - sin(th/2) a I3, with e23 = e1 I3 and so on
+    rotor = number(w) - number(x) * (e2 * e3) - number(y) * (e3 * e1) - number(z) * (e1 * e2)
+    shift = number(position[0]) * e1 + number(position[1]) * e2 + number(position[2]) * e3
+    motor = (1 - shift * ni / 2) * rotor
+    return np.array(cga3d().kind("motor").values(motor), np.float64)
+
+
+def _quaternion(m: Array) -> tuple[float, float, float, float]:
+    """Cosine and axis times sine of half the angle; the largest of the four is found first, so nothing cancels."""
+    four = np.array([1 + np.trace(m), *(1 + 2 * m[i, i] - np.trace(m) for i in range(3))])
+    k = int(np.argmax(four))
+    q = np.empty(4)
+    if k == 0:
+        q[:] = [four[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+    else:
+        i, j, l = k - 1, k % 3, (k + 1) % 3
+        q[0] = m[l, j] - m[j, l]
+        q[1 + i], q[1 + j], q[1 + l] = four[k], m[j, i] + m[i, j], m[l, i] + m[i, l]
+    q = q / np.sqrt(q @ q)
+    q = -q if q[0] < 0 else q
+    return float(q[0]), float(q[1]), float(q[2]), float(q[3])

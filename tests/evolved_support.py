@@ -1,0 +1,266 @@
+"""What the tests and the benchmark of roots.h, companion.h and evolved.h share: the compiled headers and a reference.
+
+The reference has nothing in common with them: geometric algebra on the orthonormal basis, mpmath's roots of the
+octic, and the condition f at 50 digits. The kernels that the headers ask for are in evolved_standin.h, by hand.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+from mpmath import mpf
+
+from bladesmith.codegen.build import ExtensionSource, load
+from bladesmith.codegen.flags import WARNING_FLAGS
+from bladesmith.codegen.templating import template_text
+
+HEADERS = ("platform.h", "instance.h", "instance_end.h", "roots.h", "companion.h", "evolved.h")
+METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
+VANISHES, INVALID = -1, -2
+MOST = 8  # roots of one branch
+DIGITS = 50
+SAME = mpf(10) ** -25  # at 50 digits: an imaginary part or a relative value of f below this is zero
+
+CDEF = "".join(
+    f"""
+    void many_{tag}(int method, int samples, int most, int n, const {S} *rays, const {S} *surfaces, {S} *roots,
+                    int *counts);
+    void dodecics_{tag}(int n, const {S} *rays, const {S} *surfaces, {S} *powers);
+    int eigenvalues_{tag}(int n, const {S} *powers, {S} *re, {S} *im);
+    {S} value_{tag}(int which, const {S} *ray, const {S} *surface, {S} a);
+    """
+    for tag, S in (("f64", "double"), ("f32", "float"))
+)
+
+@cache
+def library():
+    source = '#include "platform.h"\n' + "".join(
+        f'#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n'
+        '#include "instance.h"\n#include "standin.h"\n'
+        for bits in (64, 32)
+    )
+    headers = {name: template_text(f"c/{name}") for name in HEADERS}
+    headers["standin.h"] = Path(__file__).with_name("evolved_standin.h").read_text(encoding="utf-8")
+    return load(ExtensionSource("roots_standin", CDEF, source, headers, WARNING_FLAGS))
+
+
+def call(name, dtype, *arguments):
+    """A function of the library; arrays of dtype or int32 are handed over as they are."""
+    module, scalar = library(), {8: "double", 4: "float"}[np.dtype(dtype).itemsize]
+    kinds = {np.dtype(dtype): f"{scalar}[]", np.dtype(np.int32): "int[]"}
+    ready = [module.ffi.from_buffer(kinds[x.dtype], x) if isinstance(x, np.ndarray) else x for x in arguments]
+    return getattr(module.lib, f"{name}_f{8 * np.dtype(dtype).itemsize}")(*ready)
+
+
+def solve(method, rays, surfaces, dtype=np.float64, samples=64, most=MOST):
+    """Roots, nan-padded, and counts or statuses, of many rays (n, 9) and surfaces (n, 2)."""
+    rays, surfaces = (np.ascontiguousarray(np.atleast_2d(x), dtype) for x in (rays, surfaces))
+    roots, counts = np.full((len(rays), MOST), np.nan, dtype), np.zeros(len(rays), np.int32)
+    call("many", dtype, METHODS[method], samples, most, len(rays), rays, surfaces, roots, counts)
+    return [row[: max(count, 0)] for row, count in zip(roots, counts, strict=True)], counts
+
+
+# -- geometric algebra of e1 e2 e3 e+ e- on dicts {bitmask: coefficient}, and the surface, at any precision ------
+
+
+def sign(a, b):
+    swaps, shifted = 0, a >> 1
+    while shifted:
+        swaps, shifted = swaps + (shifted & b).bit_count(), shifted >> 1
+    return -1 if (swaps + ((a & b) >> 4)) & 1 else 1
+
+
+def product(x, y, keep=lambda a, b: True):
+    out = {}
+    for a, p in x.items():
+        for b, q in y.items():
+            if keep(a, b):
+                out[a ^ b] = out.get(a ^ b, 0) + sign(a, b) * p * q
+    return out
+
+
+def outer(x, y):
+    return product(x, y, lambda a, b: not a & b)
+
+
+def grade(x, k):
+    return {a: p for a, p in x.items() if a.bit_count() == k}
+
+
+def combine(p, x, q, y):
+    return {a: p * x.get(a, 0) + q * y.get(a, 0) for a in x | y}
+
+
+def scalar(x, y):
+    return product(x, y).get(0, mpf(0))
+
+
+I5, INFINITY = {31: mpf(1)}, {8: mpf(1), 16: mpf(1)}
+
+
+def meet(x, y):
+    return product(outer(product(x, I5), product(y, I5)), I5)
+
+
+def point(v):
+    square = sum(c * c for c in v) / 2
+    return {1: v[0], 2: v[1], 4: v[2], 8: square - mpf("0.5"), 16: square + mpf("0.5")}
+
+
+def unit(x):
+    return {a: p / mp.sqrt(scalar(x, x)) for a, p in x.items()}
+
+
+def line(origin, direction):
+    ahead = [mpf(p) + mpf(d) for p, d in zip(origin, direction, strict=True)]
+    return unit(outer(outer(point([mpf(p) for p in origin]), point(ahead)), INFINITY))
+
+
+def circle_through(*points):
+    a, b, c = (point([mpf(x) for x in p]) for p in points)
+    return unit(outer(outer(a, b), c))
+
+
+def circle(center, normal, radius):
+    """Counter-clockwise about the normal."""
+    n = mp.matrix(normal) / mp.norm(mp.matrix(normal))
+    axis = mp.matrix([int(i == min(range(3), key=lambda j: abs(n[j]))) for i in range(3)])
+    u = axis - (axis.T * n)[0] * n
+    u /= mp.norm(u)
+    v = [n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]]
+    ring = lambda t: [mpf(center[i]) + radius * (mp.cos(t) * u[i] + mp.sin(t) * v[i]) for i in range(3)]  # noqa: E731
+    return circle_through(ring(0), ring(2), ring(4))
+
+
+def reverse(x):
+    return {a: -p for a, p in x.items()}
+
+
+class Surface:
+    """C' = a C1 + (1 - a) C2 and what a ray needs of it."""
+
+    def __init__(self, c1, c2):
+        m = combine(1, product(c1, c2), 1, product(c2, c1))
+        self.c, self.m0, self.m4 = (c1, c2), m.get(0, mpf(0)), grade(m, 4)
+        self.kappa = scalar(self.m4, self.m4)
+        self.d = [grade(product(self.m4, c), 3) for c in self.c]
+
+    @property
+    def scalars(self):
+        return [self.m0, self.kappa]
+
+    def ray(self, ray):
+        """u0 u1 u2, x0 x1 x2, e0 e1 e2."""
+        (b1, b2), (e1, e2) = ([grade(meet(ray, x), 1) for x in pair] for pair in (self.c, self.d))
+        cross = lambda p, q: [scalar(p[1], q[1]), scalar(p[0], q[1]) + scalar(p[1], q[0]), scalar(p[0], q[0])]  # noqa: E731
+        return cross((b1, b2), (b1, b2)) + cross((b1, b2), (e1, e2)) + cross((e1, e2), (e1, e2))
+
+    def meet_square(self, ray, a):
+        """(L v C)^2 by the projector, step by step; None where the interpolant is imaginary."""
+        raw = combine(a, self.c[0], 1 - a, self.c[1])
+        sigma = product(raw, raw)  # = -C' ~C'
+        s0, s4 = sigma[0], grade(sigma, 4)
+        norm = mp.sqrt(s0 * s0 - scalar(s4, s4))
+        if mp.im(norm) or s0 + norm < 0:
+            return None
+        root = mp.sqrt(2 * (s0 + norm))
+        projected = product(combine((s0 + norm) / root / norm, {0: mpf(1)}, -1 / root / norm, s4), raw)
+        y = grade(meet(ray, grade(projected, 3)), 1)
+        return scalar(y, y)
+
+
+# -- the reference -----------------------------------------------------------------------------------------------
+
+
+def convolve(p, q):
+    out = [mpf(0)] * (len(p) + len(q) - 1)
+    for i, x in enumerate(p):
+        for j, y in enumerate(q):
+            out[i + j] += x * y
+    return out
+
+
+def octic(nine, m0, kappa):
+    """p_k of sum p_k a^k b^(8 - k)."""
+    u, x, e, s0 = nine[:3], nine[3:6], nine[6:], [1, m0, 1]
+    p, q = convolve(s0, u), convolve(s0, e)
+    for i in range(3):
+        p[i + 1], q[i + 1] = p[i + 1] - x[i], q[i + 1] - kappa * x[i]
+    d = [kappa * v - w for v, w in zip(u, e, strict=True)]
+    last = [0, 0, *convolve(d, d), 0, 0]
+    return [4 * v + w for v, w in zip(convolve(p, q), last, strict=True)]
+
+
+def powers(scaled):
+    """Coefficients by powers of a of sum h_k a^k (1 - a)^(n - k)."""
+    n = len(scaled) - 1
+    out = [mpf(0)] * (n + 1)
+    for k, h in enumerate(scaled):
+        for j in range(k, n + 1):
+            out[j] += (-1) ** (j - k) * mp.binomial(n - k, j - k) * h
+    return out
+
+
+def condition(nine, m0, kappa, a):
+    """2 D t f and the sum of the absolute values of its terms; None where the interpolant is imaginary."""
+    b, ab = 1 - a, a * (1 - a)
+    s0 = a * a + b * b + ab * m0
+    square = s0 * s0 - kappa * ab * ab
+    if square < 0 or (s0 < 0 and kappa >= 0):
+        return None
+    s = mp.sqrt(square)
+    t = s0 + s if s0 >= 0 else -kappa * ab * ab / (s - s0)
+    u, x, e = (nine[i] * b * b + nine[i + 1] * ab + nine[i + 2] * a * a for i in (0, 3, 6))
+    terms = t * t * u, -2 * ab * t * x, ab * ab * e
+    return sum(terms), sum(abs(v) for v in terms)
+
+
+def reference(nine, m0, kappa):
+    """All roots of f in [0, 1], as floats: those roots of the octic at which f vanishes."""
+    coefficients = powers(octic(nine, m0, kappa))
+    largest = max(abs(c) for c in coefficients)
+    candidates = mp.polyroots([c / largest for c in coefficients[::-1]], maxsteps=500, extraprec=300)
+    roots = []
+    for root in candidates:
+        if abs(mp.im(root)) < SAME and 0 <= mp.re(root) <= 1:
+            f = condition(nine, m0, kappa, mp.re(root))
+            if f is not None and abs(f[0]) <= SAME * f[1]:
+                roots.append(float(mp.re(root)))
+    return sorted(roots)
+
+
+def pair(family, seed):
+    """Two circles and a ray, parameters exact in double precision."""
+    rng = np.random.default_rng([seed, *family.encode()])
+    normal, base = rng.normal(size=(2, 3)), rng.normal(size=3)
+    center, radius = rng.normal(size=(2, 3)), rng.uniform(0.3, 2, 2)
+    if family == "tube":
+        center[1] = center[0] + base / np.linalg.norm(base) * rng.uniform(0.5, 2) + 0.3 * normal[0]
+        normal, radius[1] = base + 0.3 * normal, radius[0] * rng.uniform(0.5, 1.5)
+    if family == "cospherical":
+        normal = base + 0.7 * normal
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        height = rng.uniform(-0.8, 0.8, (2, 1))
+        center = normal * height + 10.0 ** -rng.uniform(4, 8) * center
+        radius = np.sqrt(1 - height[:, 0] ** 2)
+    origin = center.mean(axis=0) + 0.8 * rng.normal(size=3)
+    shape = [circle(c.tolist(), n.tolist(), float(r)) for c, n, r in zip(center, normal, radius, strict=True)]
+    return Surface(*shape), line(origin.tolist(), rng.normal(size=3).tolist())
+
+
+def as_floats(values, dtype=np.float64):
+    return [float(dtype(float(v))) for v in values]
+
+
+def matched(want, got, reach):
+    """Lost, false and largest error: each true root takes the nearest found one within reach."""
+    rest, error, lost = list(map(float, got)), 0.0, 0
+    for root in want:
+        nearest = min(rest, key=lambda x: abs(x - root), default=np.inf)
+        if abs(nearest - root) <= reach:
+            rest.remove(nearest)
+            error = max(error, abs(nearest - root))
+        else:
+            lost += 1
+    return lost, len(rest), error

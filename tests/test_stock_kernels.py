@@ -1,0 +1,143 @@
+"""Every stock kernel, on every instance and precision, against exact evaluation of its formula.
+
+An error may be CONSTANT units of roundoff times the running first-order bound of the formula as written. Polynomial
+kernels are compared with exact rationals, the others with 50 digits. The instances must agree bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+from bladesmith.codegen.binding import BoundKernel, Library
+from bladesmith.codegen.bounds import BoundRing
+from bladesmith.codegen.catalogue import STOCK, algebra_from_data
+from bladesmith.codegen.declare import bind
+from bladesmith.codegen.generator import declared_kernels
+from bladesmith.codegen.graph import evaluate
+from bladesmith.codegen.kinds import Kind, NumericSource
+from bladesmith.codegen.rings import FUNCTIONS, PrecisionRing, RationalRing
+from bladesmith.codegen.spec import load_spec, stock_spec_path
+from bladesmith.codegen.targets.c import symbol
+from bladesmith.codegen.trace import Kernel, trace
+
+#: Errors are held to this many units of roundoff times the bound; forms are admitted up to a ratio of 4.
+CONSTANT = 8.0
+ITEMS = 24
+
+
+@cache
+def stock(name: str) -> tuple[Library, dict[str, Kernel]]:
+    spec = load_spec(stock_spec_path(name))
+    algebra = algebra_from_data(spec)
+    kernels = [trace(f, kinds, n, algebra=algebra) for _, n, f, kinds in declared_kernels(algebra, spec["kernels"])]
+    return Library(import_module(f"bladesmith.generated.{name}._kernels")), {symbol(k): k for k in kernels}
+
+
+def all_kernels() -> list[tuple[str, str]]:
+    found = []
+    for name in STOCK:
+        spec = load_spec(stock_spec_path(name))
+        algebra = algebra_from_data(spec)
+        found += [(name, f"{name}_{n}") for _, n, _, _ in declared_kernels(algebra, spec["kernels"])]
+    return found
+
+
+def rows(kind: Kind, seed: int, scale: float, dtype: Any) -> np.ndarray:
+    source = NumericSource(ITEMS, seed, scale)
+    if kind.form == "numbers":
+        columns = [source.scalar() for _ in range(kind.size)]
+    else:
+        columns = kind.values(kind.sample(source))
+    stacked = np.stack([np.broadcast_to(c, (ITEMS,)) for c in columns], -1).astype(dtype)
+    return stacked[..., 0] if kind.is_scalar_argument else stacked
+
+
+def inputs(kernel: Kernel, dtype: Any) -> Iterator[list[np.ndarray]]:
+    """Ordinary members, tiny and huge ones, equal ones, and layouts with zeros and one dominant coefficient."""
+    big = 1e6 if dtype == np.float64 else 1e3
+    for seed, scale in ((1, 1.0), (2, big), (3, 1 / big)):
+        yield [rows(i.kind, seed + 10 * n, scale, dtype) for n, i in enumerate(kernel.inputs)]
+    yield [rows(i.kind, 4, 1.0, dtype) for i in kernel.inputs]
+    if all(i.kind.is_layout for i in kernel.inputs):
+        rng = np.random.default_rng(5)
+        sparse = [rows(i.kind, 6 + n, 1.0, dtype) for n, i in enumerate(kernel.inputs)]
+        yield [np.where(rng.random(a.shape) < 0.5, a, 0).astype(dtype) for a in sparse]
+
+
+def exact_rows(kernel: Kernel, arrays: list[np.ndarray]) -> list[list[list[Any]]]:
+    """The formula itself, item by item: rationals where that is possible, else 50 digits."""
+    rational = not any(n.op in FUNCTIONS for n in kernel.graph.nodes)
+    ring: Any = RationalRing() if rational else PrecisionRing(50)
+    number = Fraction if rational else ring.context.mpf
+    items = []
+    for i in range(ITEMS):
+        arguments = [[number(float(v)) for v in np.atleast_1d(a[i])] for a in arrays]
+        items.append(kernel.reference(ring, arguments))
+    return items
+
+
+def check(kernel: Kernel, arrays: list[np.ndarray], results: Any, exact: list[Any], unit: float, where: str) -> None:
+    places = {}
+    for n, (item, a) in enumerate(zip(kernel.inputs, arrays, strict=True)):
+        for j in range(item.kind.size):
+            places[n, j] = ((a if item.kind.is_scalar_argument else a[..., j]).astype(float), 0.0)
+    bounded = evaluate(kernel.roots, places, BoundRing())
+    start = 0
+    outputs = results if isinstance(results, tuple) else (results,)
+    for o, (output, values) in enumerate(zip(kernel.outputs, outputs, strict=True)):
+        size = len(output.nodes)
+        part = bounded[start : start + size]
+        start += size
+        table = np.asarray(values).reshape(ITEMS, size)
+        limit = np.max([np.broadcast_to(b, (ITEMS,)) for _, b in part], axis=0) * unit * CONSTANT
+        for i in range(ITEMS):
+            for j in range(size):
+                true = exact[i][o][j]
+                if output.role == "status":
+                    assert int(table[i, j]) == int(true), f"{where}: status of item {i}: {[a[i] for a in arrays]}"
+                    continue
+                got = float(table[i, j])
+                if not np.isfinite(got) or not np.isfinite(limit[i]):
+                    assert not np.isfinite(float(true)) or not np.isfinite(limit[i]), f"{where}: {[a[i] for a in arrays]}"
+                    continue
+                error = abs(float(Fraction(got) - true)) if isinstance(true, Fraction) else abs(float(got - true))
+                assert error <= limit[i] + np.finfo(table.dtype).smallest_subnormal, (
+                    f"{where}: item {i}, coefficient {j}: {got!r} is off by {error:.3g}, allowed {limit[i]:.3g}; "
+                    f"inputs {[a[i].tolist() for a in arrays]}"
+                )
+
+
+@pytest.mark.parametrize(("algebra", "name"), all_kernels(), ids=lambda v: str(v))
+def test_stock_kernel_is_exact_to_its_bound(algebra: str, name: str) -> None:
+    library, kernels = stock(algebra)
+    kernel = kernels[name]
+    compiled: BoundKernel = bind(library, kernel, name)
+    for dtype, unit in ((np.float64, 2.0**-53), (np.float32, 2.0**-24)):
+        for case, arrays in enumerate(inputs(kernel, dtype)):
+            exact = exact_rows(kernel, arrays)
+            answers = {}
+            for instance in library.instances:
+                if instance.startswith("f64" if dtype == np.float64 else "f32") and library.use(instance):
+                    answers[instance] = compiled(*arrays)
+            reference = next(iter(answers.values()))
+            for instance, result in answers.items():
+                check(kernel, arrays, result, exact, unit, f"{name} on {instance}, case {case}")
+                pairs = zip(_listed(result), _listed(reference), strict=True)
+                assert all(a.tobytes() == b.tobytes() for a, b in pairs), f"{instance} has other bits, case {case}"
+    library.lib.bs_initialize()
+
+
+def _listed(result: Any) -> list[np.ndarray]:
+    return list(result) if isinstance(result, tuple) else [result]
+
+
+@pytest.mark.parametrize("name", STOCK)
+def test_every_stock_kernel_of_the_manifest_is_compiled(name: str) -> None:
+    library, kernels = stock(name)
+    assert set(library.index) == set(kernels)
