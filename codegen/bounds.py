@@ -64,7 +64,7 @@ class BoundRing:
             return value
         with np.errstate(all="ignore"):
             bound = sum(np.abs(d) * a[1] for d, a in zip(_partials(name, value, x), arguments, strict=True))
-            exact = name == "abs"
+            exact = name in ("abs", "rounded")
             rounding = 0.0 if exact else np.abs(value) * (1.0 if name in ("sqrt", "reciprocal") else FUNCTION_ERROR)
             return value, bound + rounding
 
@@ -81,7 +81,7 @@ def _partials(name: str, value: Any, x: list[Any]) -> list[Any]:
             return [0.5 / value]
         case "reciprocal":
             return [value * value]
-        case "abs":
+        case "abs" | "rounded":
             return [1.0]
         case "sin":
             return [np.cos(x[0])]

@@ -88,6 +88,7 @@ class DualRing:
             "sin": [lambda: base.apply("cos", x[0])],
             "cos": [lambda: scaled(base.apply("sin", x[0]), Fraction(-1))],
             "exp": [lambda: value],
+            "rounded": [lambda: one],
             "log": [lambda: base.apply("reciprocal", x[0])],
             "atan2": [lambda: self._turn(x[1], x), lambda: scaled(self._turn(x[0], x), Fraction(-1))],
         }

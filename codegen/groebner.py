@@ -6,12 +6,13 @@ better in itself: callers factor the variants, count, and compare error bounds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias, overload
 
-from .factor_packed import Monomial, Number, Packing, Poly, Terms, exact, product_cost, ratio
+from .factor_packed import Monomial, Poly
+from .factor_shortest import Shortener
 
 Order: TypeAlias = Literal["lex", "grlex", "grevlex"]
 
@@ -23,9 +24,6 @@ _MAX_STEPS = 20_000
 
 _BUDGET = 400_000
 """Default work of `reduced_variants`, in monomials looked at: about half a second."""
-
-_ATOM_WEIGHT = 4096
-"""Base of the weights that order atoms: more than a step can change the degree in one atom."""
 
 
 class TermLimitError(ValueError):
@@ -215,3 +213,70 @@ def _subtract(polynomial: Poly, element: Poly, cofactor: Monomial, scale: Fracti
             polynomial[target] = total
         else:
             polynomial.pop(target, None)
+
+
+# -- variants ----------------------------------------------------------------------------------------------
+
+
+def reduced_variants(
+    polynomials: Sequence[Poly],
+    constraints: Sequence[Poly],
+    atom_count: int,
+    bases: Sequence[Basis] = (),
+    budget: int = _BUDGET,
+) -> Iterator[list[Poly]]:
+    """Different polynomials with the same values where the constraints hold, worth factoring and counting.
+
+    First shortest representatives: multiples of constraints are subtracted wherever the number of terms falls, or
+    stays and the terms get simpler; the variants prefer to get rid of the first atoms, to keep them, and to get
+    rid of the last. Then normal forms modulo each basis, shortened likewise. Repetitions and the polynomials
+    themselves are left out.
+
+    Parameters
+    ----------
+    polynomials : sequence of Poly
+        Those with more than `MAX_TERMS` terms stay as they are.
+    constraints : sequence of Poly
+        They may mention atoms from atom_count on; the variants do not.
+    atom_count : int
+        Atoms of the polynomials are numbered 0 .. atom_count - 1.
+    bases : sequence of Basis
+        Groebner bases of the same ideal.
+    budget : int
+        Work of each variant, in monomials looked at; never time. Shortening stops there, normal forms are skipped.
+    """
+    known = [_nonzero(polynomials)]
+    generators = [constraint for constraint in _nonzero(constraints) if len(constraint) <= MAX_TERMS]
+    natural = list(range(atom_count))
+    for atoms, keep in ((natural, False), (natural, True), (natural[::-1], False)):
+        found = _shortened(known[0], generators, atom_count, atoms, keep, budget)
+        if found not in known:
+            known.append(found)
+            yield found
+    for modulo in bases:
+        try:
+            normal = [reduce(p, modulo) if len(p) <= MAX_TERMS else p for p in known[0]]
+        except TermLimitError:
+            continue
+        for found in (normal, _shortened(normal, generators, atom_count, natural, False, budget)):
+            foreign = any(monomial and monomial[-1][0] >= atom_count for p in found for monomial in p)
+            if not foreign and found not in known:
+                known.append(found)
+                yield found
+
+
+def _shortened(
+    polynomials: Sequence[Poly],
+    generators: Sequence[Poly],
+    atom_count: int,
+    atoms: Sequence[int],
+    keep: bool,
+    budget: int,
+) -> list[Poly]:
+    shortener = Shortener(generators, atom_count, atoms, keep, budget)
+    return [shortener.shortest(p) if len(p) <= MAX_TERMS else p for p in polynomials]
+
+
+def _nonzero(polynomials: Sequence[Poly]) -> list[Poly]:
+    """Without zero terms."""
+    return [{monomial: value for monomial, value in p.items() if value} for p in polynomials]

@@ -23,9 +23,10 @@ Terms = Sequence[tuple[Coefficient, Fraction]]
 FUNCTIONS = {
     "sqrt": 1, "reciprocal": 1, "abs": 1, "sin": 1, "cos": 1, "exp": 1, "log": 1, "atan2": 2,
     "stumpff0": 1, "stumpff1": 1, "stumpff2": 1, "stumpff3": 1, "stumpff4": 1, "stumpff5": 1,
-    "nan": 0, "epsilon": 0,
+    "nan": 0, "epsilon": 0, "rounded": 1,
 }  # fmt: skip
-#: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1.
+#: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1;
+#: "rounded" is its argument, of which the exact layer forgets everything: rounding errors can be looked at.
 #: Comparisons and their combinations: their results are masks, which only `select` takes.
 PREDICATES = {"lt": 2, "le": 2, "and": 2, "or": 2, "not": 1}
 
@@ -60,8 +61,8 @@ class RationalRing:
             return arguments[0] < arguments[1] if name == "lt" else arguments[0] <= arguments[1]
         if name in ("and", "or", "not"):
             return bool(_NUMPY[name](*arguments))
-        if name == "abs":
-            return abs(arguments[0])
+        if name in ("abs", "rounded"):
+            return abs(arguments[0]) if name == "abs" else arguments[0]
         if name in ("nan", "epsilon"):  # exact arithmetic has no rounding unit, and no number that is none
             return Fraction(0) if name == "epsilon" else None
         raise NotImplementedError(f"{name} of a rational number")
@@ -131,7 +132,7 @@ def _stumpff(k: int) -> Any:
 _FACTORIAL = (1, 1, 2, 6, 24, 120)
 _NUMPY: dict[str, Any] = {
     "sqrt": np.sqrt, "reciprocal": lambda a: np.float64(1) / a if np.ndim(a) == 0 else a.dtype.type(1) / a,
-    "abs": np.abs, "sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log, "atan2": np.arctan2,
+    "abs": np.abs, "rounded": lambda a: a, "sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log, "atan2": np.arctan2,
     "lt": np.less, "le": np.less_equal, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not,
     **{f"stumpff{k}": _stumpff(k) for k in range(6)},
 }  # fmt: skip
@@ -175,8 +176,8 @@ class PrecisionRing:
             k = int(name[-1])
             # hypergeometric form of sum (-w)^n/(2n + k)!: no branch, no cancellation that precision cannot cover
             return mp.hyp1f2(1, mp.mpf(k + 1) / 2, mp.mpf(k + 2) / 2, -x / 4) / mp.factorial(k)
-        if name == "abs":
-            return abs(x)
+        if name in ("abs", "rounded"):
+            return abs(x) if name == "abs" else x
         return getattr(mp, name)(*arguments)
 
     def select(self, mask: Any, a: Any, b: Any) -> Any:

@@ -38,6 +38,8 @@ class SymbolicRing:
                 return {"and": sympy.And, "or": sympy.Or, "not": sympy.Not}[name](*arguments)
             case "abs":
                 return sympy.Abs(*arguments)
+            case "rounded":
+                return arguments[0]
             case "sqrt" | "sin" | "cos" | "exp" | "log" | "atan2":
                 return getattr(sympy, name)(*arguments)
         if not arguments:

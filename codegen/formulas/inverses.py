@@ -13,15 +13,14 @@ from fractions import Fraction
 
 from ..algebra import grade
 from ..errors import GradeError
-from ..multivector import Multivector, absolute, keep_scalar
+from ..multivector import Multivector
 from ..status import Status
 from ..trace import Result
-from .outcome import epsilon, is_finite, only_if, outcome
-from .products import absolute_product
+from .outcome import as_computed, is_finite, only_if, outcome, size
 
-#: A determinant below this many rounding errors of its terms is taken for zero: the errors of the adjugate,
-#: which passes through several products, are larger than those of one sum.
-SINGULAR_NOISE = 1024
+#: Largest x V - 1 (sum of coefficients) of an inverse V. Where the determinant is rounding noise, so is the rest of
+#: x Adj(x), and the residual is about 1 or larger; that of an ill-conditioned x is its condition times rounding.
+RESIDUAL = Fraction(1, 16)
 #: The closed forms end here.
 MAX_HITZER_DIMENSION = 5
 
@@ -105,8 +104,8 @@ def hitzer_inverse(x: Multivector) -> tuple[Multivector, Result]:
 
 def _divided(x: Multivector, adjugate: Multivector) -> tuple[Multivector, Result]:
     det = x.scalar_product(adjugate)
-    noise = SINGULAR_NOISE * epsilon(x) * absolute_product(x, adjugate, keep_scalar)
-    regular = absolute(det) > noise
+    inverse = adjugate / det
+    regular = size(x * as_computed(inverse) - 1) <= RESIDUAL
     finite = is_finite(x)
-    value = adjugate / only_if(regular & finite, det)
+    value = inverse * only_if(regular, x.constant(1))
     return value, outcome(x, (~finite, Status.INVALID), (~regular, Status.SINGULAR))

@@ -23,6 +23,11 @@ def epsilon(like: Multivector) -> Multivector:
     return like.new({0: like.ring.apply("epsilon")})
 
 
+def as_computed(x: Multivector) -> Multivector:
+    """x with its rounding errors: what is exactly zero in mathematics can be measured in numbers."""
+    return x.new({b: x.ring.apply("rounded", c) for b, c in x.terms.items()})
+
+
 def only_if(mask: Mask | None, x: Multivector) -> Multivector:
     """The scalar x where the mask holds, else NaN; None holds always.
 

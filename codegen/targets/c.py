@@ -42,7 +42,9 @@ class CPrinter(Printer):
     def function(self, name: str, arguments: Sequence[str]) -> str:
         if name == "reciprocal":
             return f"K(1.0) / {arguments[0]}" if arguments[0].isidentifier() else f"K(1.0) / ({arguments[0]})"
-        return f"{FUNCTIONS[name]}({', '.join(arguments)})" if arguments else CONSTANTS[name]
+        if name in CONSTANTS:
+            return CONSTANTS[name]
+        return arguments[0] if name == "rounded" else f"{FUNCTIONS[name]}({', '.join(arguments)})"
 
     def call(self, node: Node, arguments: Sequence[Sequence[str]], names: Sequence[str]) -> list[str]:
         kernel: Kernel = node.data[0]

@@ -24,7 +24,7 @@ from .printer import Printer, coefficient_name, comment_text, decimal, interface
 FUNCTIONS = {
     "sqrt": "np.sqrt({})", "abs": "np.abs({})", "select": "select({}, {}, {})", "lt": "{} < {}", "le": "{} <= {}",
     "and": "{} & {}", "or": "{} | {}", "not": "np.logical_not({})",
-    "nan": "K(np.nan)", "epsilon": "K(np.finfo(K).eps)",
+    "nan": "K(np.nan)", "epsilon": "K(np.finfo(K).eps)", "rounded": "{}",
 }  # fmt: skip
 #: Width of the lists of names in generated text.
 LINE = 100

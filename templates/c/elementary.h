@@ -373,7 +373,7 @@ BS_INLINE void FN(sinhcosh)(V x, V *sinh_x, V *cosh_x)
     V size = ABS(x), low;
     size = SELECT(GT(size, BS_SINH_LARGEST), SPLAT(BS_SINH_LARGEST), size);
     V n = (size * BS_PER_LN2 + BS_SHIFTER) - BS_SHIFTER;
-    M near = LT(size, K(2));
+    M near = LT(size, K(1));
     n = SELECT(near, SPLAT(0), n);
     V r = FN(reduce_by)(size, n, ln2, SPLAT(0), &low);
     V z = r * r, minus = -z;

@@ -11,7 +11,7 @@
    ray9: u0 u1 u2, x0 x1 x2, e0 e1 e2 with u = u0 b^2 + u1 a b + u2 a^2; surface2: m0, kappa. All are of true size
    (nothing is lost: each term of p and f has its own power of the size of M4).
 
-   Results: the number of roots stored, rising, at most max_roots (BS_ROOTS_MOST always suffice), or
+   Results: the number of roots stored, rising, at most max_roots (8 always suffice), or
      BS_EVOLVED_VANISHES  f is zero for all alpha: the ray meets every circle (it lies in the surface or in the
                           circles' common plane, or passes through a point shared by both circles);
      BS_EVOLVED_INVALID   something is not finite.
@@ -21,9 +21,6 @@
 
 #ifndef BS_EVOLVED_CONSTANTS
 #define BS_EVOLVED_CONSTANTS
-#ifndef BS_ROOTS_MOST
-#define BS_ROOTS_MOST 8 /* roots of one branch of the octic */
-#endif
 enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2 };
 #define BS_EVOLVED_FILTER 1e-6 /* the printed threshold on |f| */
 /* M4 of two unit circles carries a few roundings, relative to 1 and m0: up to this many it is zero. */

@@ -1,0 +1,174 @@
+"""Rays against a surface evolved between two circles: isolate, companion and sampled against 50 digits."""
+
+import sys
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+from mpmath import mpf
+
+from bladesmith.codegen.build import compiler
+
+sys.path.insert(0, str(Path(__file__).parent))
+import evolved_support as es  # noqa: E402
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
+
+FAMILIES = ("random", "tube", "cospherical")
+UP, ORIGIN = [0, 0, 1], [0, 0, 0]
+
+
+@pytest.fixture(autouse=True)
+def precision():
+    with mp.workdps(es.DIGITS):
+        yield
+
+
+def isolate(surface, ray, dtype=np.float64):
+    """Roots and status of one ray whose scalars are exact up to their last rounding."""
+    nine, two = (es.as_floats(x, dtype) for x in (surface.ray(ray), surface.scalars))
+    roots, counts = es.solve("isolate", nine, two, dtype)
+    return [float(r) for r in roots[0]], int(counts[0])
+
+
+def vectors(seed, count):
+    return np.random.default_rng(seed).normal(size=(count, 3)).tolist()
+
+
+# -- the mathematics ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_condition_is_the_square_of_the_meet(seed):
+    """Nine scalars of the ray and two of the surface give (L v C)^2, for S0 < 0 too; the octic is both branches."""
+    surface, ray = es.pair("random", seed)
+    nine, (m0, kappa) = surface.ray(ray), surface.scalars
+    for a in (mpf("0.2"), mpf("0.55"), mpf("0.9")):
+        b, ab = 1 - a, a * (1 - a)
+        s0 = a * a + b * b + ab * m0
+        square = s0 * s0 - kappa * ab * ab
+        f, direct = es.condition(nine, m0, kappa, a), surface.meet_square(ray, a)
+        assert (f is None) == (direct is None)
+        u, x, e = (nine[i] * b * b + nine[i + 1] * ab + nine[i + 2] * a * a for i in (0, 3, 6))
+        branches = [t * (t * u - 2 * ab * x) + ab * ab * e for t in (s0 + mp.sqrt(square), s0 - mp.sqrt(square))]
+        p8 = sum(p * a**k * b ** (8 - k) for k, p in enumerate(es.octic(nine, m0, kappa)))
+        assert mp.almosteq(p8 * ab * ab, branches[0] * branches[1], 1e-35)
+        if f is not None:
+            t = s0 + mp.sqrt(square)
+            assert mp.almosteq(f[0] / (2 * square * t), direct, 1e-35)
+            given = es.as_floats(nine), es.as_floats([m0, kappa])
+            assert es.call("value", np.float64, 1, *given, float(a)) == pytest.approx(float(direct), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_printed_polynomial_has_four_roots_too_many(seed):
+    surface, ray = es.pair("random", seed)
+    nine, two = (es.as_floats(x) for x in (surface.ray(ray), surface.scalars))
+    powers = np.zeros((1, 13))
+    es.call("dodecics", np.float64, 1, np.array([nine]), np.array([two]), powers)
+    factor = es.powers([0, 0, two[1], 0, 0])  # kappa a^2 b^2
+    want = [float(c) for c in es.convolve(es.powers(es.octic([mpf(x) for x in nine], *map(mpf, two))), factor)]
+    np.testing.assert_allclose(powers[0], want, rtol=0, atol=1e-12 * np.abs(want).max())
+
+
+@pytest.mark.parametrize(("dtype", "accuracy"), [(np.float64, 1e-7), (np.float32, 2e-2)])
+def test_companion_roots_are_those_of_numpy(dtype, accuracy):
+    """Backward stable: the found roots' polynomial is the given one."""
+    rng = np.random.default_rng(8)
+    for trial in range(200):
+        powers = (rng.normal(size=13) * 10.0 ** rng.uniform(-2, 2, 13)).astype(dtype)
+        if trial % 5 == 0:
+            powers[-1 - trial % 3 :] = 0  # highest powers missing
+        re, im = np.zeros(12, dtype), np.zeros(12, dtype)
+        count = es.call("eigenvalues", dtype, 12, powers, re, im)
+        degree = int(np.flatnonzero(powers)[-1])
+        assert count == degree
+        found = sorted(re[:count].astype(complex) + 1j * im[:count], key=abs)
+        for root in np.roots(powers[degree::-1].astype(float)):
+            nearest = min(found, key=lambda z: abs(z - root))
+            assert abs(nearest - root) <= accuracy * max(1, abs(root)), (powers, root, nearest)
+
+
+# -- against the reference ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_isolate_finds_every_root_and_no_other(family):
+    for seed in range(80):
+        surface, ray = es.pair(family, seed)
+        got, count = isolate(surface, ray)
+        want = es.reference(surface.ray(ray), *surface.scalars)
+        assert es.matched(want, got, 1e-10)[:2] == (0, 0) and count == len(want), (family, seed, want, got)
+        assert got == sorted(got)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_isolate_in_single_precision(family):
+    """Against the reference of the rounded scalars. An M4 that is nothing but rounding is taken for zero."""
+    for seed in range(60):
+        surface, ray = es.pair(family, seed)
+        nine, two = (es.as_floats(x, np.float32) for x in (surface.ray(ray), surface.scalars))
+        if abs(two[1]) < (32 * 6e-8 * max(1, abs(two[0]))) ** 2:
+            continue
+        roots, _ = es.solve("isolate", nine, two, np.float32)
+        want = es.reference([mpf(x) for x in nine], *map(mpf, two))
+        assert es.matched(want, roots[0], 1e-4)[:2] == (0, 0), (family, seed, want, roots[0])
+
+
+def test_printed_methods_find_what_they_can():
+    pairs = [es.pair("random", seed) for seed in range(60)]
+    rays = [es.as_floats(surface.ray(ray)) for surface, ray in pairs]
+    surfaces = [es.as_floats(surface.scalars) for surface, _ in pairs]
+    truth, _ = es.solve("isolate", rays, surfaces)
+    total = sum(map(len, truth))
+    for method, samples, reach, losses in (("companion", 0, 1e-5, 0.1), ("sampled", 512, 1e-3, 0.05)):
+        found, _ = es.solve(method, rays, surfaces, samples=samples)
+        results = [es.matched(w, g, reach) for w, g in zip(truth, found, strict=True)]
+        assert sum(r[0] for r in results) <= losses * total
+        assert sum(r[1] for r in results) == 0
+    assert total > 40
+
+
+# -- the edges ---------------------------------------------------------------------------------------------------
+
+
+def tangent(surface, ray, a):
+    """Scalars of the ray with u changed so that f and its derivative vanish at a; None where f is imaginary."""
+    nine, two = surface.ray(ray), surface.scalars
+    if any(es.condition(nine, *two, z) is None for z in (a - mpf("0.01"), a, a + mpf("0.01"))):
+        return None
+    part = [lambda z, k=k: es.condition([int(i == k) for i in range(9)], *two, z)[0] for k in (0, 2)]
+    whole = lambda z: es.condition(nine, *two, z)[0]  # noqa: E731
+    matrix = mp.matrix([[p(a) for p in part], [mp.diff(p, a) for p in part]])
+    change = mp.lu_solve(matrix, mp.matrix([-whole(a), -mp.diff(whole, a)]))
+    return [nine[0] + change[0], nine[1], nine[2] + change[1], *nine[3:]]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("place", ["0.5", "0.3141"])
+def test_tangent_rays(family, place):
+    """Two roots as far as arithmetic tells, one or two within rounding of tangency, then none."""
+    seen, a = 0, mpf(place)
+    for seed in range(6):
+        surface, ray = es.pair(family, seed)
+        touching = tangent(surface, ray, a)
+        if touching is None:
+            continue
+        two = es.as_floats(surface.scalars)
+        for shift in (0, *(s * 10.0**-k for k in (3, 6, 9, 12, 13, 14, 15, 16) for s in (1, -1))):
+            nine = es.as_floats([touching[0], touching[1] * (1 + mpf(shift)), *touching[2:]])
+            given = [mpf(x) for x in nine]
+            near, bound = es.condition(given, *map(mpf, two), a)
+            want = es.reference(given, *map(mpf, two))
+            roots, _ = es.solve("isolate", nine, two)
+            got = list(roots[0])
+            lost, false, _ = es.matched(want, got, 1e-6)
+            if abs(near) > 64 * 2.0**-53 * bound:
+                assert (lost, false) == (0, 0), (family, seed, shift, want, got)
+            else:
+                assert abs(len(want) - len(got)) <= 2
+                assert shift or any(abs(r - place_) < 1e-7 for r in got for place_ in [float(a)])
+                assert all(abs(r - float(a)) < 1e-6 for r in set(got) if min([1, *(abs(r - w) for w in want)]) > 1e-6)
+            seen += 1
+    assert seen >= 40
