@@ -27,6 +27,7 @@ ROOMS = {
 NOT_DATA = {".py", ".pyc", ".so", ".pyd", ".o", ".obj"}
 STABLE_ABI = "cp311"  # oldest Python served; one wheel for it and all later ones
 LIMITED = not sysconfig.get_config_var("Py_GIL_DISABLED")  # a free-threaded Python has no stable ABI
+NO_DEBUG = "-g0"  # most Pythons hand on -g, which makes the libraries four times larger
 FLAGS = runpy.run_path("codegen/flags.py")
 REQUIRED = os.environ.get("BLADESMITH_REQUIRE_EXTENSION", "") not in ("", "0")
 
@@ -78,12 +79,18 @@ def extension(cdef: Path) -> Extension:
 
 
 class BuildExtensions(build_ext):
-    """Chooses the flags once the compiler is known."""
+    """Chooses the flags once the compiler is known, and compiles the extensions side by side."""
+
+    def finalize_options(self) -> None:
+        super().finalize_options()
+        self.parallel = self.parallel or True  # as many as there are processors
 
     def build_extensions(self) -> None:
         microsoft = self.compiler.compiler_type == "msvc"
         for each in self.extensions:
-            each.extra_compile_args = list(FLAGS["MSVC_FLAGS"] if microsoft else FLAGS["C_FLAGS"])
+            each.extra_compile_args = list(
+                FLAGS["MSVC_FLAGS"] if microsoft else [*FLAGS["C_FLAGS"], NO_DEBUG]
+            )
             each.libraries = [] if microsoft else ["m"]
         super().build_extensions()
 

@@ -85,6 +85,7 @@ class Binding(ABC):
         self.symbol = symbol
         self.inputs = tuple(inputs)
         self.outputs = tuple(outputs)
+        self._widths = [max(item.size, 1) for item in self.inputs]
         self._single_output = len(self.outputs) == 1 and not self.outputs[0].is_status
 
     def __call__(self, *arrays: Any) -> Any:
@@ -131,8 +132,7 @@ class Binding(ABC):
 
     def strides(self, arrays: Sequence[Array]) -> list[int]:
         """Numbers from one item to the next in each prepared array: 0 where all items share one row."""
-        widths = [max(item.size, 1) for item in self.inputs]
-        return [0 if a.size == width else width for a, width in zip(arrays, widths, strict=True)]
+        return [0 if a.size == width else width for a, width in zip(arrays, self._widths, strict=True)]
 
 
 class BoundKernel(Binding):

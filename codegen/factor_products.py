@@ -57,25 +57,35 @@ def _share(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]
     """What remains of each node, and the shared pairs in order."""
     rests = list(nodes)
     shared: list[Node] = []
-    members: dict[Node, dict[int, None]] = {}
+    members: dict[Node, dict[int, int]] = {}
     for number, node in enumerate(rests):
-        for both in combinations(node, 2):
-            members.setdefault(both, {})[number] = None
+        for pair, times in _pairs(node).items():
+            members.setdefault(pair, {})[number] = times
     while members:
-        pair: Node = max(members, key=lambda key: (len(members[key]), key))
-        if len(members[pair]) < 2:
+        times, best = max((sum(where.values()), pair) for pair, where in members.items())
+        if times < 2:
             break
         literal = first_shared + len(shared)
-        shared.append(pair)
-        for number in list(members[pair]):
-            for old in dict.fromkeys(combinations(rests[number], 2)):
+        shared.append(best)
+        for number in list(members[best]):
+            for old in _pairs(rests[number]):
                 del members[old][number]
                 if not members[old]:
                     del members[old]
-            rests[number] = _replaced(rests[number], pair, literal)
-            for new in combinations(rests[number], 2):
-                members.setdefault(new, {})[number] = None
+            rests[number] = _replaced(rests[number], best, literal)
+            for new, times in _pairs(rests[number]).items():
+                members.setdefault(new, {})[number] = times
     return rests, shared
+
+
+def _pairs(node: Node) -> dict[Node, int]:
+    """The pairs of literals in a product, and how often each can be taken out of it."""
+    pairs: dict[Node, int] = dict.fromkeys(combinations(node, 2), 1)
+    if len(pairs) < len(node) * (len(node) - 1) // 2:
+        for first, second in pairs:
+            times = node.count(first)
+            pairs[first, second] = times // 2 if first == second else min(times, node.count(second))
+    return pairs
 
 
 def _replaced(node: Node, pair: Node, literal: int) -> Node:

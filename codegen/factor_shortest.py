@@ -1,7 +1,7 @@
 """Shortest representatives: subtract multiples of vanishing polynomials wherever the result has fewer terms.
 
-No division algorithm: a leading term is replaced only where it pays, so that w^2 + x^2 - y^2 - z^2 becomes
-1 - 2 y^2 - 2 z^2 modulo w^2 + x^2 + y^2 + z^2 - 1, and the other one of two equals is chosen alike everywhere.
+No division algorithm: a term is replaced only where it pays, so that w^2 + x^2 - y^2 - z^2 becomes
+1 - 2 y^2 - 2 z^2 modulo w^2 + x^2 + y^2 + z^2 - 1. Of equally short ones the same is chosen everywhere.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Polynomials modulo a kind's constraints: Groebner bases, normal forms, and shortest representatives.
 
-Only `basis` needs SymPy, and imports it when called; bases are plain data that can be checked in. No form here is
-better in itself: callers factor the variants, count, and compare error bounds.
+Only `basis` needs SymPy, and imports it when called; bases are plain data that can be checked in. No form
+here is better in itself: callers factor the variants, count, and compare error bounds.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal, TypeAlias, overload
+from typing import Any, Literal, TypeAlias, get_args, overload
 
 from .factor_packed import Monomial, Poly
 from .factor_shortest import Shortener
 
 Order: TypeAlias = Literal["lex", "grlex", "grevlex"]
+_ORDERS = get_args(Order)
 
 MAX_TERMS = 400
 """Polynomials with more terms are not reduced: it would take long, and they are too long to factor anyway."""
@@ -27,7 +28,7 @@ _BUDGET = 400_000
 
 
 class TermLimitError(ValueError):
-    """A polynomial has, or a reduction gives, more than `MAX_TERMS` terms; or a division takes too many steps."""
+    """A polynomial has, or would get, more than `MAX_TERMS` terms; or a division takes too many steps."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,10 @@ class Basis(Sequence[Poly]):
     polynomials: tuple[Poly, ...]
     order: Order
     atom_order: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if self.order not in _ORDERS:
+            raise ValueError(f"{self.order!r} is no monomial order; orders are {', '.join(_ORDERS)}.")
 
     @overload
     def __getitem__(self, index: int) -> Poly: ...
@@ -65,24 +70,25 @@ def basis(
     constraints : sequence of Poly
         Polynomials that vanish.
     atom_count : int
-        Atoms are numbered 0 .. atom_count - 1.
+        Atoms of interest are numbered 0 .. atom_count - 1.
     order : {"lex", "grlex", "grevlex"}
         Monomial order.
     atom_order : sequence of int, optional
-        Atoms from the largest to the smallest; those left out follow in their natural order.
+        Atoms from the largest to the smallest; those left out follow, from atom_count on first, so that a
+        lexicographic basis eliminates them.
 
     Returns
     -------
     Basis
         Empty if there are no constraints.
     """
-    first = list(dict.fromkeys(atom_order or ()))
-    ranked = first + [atom for atom in range(atom_count) if atom not in first]
     occurring = {atom for constraint in constraints for monomial in constraint for atom, _ in monomial}
+    foreign = sorted(atom for atom in occurring if atom >= atom_count)
+    ranked = tuple(dict.fromkeys([*(atom_order or ()), *foreign, *range(atom_count)]))
     atoms = [atom for atom in ranked if atom in occurring]
     nonzero = [constraint for constraint in constraints if constraint]
     if not nonzero or not atoms:
-        return Basis(tuple({(): Fraction(1)} for _ in nonzero[:1]), order, tuple(ranked))
+        return Basis(tuple({(): Fraction(1)} for _ in nonzero[:1]), order, ranked)
     from sympy import QQ
     from sympy.polys.groebnertools import groebner
     from sympy.polys.rings import ring
@@ -112,7 +118,7 @@ def basis(
             for element in groebner(elements, polynomials)
         ),
         order,
-        tuple(ranked),
+        ranked,
     )
 
 
@@ -227,10 +233,10 @@ def reduced_variants(
 ) -> Iterator[list[Poly]]:
     """Different polynomials with the same values where the constraints hold, worth factoring and counting.
 
-    First shortest representatives: multiples of constraints are subtracted wherever the number of terms falls, or
-    stays and the terms get simpler; the variants prefer to get rid of the first atoms, to keep them, and to get
-    rid of the last. Then normal forms modulo each basis, shortened likewise. Repetitions and the polynomials
-    themselves are left out.
+    First shortest representatives: multiples of constraints are subtracted wherever the number of terms
+    falls, or stays and the terms get simpler; the variants prefer to drop the first atoms, to keep them, and
+    to drop the last. Then normal forms modulo each basis, and these shortened likewise. Repetitions
+    and the polynomials themselves are left out.
 
     Parameters
     ----------
@@ -243,7 +249,7 @@ def reduced_variants(
     bases : sequence of Basis
         Groebner bases of the same ideal.
     budget : int
-        Work of each variant, in monomials looked at; never time. Shortening stops there, normal forms are skipped.
+        Work of each variant, in monomials looked at; never time. Shortening stops there.
     """
     known = [_nonzero(polynomials)]
     generators = [constraint for constraint in _nonzero(constraints) if len(constraint) <= MAX_TERMS]

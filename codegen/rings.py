@@ -27,6 +27,8 @@ FUNCTIONS = {
 }  # fmt: skip
 #: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1;
 #: "rounded" is its argument, of which the exact layer forgets everything: rounding errors can be looked at.
+#: Spacing of float64 numbers at 1.
+FLOAT64_EPSILON = Fraction(1, 2**52)
 #: Comparisons and their combinations: their results are masks, which only `select` takes.
 PREDICATES = {"lt": 2, "le": 2, "and": 2, "or": 2, "not": 1}
 
@@ -43,7 +45,7 @@ class Ring(Protocol):
 
 
 class RationalRing:
-    """Exact fractions; no roots."""
+    """Exact fractions; no roots. Tolerances are those of float64, whose reference this ring is."""
 
     def constant(self, value: Fraction) -> Fraction:
         return value
@@ -63,8 +65,8 @@ class RationalRing:
             return bool(_NUMPY[name](*arguments))
         if name in ("abs", "rounded"):
             return abs(arguments[0]) if name == "abs" else arguments[0]
-        if name in ("nan", "epsilon"):  # exact arithmetic has no rounding unit, and no number that is none
-            return Fraction(0) if name == "epsilon" else None
+        if name in ("nan", "epsilon"):  # no fraction is NaN: None fails loudly where it is not selected away
+            return FLOAT64_EPSILON if name == "epsilon" else None
         raise NotImplementedError(f"{name} of a rational number")
 
     def select(self, mask: bool, a: Fraction, b: Fraction) -> Fraction:
@@ -139,13 +141,17 @@ _NUMPY: dict[str, Any] = {
 
 
 class PrecisionRing:
-    """mpmath numbers at the context's precision, one item at a time; division by zero and bad roots give NaN."""
+    """mpmath numbers at the context's precision, one item at a time; division by zero and bad roots give NaN.
 
-    def __init__(self, digits: int = 50) -> None:
+    ``epsilon`` is that of the numbers whose reference this is: tolerances, and so statuses, are theirs.
+    """
+
+    def __init__(self, digits: int = 50, epsilon: Fraction = FLOAT64_EPSILON) -> None:
         import mpmath
 
         self.context = mpmath.mp.clone()
         self.context.dps = digits
+        self.epsilon = epsilon
 
     def constant(self, value: Fraction) -> Any:
         return self.context.mpf(value.numerator) / value.denominator
@@ -162,7 +168,7 @@ class PrecisionRing:
     def apply(self, name: str, *arguments: Any) -> Any:
         mp = self.context
         if not arguments:
-            return mp.nan if name == "nan" else mp.mpf(mp.eps)
+            return mp.nan if name == "nan" else self.constant(self.epsilon)
         x = arguments[0]
         if name == "lt" or name == "le":
             return x < arguments[1] if name == "lt" else x <= arguments[1]

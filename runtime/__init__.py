@@ -1,1 +1,72 @@
-"""Geometric algebra for 3D geometry, compiled."""
+"""Geometric algebra for 3D geometry, compiled.
+
+Importing this loads nothing but a few names: an algebra, a program or the code generator is loaded when it is
+first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from .codegen.version import __version__
+
+if TYPE_CHECKING:
+    from . import codegen, errors
+    from .algebras import Algebra, algebra, load_algebra
+    from .conformal import ConformalAlgebra, ConformalPlane
+    from .interchange.clifford import from_clifford
+    from .multivector import Multivector
+    from .projective import ProjectiveAlgebra
+    from .status import Status
+    from .storage import load, save
+
+    cga3d: ConformalAlgebra
+    cga2d: ConformalPlane
+    pga3d: ProjectiveAlgebra
+
+_HOMES = {
+    "Algebra": "algebras", "algebra": "algebras", "load_algebra": "algebras", "Multivector": "multivector",
+    "Status": "status", "save": "storage", "load": "storage", "from_clifford": "interchange.clifford",
+}  # fmt: skip
+_ROOMS = ("codegen", "curves", "dynamics", "errors", "kinematics", "objects", "reform", "report", "tracer")
+_ALGEBRAS = ("cga3d", "pga3d", "cga2d")
+
+__all__ = [
+    "Algebra",
+    "Multivector",
+    "Status",
+    "__version__",
+    "algebra",
+    "cga2d",
+    "cga3d",
+    "codegen",
+    "errors",
+    "from_clifford",
+    "load",
+    "load_algebra",
+    "pga3d",
+    "save",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    elif name in _ALGEBRAS:
+        value = import_module(".algebras", __name__).stock_algebra(name)
+    elif name in _ROOMS:
+        try:
+            value = import_module(f".{name}", __name__)
+        except ModuleNotFoundError as error:
+            if error.name != f"{__name__}.{name}":
+                raise
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *_ROOMS})

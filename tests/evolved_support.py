@@ -203,7 +203,7 @@ def powers(scaled):
 
 
 def condition(nine, m0, kappa, a):
-    """2 D t f and the sum of the absolute values of its terms; None where the interpolant is imaginary."""
+    """2 D t f, and a size to compare it with; None where the interpolant is imaginary."""
     b, ab = 1 - a, a * (1 - a)
     s0 = a * a + b * b + ab * m0
     square = s0 * s0 - kappa * ab * ab
@@ -216,11 +216,16 @@ def condition(nine, m0, kappa, a):
     return sum(terms), sum(abs(v) for v in terms)
 
 
+def majorant(nine, m0, kappa, a):
+    """The sum of the absolute values of all terms of the condition, to which its rounding error is relative."""
+    return condition([(-1 if i // 3 == 1 else 1) * abs(x) for i, x in enumerate(nine)], m0, kappa, a)[0]
+
+
 def reference(nine, m0, kappa):
     """All roots of f in [0, 1], as floats: those roots of the octic at which f vanishes."""
     coefficients = powers(octic(nine, m0, kappa))
     largest = max(abs(c) for c in coefficients)
-    candidates = mp.polyroots([c / largest for c in coefficients[::-1]], maxsteps=500, extraprec=300)
+    candidates = mp.polyroots([c / largest for c in coefficients[::-1]], maxsteps=500, extraprec=200)
     roots = []
     for root in candidates:
         if abs(mp.im(root)) < SAME and 0 <= mp.re(root) <= 1:

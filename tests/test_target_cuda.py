@@ -1,7 +1,7 @@
-"""The CUDA target: NVRTC compiles all of its text without a word, and its text computes the bits of the C target.
+"""The CUDA target: NVRTC compiles all of its text without a word, and the text computes the bits of C.
 
-NVRTC needs no GPU, and its absence is a failure. What would run on a GPU runs here on the C compiler, item by item,
-behind a stand-in for the driver; the last test runs on a real GPU where there is one.
+NVRTC needs no GPU, and its absence is a failure. What would run on a GPU runs here through the C compiler,
+thread by thread, behind a stand-in for the driver; the last test runs on a real GPU where there is one.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.binding import BoundKernel, Library
 from bladesmith.codegen.build import ExtensionSource
 from bladesmith.codegen.build import load as load_extension
@@ -48,7 +49,7 @@ def compiled_c() -> Callable[[str], BoundKernel]:
     return lambda name: BoundKernel(library, name, *interface(KERNELS[name]))
 
 
-# -- the text ----------------------------------------------------------------------------------------------------
+# -- the text ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("arch", ["compute_75", "compute_90"])
@@ -101,7 +102,7 @@ def test_every_gpu_gets_an_architecture_that_the_compiler_knows() -> None:
     assert device_arch(999) == f"compute_{known[-1]}"
 
 
-# -- the text, run -----------------------------------------------------------------------------------------------
+# -- the text, run -------------------------------------------------------------------------------------
 
 #: CUDA's words for the C compiler: a thread is a call, its place in the grid a global.
 WORDS = """
@@ -113,7 +114,8 @@ WORDS = """
 #define __forceinline__ inline __attribute__((always_inline, unused))
 typedef struct { unsigned x, y, z; } bs_place;
 static bs_place blockIdx, threadIdx, blockDim, gridDim;
-#define BS_SAME_BITS(name, from, to) static inline to name(from a) { to b; memcpy(&b, &a, sizeof b); return b; }
+#define BS_SAME_BITS(name, from, to) \\
+  static inline to name(from a) { to b; memcpy(&b, &a, sizeof b); return b; }
 BS_SAME_BITS(__double_as_longlong, double, long long)
 BS_SAME_BITS(__longlong_as_double, long long, double)
 BS_SAME_BITS(__float_as_int, float, int)
@@ -130,7 +132,11 @@ int bs_left_open(void) { return bs_contexts + bs_pieces; }
 int cuInit(unsigned flags) { return flags; }
 int cuDeviceGetCount(int *count) { *count = 1; return 0; }
 int cuDeviceGet(int *device, int index) { *device = index; return 0; }
-int cuDeviceGetName(char *name, int size, int device) { strncpy(name, "stand-in", (size_t)size); return device; }
+int cuDeviceGetName(char *name, int size, int device)
+{
+  strncpy(name, "stand-in", (size_t)size);
+  return device;
+}
 int cuDeviceGetAttribute(int *value, int which, int device) { *value = which == 75 ? 7 : 5; return device; }
 int cuDevicePrimaryCtxRetain(void **context, int device) { *context = &bs_contexts; return device; }
 int cuCtxPushCurrent_v2(void *context) { bs_contexts++; return context != &bs_contexts; }
@@ -151,11 +157,23 @@ int cuMemAlloc_v2(bs_pointer *place, size_t size)
   return 0;
 }
 int cuMemFree_v2(bs_pointer place) { bs_pieces--; free((void *)place); return 0; }
-int cuMemcpyHtoD_v2(bs_pointer to, const void *from, size_t size) { memcpy((void *)to, from, size); return 0; }
-int cuMemcpyDtoH_v2(void *to, bs_pointer from, size_t size) { memcpy(to, (const void *)from, size); return 0; }
-int cuGetErrorString(int status, const char **text) { *text = status == 2 ? "out of memory" : "not found"; return 0; }
-int cuLaunchKernel(void *function, unsigned gx, unsigned gy, unsigned gz, unsigned bx, unsigned by, unsigned bz,
-    unsigned shared, void *stream, void **arguments, void **extra)
+int cuMemcpyHtoD_v2(bs_pointer to, const void *from, size_t size)
+{
+  memcpy((void *)to, from, size);
+  return 0;
+}
+int cuMemcpyDtoH_v2(void *to, bs_pointer from, size_t size)
+{
+  memcpy(to, (const void *)from, size);
+  return 0;
+}
+int cuGetErrorString(int status, const char **text)
+{
+  *text = status == 2 ? "out of memory" : "not found";
+  return 0;
+}
+int cuLaunchKernel(void *function, unsigned gx, unsigned gy, unsigned gz, unsigned bx, unsigned by,
+    unsigned bz, unsigned shared, void *stream, void **arguments, void **extra)
 {
   if (gy != 1 || gz != 1 || by != 1 || bz != 1 || shared || stream || extra) return 1;
   gridDim.x = gx, blockDim.x = bx;
@@ -168,7 +186,7 @@ int cuLaunchKernel(void *function, unsigned gx, unsigned gy, unsigned gz, unsign
 
 
 def stand_in(kernels: list[Kernel]) -> str:
-    """Path of a library that looks like the driver and runs the kernels' CUDA text one thread after the other."""
+    """Path of a library that looks like the driver and runs the kernels' CUDA text thread by thread."""
     calls, entries = [], []
     for kernel in kernels:
         inputs, outputs = interface(kernel)
@@ -222,7 +240,9 @@ def test_without_a_driver_the_reason_is_given() -> None:
 @pytest.mark.skipif(bool(unavailable()), reason=f"no GPU to run on: {unavailable()}")
 @each_kernel
 @each_dtype
-def test_a_gpu_computes_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
+def test_a_gpu_computes_the_bits_of_c(
+    name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]
+) -> None:
     operands = arguments(KERNELS[name], COUNT, dtype=dtype)
     assert_same_bits(bind(KERNELS[name])(*operands), compiled_c(name)(*operands), name)
 

@@ -28,10 +28,13 @@ def principal_root(s0: Multivector, s4: Multivector, norm: Multivector) -> tuple
 def blade_projector(x: Multivector) -> Multivector:
     """Projector S with S x a unit blade, for a pure-grade x (thesis 3.5, 4.11, 4.12).
 
-    Sigma = -x ~x = s0 + s4; S is the conjugate of the principal square root of Sigma over its norm.
+    Sigma = -x ~x = s0 + s4; S is the conjugate of the principal square root of Sigma over its norm. Where s4^2
+    vanishes by the blades of x (lines, planes, spheres), that is (1 - s4/(2 s0))/sqrt(s0).
     """
     sigma = -(x * ~x)
     s0, s4 = sigma.grade(0), sigma.grade(4)
+    if not (s4 * s4).terms:
+        return (1 - s4 / (2 * s0)) / sqrt(s0)
     norm = sqrt(s0 * s0 - s4 * s4)
     p, q = principal_root(s0, s4, norm)
     return (p - q * s4) / norm

@@ -92,12 +92,12 @@ def determinant(x: Multivector) -> Multivector:
     return x.scalar_product(shirokov_adjugate(x))
 
 
-def shirokov_inverse(x: Multivector) -> tuple[Multivector, Result]:
+def shirokov(x: Multivector) -> tuple[Multivector, Result]:
     """Inverse of a general multivector, any dimension and metric. Status: SINGULAR, INVALID (not finite)."""
     return _divided(x, shirokov_adjugate(x))
 
 
-def hitzer_inverse(x: Multivector) -> tuple[Multivector, Result]:
+def hitzer(x: Multivector) -> tuple[Multivector, Result]:
     """Inverse of a general multivector, to five dimensions. Status: SINGULAR, INVALID (not finite)."""
     return _divided(x, hitzer_adjugate(x))
 

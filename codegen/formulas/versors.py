@@ -32,16 +32,19 @@ def normalise(x: Multivector) -> tuple[Multivector, Result]:
 
 
 def normalise_flat(x: Multivector) -> tuple[Multivector, Result]:
-    """The nearest motor or line: x (x ~x)^(-1/2), for the blades of a motor or of a line.
+    """The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4.
 
-    There x ~x = s + q with q^2 = 0 (q of grade 4), whose inverse root is (1 - q/(2 s))/sqrt(s): scale and
-    screw part are both repaired. Lines of CGA are trivectors, with s < 0.
+    The inverse root is (1 - q/(2 s))/sqrt(s), so scale and screw part are both repaired. s is negative for the
+    direct objects of CGA. (Point pairs and circles have another q: `blades.project_to_blade`.)
+    SINGULAR: no length. IMAGINARY: s has the other sign.
     """
     s, q = norm_squared(x), (x * ~x).grade(4)
-    positive = -s if x.grades == (3,) else s
-    regular = positive > noise_of_square(x)
+    positive = s if x.algebra.is_degenerate or 0 in x.grades else -s
+    noise = noise_of_square(x)
+    regular = positive > noise
     root = sqrt(only_if(regular, positive))
-    return x * (1 - q / (2 * s)) / root, outcome(x, (~regular, Status.SINGULAR))
+    correction = 1 - q / (2 * s) if q.terms else x.constant(1)
+    return x * correction / root, outcome(x, (positive < -noise, Status.IMAGINARY), (~regular, Status.SINGULAR))
 
 
 def versor_inverse(x: Multivector) -> tuple[Multivector, Result]:

@@ -16,7 +16,7 @@ from ..algebra import Algebra
 from ..build import ExtensionSource
 from ..catalogue import algebra_from_data
 from ..kinds import Kind, numbers, scalar_argument
-from ..simplify import choose, chosen_form
+from ..simplify import staged
 from ..targets.c import c_function, symbol
 from ..targets.extension import in_dependency_order
 from ..templating import render, template_text
@@ -33,14 +33,10 @@ def cga3d() -> Algebra:
 
 @dataclass(frozen=True)
 class Declared:
-    """A kernel that a program needs: a formula and the kinds of its arguments, by name.
-
-    ``form`` is the way it is computed (`simplify.form_named`): chosen beforehand, so that no program searches.
-    """
+    """A kernel that a program needs: a formula and the kinds of its arguments, by name."""
 
     formula: Formula
     kinds: tuple[str, ...]
-    form: str = "staged"
 
     @property
     def name(self) -> str:
@@ -67,9 +63,7 @@ def _kind(name: str) -> Kind:
 @cache
 def traced(declared: Declared) -> Kernel:
     """The kernel of a declaration, traced once in a process."""
-    kernel = trace(declared.formula, [_kind(k) for k in declared.kinds], algebra=cga3d())
-    choose(kernel, declared.form)
-    return kernel
+    return trace(declared.formula, [_kind(k) for k in declared.kinds], algebra=cga3d())
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +102,9 @@ class Program:
 
 def program(name: str, declared: Sequence[Declared], template: str, cdef: str, headers: Sequence[str],
             values: Mapping[str, object]) -> Program:  # fmt: skip
-    """Print the kernels and fill the driver's template."""
+    """Print the kernels, as their formulas were written (no search of forms), and fill the driver's template."""
     kernels = in_dependency_order(traced(d) for d in dict.fromkeys(declared))
-    functions = [c_function(chosen_form(k)) for k in kernels]
+    functions = [c_function(staged(k)) for k in kernels]
     files = {
         "kernels.c": render(template, functions=functions, **values),
         "kernels.h": render("c/kernels.h.j2", functions=functions),

@@ -40,6 +40,8 @@ class SurfaceKind:
         What the fragment includes.
     roots : int
         The most points that one line can have on it.
+    layout : tuple of (str, int)
+        Names and lengths of the parts of the row of constants, for those that something besides the driver reads.
     """
 
     name: str
@@ -50,6 +52,16 @@ class SurfaceKind:
     roots: int = 1
     methods: tuple[tuple[str, tuple[Declared, ...]], ...] = ()
     headers: tuple[str, ...] = ()
+    layout: tuple[tuple[str, int], ...] = ()
+
+    def slice(self, name: str) -> slice:
+        """Where a part of the row of constants stands."""
+        start = 0
+        for part, size in self.layout:
+            if part == name:
+                return slice(start, start + size)
+            start += size
+        raise KeyError(name)
 
 
 _SPHERE = Declared(rays.sphere_hit, (*_RAY, "position", "number"))
@@ -82,6 +94,7 @@ SURFACES = {
         SurfaceKind(
             "evolved_circles", 19, 51, "scene_evolved.h", _EVOLVED, 8, _EVOLVED_METHODS,
             ("evolved.h", "roots.h", "companion.h"),
+            (("center", 3), ("unit", 2), ("bound", 4), ("scalars", 2), ("circles", 40)),
         ),
     )
 }  # fmt: skip

@@ -1,7 +1,7 @@
 """CUDA: the kernel bodies of the C target as device functions, and a launcher around each.
 
-One text serves both precisions. It includes headers of templates/c, which are found by name when it is compiled or
-made self-contained.
+One text serves both precisions. It includes headers of templates/c, which are found by name when it is
+compiled or made self-contained.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def compile_source(
 
 
 def device_arch(capability: int) -> str:
-    """The arch to compile for, for a GPU of this capability: machine code, or PTX for a GPU newer than NVRTC."""
+    """The arch to compile for on a GPU of this capability: machine code, or PTX where NVRTC is older."""
     known = architectures()
     return f"sm_{capability}" if capability in known else f"compute_{max(a for a in known if a < capability)}"
 

@@ -1,4 +1,4 @@
-"""Compiled CUDA kernels run on arrays, through the driver's own library: what a GPU's driver brings is enough.
+"""Compiled CUDA kernels run on arrays, through the driver's own library, which every GPU's driver brings.
 
 Arrays are copied to the device and back at each call. Kernels and generated text are not known here.
 """
@@ -51,7 +51,8 @@ class Device:
         try:
             self._library = ctypes.CDLL(driver)
         except OSError:
-            raise DeviceError(f"{driver} is not there", remedy="CUDA kernels run where a GPU's driver is.") from None
+            remedy = "CUDA kernels run where a GPU's driver is."
+            raise DeviceError(f"{driver} is not there", remedy=remedy) from None
         self.call("cuInit", 0)
         count = ctypes.c_int()
         self.call("cuDeviceGetCount", ctypes.byref(count))

@@ -1,7 +1,7 @@
 """numba: kernels as a readable Python module, and that module loaded and run on arrays.
 
-The text is plain Python. Run as it is, on numbers or on whole columns, it gives the same bits as compiled by numba,
-and as C: the order of operations is the printer's, and nothing is contracted or reassociated.
+The text is plain Python. Run as it is, on numbers or on whole columns, it gives the same bits as compiled by
+numba, and as C: the order of operations is the printer's, and nothing is contracted or reassociated.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from .printer import Printer, coefficient_name, comment_text, decimal, interface
 
 #: How functions and predicates look; the elementary ones are called by their names.
 FUNCTIONS = {
-    "sqrt": "np.sqrt({})", "abs": "np.abs({})", "select": "select({}, {}, {})", "lt": "{} < {}", "le": "{} <= {}",
-    "and": "{} & {}", "or": "{} | {}", "not": "np.logical_not({})",
+    "sqrt": "np.sqrt({})", "abs": "np.abs({})", "select": "select({}, {}, {})",
+    "lt": "{} < {}", "le": "{} <= {}", "and": "{} & {}", "or": "{} | {}", "not": "np.logical_not({})",
     "nan": "K(np.nan)", "epsilon": "K(np.finfo(K).eps)", "rounded": "{}",
 }  # fmt: skip
 #: Width of the lists of names in generated text.
@@ -42,8 +42,8 @@ class NumbaPrinter(Printer):
     def function(self, name: str, arguments: Sequence[str]) -> str:
         if name == "reciprocal":
             return f"K(1.0) / {arguments[0]}" if arguments[0].isidentifier() else f"K(1.0) / ({arguments[0]})"
-        if name in ELEMENTARY:
-            return f"{name}({', '.join(arguments)})"
+        if name in ELEMENTARY:  # in double precision for both, then rounded
+            return f"K({name}({', '.join(arguments)}))"
         return FUNCTIONS[name].format(*arguments)
 
     def call(self, node: Node, arguments: Sequence[Sequence[str]], names: Sequence[str]) -> list[str]:
@@ -69,7 +69,7 @@ class Function:
 
 
 def numba_source(kernels: Sequence[Kernel], title: str = "") -> str:
-    """Text of a module with these kernels, those that they call, and a batch function for each of ``kernels``.
+    """Text of a module with these kernels and those that they call, and a batch function for each of these.
 
     Parameters
     ----------
@@ -116,7 +116,8 @@ def numba_function(form: Form) -> Function:
     outputs = tuple(Parameter(o.name, len(o.nodes), o.role == "status") for o in kernel.outputs)
     names = [coefficient_name(item, j) for item in kernel.inputs for j in range(item.kind.size)]
     columns = [f"{p.name}_columns[{j}, i]" for p in inputs for j in range(p.size)]
-    arrays = [f"{o.name}_rows" for o in outputs] + [f"{p.name}_{part}" for p in inputs for part in ("rows", "step")]
+    arrays = [f"{o.name}_rows" for o in outputs]
+    arrays += [f"{p.name}_{part}" for p in inputs for part in ("rows", "step")]
     targets = [_tuple([f"{o.name}_columns[{j}, i]" for j in range(o.size)]) for o in outputs]
     return Function(
         symbol(kernel),
@@ -162,5 +163,5 @@ def wrapped(items: Sequence[str], level: int) -> str:
     if len(text) + 4 * level < LINE * 3 // 4:
         return text
     outer, inner = "    " * (level - 1), "    " * level
-    body = textwrap.fill(text + ",", LINE, initial_indent=inner, subsequent_indent=inner, break_on_hyphens=False)
+    body = textwrap.fill(text + ",", LINE, initial_indent=inner, subsequent_indent=inner)
     return f"\n{body}\n{outer}"

@@ -1,13 +1,12 @@
-"""Printed numba modules, loaded and run on arrays. Light: NumPy, and numba where it is installed; no generation.
+"""Printed numba modules, loaded and run on arrays. Light: NumPy, and numba where it is installed.
 
-A text is loaded once per precision. Compiled, its batch functions run over rows; without numba its kernels run on
-whole columns, an operation at a time, and give the same bits.
+A text is loaded once per precision. Compiled, its batch functions run over rows; without numba its kernels
+run on whole columns, an operation at a time, and give the same bits. Nothing is generated here.
 """
 
 from __future__ import annotations
 
 import hashlib
-import inspect
 import linecache
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -21,8 +20,8 @@ import numpy as np
 from ..binding import Argument, Array, Binding, share
 from ..errors import MissingExtraError
 
-#: What makes compiled code give the bits of plain Python: no division raises, and nothing is reassociated. A kernel
-#: is inlined into its loop, which LLVM then vectorises.
+#: What makes compiled code give the bits of plain Python: no division raises, and nothing is reassociated.
+#: A kernel is inlined into its loop, which LLVM then vectorises.
 OPTIONS = {"error_model": "numpy", "fastmath": False, "nogil": True, "forceinline": True}
 #: Items at a time without numba: temporaries that stay in the second-level cache.
 CHUNK = 4096
@@ -51,31 +50,20 @@ def load(source: str, dtype: Any = np.float64, compiled: bool = True) -> ModuleT
     module = ModuleType(f"bladesmith_numba_{digest}")
     filename = f"<bladesmith numba {digest}>"
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
-    return _execute(module, source, filename, np.dtype(dtype), compiled)
-
-
-def _execute(module: ModuleType, source: str, filename: str, dtype: np.dtype[Any], compiled: bool) -> ModuleType:
     exec(compile(source, filename, "exec"), vars(module))
-    vars(module)["K"] = dtype.type
+    vars(module)["K"] = np.dtype(dtype).type
     if compiled:
         for name, value in list(vars(module).items()):
             if isinstance(value, FunctionType):
                 own = value.__globals__ is vars(module)
-                vars(module)[name] = _jit(value) if own else _support(value.__module__, dtype)[name]
+                vars(module)[name] = _jit(value) if own else getattr(_support(value.__module__), name)
     return module
 
 
 @cache
-def _support(name: str, dtype: np.dtype[Any]) -> dict[str, Any]:
-    """Functions of a module that printed texts import, compiled for one precision."""
-    original = import_module(name)
-    copy = ModuleType(name)
-    copy.__package__ = original.__package__
-    _execute(copy, inspect.getsource(original), inspect.getfile(original), dtype, compiled=True)
-    functions = dict(vars(copy))
-    if "select_number" in functions:
-        functions["select"] = functions["select_number"]
-    return functions
+def _support(module: str) -> Any:
+    """Functions of templates/numba that printed texts import, wrapped for numba."""
+    return import_module(module).compiled(_jit)
 
 
 def _jit(function: Callable[..., Any]) -> Any:

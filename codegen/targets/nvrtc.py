@@ -141,7 +141,8 @@ def _candidates() -> list[str]:
         folders = list(spec.submodule_search_locations or []) if spec else []
     except ModuleNotFoundError:  # no package of that family at all
         pass
-    found = [str(path) for folder in folders for path in Path(folder).glob(pattern) if ".alt." not in path.name]
+    files = (path for folder in folders for path in Path(folder).glob(pattern))
+    found = [str(path) for path in files if ".alt." not in path.name]
     system = ctypes.util.find_library("nvrtc")
     return sorted(found, reverse=True) + ([system] if system else [])
 

@@ -40,8 +40,9 @@ def comment_text(note: str) -> str:
 def interface(kernel: Kernel) -> tuple[list[Argument], list[Argument]]:
     """Inputs and outputs of a kernel as functions of arrays see them."""
     inputs = [Argument(i.name, 0 if i.kind.is_scalar_argument else i.kind.size) for i in kernel.inputs]
+    codes = [o.role == "status" for o in kernel.outputs]
     outputs = [
-        Argument(o.name, 0 if o.role == "status" else len(o.nodes), o.role == "status") for o in kernel.outputs
+        Argument(o.name, 0 if code else len(o.nodes), code) for o, code in zip(kernel.outputs, codes, strict=True)
     ]
     return inputs, outputs
 

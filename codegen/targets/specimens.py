@@ -14,7 +14,7 @@ import numpy as np
 from ..catalogue import algebra_from_data
 from ..declare import KernelFunction
 from ..formulas.blades import blade_projector, project_to_blade
-from ..formulas.outcome import epsilon, only_if, outcome
+from ..formulas.outcome import epsilon, is_finite, only_if, outcome
 from ..formulas.products import geometric, sandwich
 from ..kinds import Kind, NumericSource, numbers, scalar_argument
 from ..multivector import (
@@ -37,6 +37,9 @@ from ..simplify import choose
 from ..spec import load_spec, stock_spec_path
 from ..status import Status
 from ..trace import Kernel, Result, row, trace
+
+#: Share of extreme coefficients in the last quarter of the rows: few enough that not all results are NaN.
+EXTREME_SHARE = 0.15
 
 
 @cache
@@ -67,15 +70,17 @@ def specimens() -> dict[str, Kernel]:
     return {f"{kernel.algebra.name}_{kernel.name}": kernel for kernel in made}
 
 
-def uses_elementary(kernel: Kernel) -> bool:
-    """Whether it calls sin, exp and the like, whose bits may differ from one target to another."""
-    return kernel.name == "elementary"
-
-
 def arguments(kernel: Kernel, count: int, seed: int = 1, dtype: Any = np.float64) -> list[Any]:
-    """Arrays of ``count`` random members of the inputs' kinds."""
+    """Arrays of ``count`` random members; in the last rows some coefficients are extreme."""
     source = NumericSource(count, seed, dtype=dtype)
-    return [_members(item.kind, source).astype(dtype) for item in kernel.inputs]
+    arrays = [_members(item.kind, source).astype(dtype) for item in kernel.inputs]
+    limits = np.finfo(dtype)
+    extremes = [0.0, -0.0, np.inf, -np.inf, np.nan, limits.max, limits.tiny, limits.smallest_subnormal]
+    for array in arrays:
+        rows = array[-(count // 4) :]
+        chosen = source.random.random(rows.shape) < EXTREME_SHARE
+        rows[chosen] = source.random.choice(extremes, size=int(chosen.sum()))
+    return arrays
 
 
 def _members(kind: Kind, source: NumericSource) -> Any:
@@ -101,8 +106,9 @@ def _blend(x: Multivector, y: Multivector, alpha: Multivector) -> Multivector:
 def _normalized(x: Multivector) -> tuple[Multivector, Result]:
     """A versor over its norm; NaN and a status where it has none to speak of."""
     square = x.scalar_product(~x)
-    good = square > epsilon(x)
-    return x / only_if(good, sqrt(square)), outcome(x, (~good, Status.SINGULAR))
+    good, finite = square > epsilon(x), is_finite(x)
+    code = outcome(x, (~finite, Status.INVALID), (~good, Status.SINGULAR))
+    return x / only_if(good & finite, sqrt(square)), code
 
 
 def _rows(v: tuple[Multivector, ...], s: Multivector) -> tuple[Result, Result]:

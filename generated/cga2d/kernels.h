@@ -319,7 +319,7 @@ BS_INLINE void FN(cga2d_regressive_circle_circle)(V *RESTRICT out, const V *REST
   out[5] = x_e1noni * y_e2noni - x_e2noni * y_e1noni; /* noni */
 }
 
-/* cga2d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 17 mul, 11 add. */
+/* cga2d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 13 mul, 10 add. */
 BS_INLINE void FN(cga2d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -328,22 +328,16 @@ BS_INLINE void FN(cga2d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT
   const V r_e2ni = r_in[3];
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
-  const V x_no = x_in[2];
   const V x_ni = x_in[3];
-  const V t0 = r_e2ni * x_no;
-  const V t1 = r_e12 * x_e1 + t0 - r_s * x_e2;
-  const V t2 = t0 + t1;
-  const V t3 = r_e1ni * x_no;
-  const V t4 = r_s * x_e1 + r_e12 * x_e2 - t3;
-  const V t5 = t3 - t4;
-  const V t6 = r_s * r_s + r_e12 * r_e12;
-  out[0] = -r_e12 * t2 - r_s * t5; /* e1 */
-  out[1] = r_e12 * t5 - r_s * t2; /* e2 */
-  out[2] = x_no * t6; /* no */
-  out[3] = x_ni * t6 + K(2.0) * (r_e2ni * t1 - r_e1ni * t4); /* ni */
+  const V t0 = r_e2ni + r_e12 * x_e1 - r_s * x_e2;
+  const V t1 = r_e1ni - r_s * x_e1 - r_e12 * x_e2;
+  out[0] = x_e1 - K(2.0) * (r_s * r_e1ni + r_e12 * t0); /* e1 */
+  out[1] = x_e2 - K(2.0) * (r_s * r_e2ni - r_e12 * t1); /* e2 */
+  out[2] = SPLAT(1.0); /* no */
+  out[3] = x_ni + K(2.0) * (r_e1ni * t1 + r_e2ni * t0); /* ni */
 }
 
-/* cga2d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 14 mul, 7 add. */
+/* cga2d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 11 mul, 6 add. */
 BS_INLINE void FN(cga2d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -355,13 +349,12 @@ BS_INLINE void FN(cga2d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT 
   const V x_e2noni = x_in[2];
   const V t0 = r_s * x_e1noni + r_e12 * x_e2noni;
   const V t1 = r_e12 * x_e1noni - r_s * x_e2noni;
-  const V t2 = x_e12ni * (r_s * r_s + r_e12 * r_e12) - K(2.0) * (r_e2ni * t0 + r_e1ni * t1);
-  out[0] = t2; /* e12ni */
-  out[1] = r_s * t0 - r_e12 * t1; /* e1noni */
-  out[2] = -r_e12 * t0 - r_s * t1; /* e2noni */
+  out[0] = x_e12ni - K(2.0) * (r_e2ni * t0 + r_e1ni * t1); /* e12ni */
+  out[1] = x_e1noni - K(2.0) * (r_e12 * t1); /* e1noni */
+  out[2] = x_e2noni - K(2.0) * (r_e12 * t0); /* e2noni */
 }
 
-/* cga2d_sandwich_motor_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 17 mul, 13 add. */
+/* cga2d_sandwich_motor_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 15 mul, 10 add. */
 BS_INLINE void FN(cga2d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -372,17 +365,14 @@ BS_INLINE void FN(cga2d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRIC
   const V x_e12ni = x_in[1];
   const V x_e1noni = x_in[2];
   const V x_e2noni = x_in[3];
-  const V t0 = r_s * r_s + r_e12 * r_e12;
-  const V t1 = r_e1ni * x_e12no;
-  const V t2 = t1 + r_e12 * x_e1noni;
-  const V t3 = r_s * x_e2noni - t2;
-  const V t4 = r_e2ni * x_e12no;
-  const V t5 = t4 + r_e12 * x_e2noni;
-  const V t6 = r_s * x_e1noni + t5;
-  out[0] = x_e12no * t0; /* e12no */
-  out[1] = x_e12ni * t0 + K(2.0) * (r_e1ni * t3 - r_e2ni * t6); /* e12ni */
-  out[2] = r_s * (t5 + t6) - r_e12 * (t1 + t2); /* e1noni */
-  out[3] = -r_s * (t2 - t3) - r_e12 * (t4 + t5); /* e2noni */
+  const V t0 = r_e1ni * x_e12no;
+  const V t1 = t0 + r_e12 * x_e1noni - r_s * x_e2noni;
+  const V t2 = r_e2ni * x_e12no;
+  const V t3 = t2 + r_s * x_e1noni + r_e12 * x_e2noni;
+  out[0] = x_e12no; /* e12no */
+  out[1] = x_e12ni - K(2.0) * (r_e1ni * t1 + r_e2ni * t3); /* e12ni */
+  out[2] = x_e1noni + K(2.0) * (r_s * t2 - r_e12 * t1); /* e1noni */
+  out[3] = x_e2noni - K(2.0) * (r_s * t0 + r_e12 * t3); /* e2noni */
 }
 
 /* cga2d_sandwich_motor_point_pair: r x ~r: what a rotor does to an object (thesis 1.2.6). 35 mul, 20 add. */

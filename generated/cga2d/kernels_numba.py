@@ -402,20 +402,15 @@ def cga2d_regressive_circle_circle_batch(begin, end, out_rows, x_rows, x_step, y
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 17 mul, 11 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 13 mul, 10 add.
 def cga2d_sandwich_motor_point(r_s, r_e12, r_e1ni, r_e2ni, x_e1, x_e2, x_no, x_ni):
-    t0 = r_e2ni * x_no
-    t1 = r_e12 * x_e1 + t0 - r_s * x_e2
-    t2 = t0 + t1
-    t3 = r_e1ni * x_no
-    t4 = r_s * x_e1 + r_e12 * x_e2 - t3
-    t5 = t3 - t4
-    t6 = r_s * r_s + r_e12 * r_e12
+    t0 = r_e2ni + r_e12 * x_e1 - r_s * x_e2
+    t1 = r_e1ni - r_s * x_e1 - r_e12 * x_e2
     return (
-        -r_e12 * t2 - r_s * t5,  # e1
-        r_e12 * t5 - r_s * t2,  # e2
-        x_no * t6,  # no
-        x_ni * t6 + K(2.0) * (r_e2ni * t1 - r_e1ni * t4),  # ni
+        x_e1 - K(2.0) * (r_s * r_e1ni + r_e12 * t0),  # e1
+        x_e2 - K(2.0) * (r_s * r_e2ni - r_e12 * t1),  # e2
+        K(1.0),  # no
+        x_ni + K(2.0) * (r_e1ni * t1 + r_e2ni * t0),  # ni
     )
 
 
@@ -437,15 +432,14 @@ def cga2d_sandwich_motor_point_batch(begin, end, out_rows, r_rows, r_step, x_row
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 14 mul, 7 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 11 mul, 6 add.
 def cga2d_sandwich_motor_line(r_s, r_e12, r_e1ni, r_e2ni, x_e12ni, x_e1noni, x_e2noni):
     t0 = r_s * x_e1noni + r_e12 * x_e2noni
     t1 = r_e12 * x_e1noni - r_s * x_e2noni
-    t2 = x_e12ni * (r_s * r_s + r_e12 * r_e12) - K(2.0) * (r_e2ni * t0 + r_e1ni * t1)
     return (
-        t2,  # e12ni
-        r_s * t0 - r_e12 * t1,  # e1noni
-        -r_e12 * t0 - r_s * t1,  # e2noni
+        x_e12ni - K(2.0) * (r_e2ni * t0 + r_e1ni * t1),  # e12ni
+        x_e1noni - K(2.0) * (r_e12 * t1),  # e1noni
+        x_e2noni - K(2.0) * (r_e12 * t0),  # e2noni
     )
 
 
@@ -465,20 +459,17 @@ def cga2d_sandwich_motor_line_batch(begin, end, out_rows, r_rows, r_step, x_rows
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 17 mul, 13 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 15 mul, 10 add.
 def cga2d_sandwich_motor_circle(r_s, r_e12, r_e1ni, r_e2ni, x_e12no, x_e12ni, x_e1noni, x_e2noni):
-    t0 = r_s * r_s + r_e12 * r_e12
-    t1 = r_e1ni * x_e12no
-    t2 = t1 + r_e12 * x_e1noni
-    t3 = r_s * x_e2noni - t2
-    t4 = r_e2ni * x_e12no
-    t5 = t4 + r_e12 * x_e2noni
-    t6 = r_s * x_e1noni + t5
+    t0 = r_e1ni * x_e12no
+    t1 = t0 + r_e12 * x_e1noni - r_s * x_e2noni
+    t2 = r_e2ni * x_e12no
+    t3 = t2 + r_s * x_e1noni + r_e12 * x_e2noni
     return (
-        x_e12no * t0,  # e12no
-        x_e12ni * t0 + K(2.0) * (r_e1ni * t3 - r_e2ni * t6),  # e12ni
-        r_s * (t5 + t6) - r_e12 * (t1 + t2),  # e1noni
-        -r_s * (t2 - t3) - r_e12 * (t4 + t5),  # e2noni
+        x_e12no,  # e12no
+        x_e12ni - K(2.0) * (r_e1ni * t1 + r_e2ni * t3),  # e12ni
+        x_e1noni + K(2.0) * (r_s * t2 - r_e12 * t1),  # e1noni
+        x_e2noni - K(2.0) * (r_s * t0 + r_e12 * t3),  # e2noni
     )
 
 

@@ -945,7 +945,7 @@ BS_INLINE void FN(cga3d_regressive_quadvector_quadvector)(V *RESTRICT out, const
   out[9] = x_e13noni * y_e23noni - x_e23noni * y_e13noni; /* e3noni */
 }
 
-/* cga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 46 mul, 39 add. */
+/* cga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 32 mul, 28 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -959,35 +959,22 @@ BS_INLINE void FN(cga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
   const V x_e3 = x_in[2];
-  const V x_no = x_in[3];
   const V x_ni = x_in[4];
-  const V t0 = r_e3ni * x_no;
-  const V t1 = r_s * x_e3 - t0;
-  const V t2 = r_e2ni * x_no;
-  const V t3 = r_s * x_e2 - t2;
-  const V t4 = r_e23 * x_e1;
-  const V t5 = r_e123ni * x_no;
-  const V t6 = r_e13 * x_e2 + t5 - r_e12 * x_e3;
-  const V t7 = t4 - t6;
-  const V t8 = r_e12 * r_e12 + r_e13 * r_e13;
-  const V t9 = r_e12 * r_e2ni + r_e13 * r_e3ni;
-  const V t10 = r_s * x_e1 - r_e1ni * x_no;
-  const V t11 = r_e12 * x_e2 + r_e13 * x_e3 + t10;
-  const V t12 = t10 + t11;
-  const V t13 = K(1.5) * (r_e13 * t1 + r_e12 * t3) + r_e23 * (t7 - t6) - x_e1 * t8 - K(0.5) * (x_no * (K(2.0) * (r_s * r_e1ni) + t9) - r_s * t12);
-  const V t14 = r_e23 * x_e2 - t1;
-  const V t15 = t4 + t7 - t5;
-  const V t16 = r_e23 * x_e3 + t3;
-  const V t17 = t8 + r_s * r_s + r_e23 * r_e23;
-  const V t18 = x_ni * t17 - K(2.0) * (r_e123ni * t7 + r_e1ni * t11 + r_e2ni * t16 - r_e3ni * t14 - x_e1 * t9);
-  out[0] = t13; /* e1 */
-  out[1] = r_e23 * (t1 - t14) - r_e13 * t15 - r_e12 * t12 - r_s * (t2 - t3); /* e2 */
-  out[2] = r_e12 * t15 - r_e23 * (t16 + t3) - r_e13 * t12 - r_s * (t0 - t1); /* e3 */
-  out[3] = x_no * t17; /* no */
-  out[4] = t18; /* ni */
+  const V t0 = r_e2ni + r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3;
+  const V t1 = r_e3ni + r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
+  const V t2 = x_e1 - K(2.0) * (r_s * r_e1ni + r_e23 * r_e123ni + r_e12 * t0 + r_e13 * t1);
+  const V t3 = r_e1ni - r_s * x_e1 - r_e12 * x_e2 - r_e13 * x_e3;
+  const V t4 = x_e2 - K(2.0) * (r_s * r_e2ni + r_e23 * t1 - r_e13 * r_e123ni - r_e12 * t3);
+  const V t5 = x_e3 - K(2.0) * (r_s * r_e3ni + r_e12 * r_e123ni - r_e23 * t0 - r_e13 * t3);
+  const V t6 = r_e2ni * t0 + r_e1ni * t3 + r_e3ni * t1 + r_e123ni * (r_e123ni + r_e13 * x_e2 - r_e23 * x_e1 - r_e12 * x_e3);
+  out[0] = t2; /* e1 */
+  out[1] = t4; /* e2 */
+  out[2] = t5; /* e3 */
+  out[3] = SPLAT(1.0); /* no */
+  out[4] = x_ni + K(2.0) * t6; /* ni */
 }
 
-/* cga3d_sandwich_motor_any_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 46 mul, 39 add. */
+/* cga3d_sandwich_motor_any_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 39 mul, 28 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1003,30 +990,18 @@ BS_INLINE void FN(cga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *REST
   const V x_e3 = x_in[2];
   const V x_no = x_in[3];
   const V x_ni = x_in[4];
-  const V t0 = r_e3ni * x_no;
-  const V t1 = r_s * x_e3 - t0;
-  const V t2 = r_e2ni * x_no;
-  const V t3 = r_s * x_e2 - t2;
-  const V t4 = r_e23 * x_e1;
-  const V t5 = r_e123ni * x_no;
-  const V t6 = r_e13 * x_e2 + t5 - r_e12 * x_e3;
-  const V t7 = t4 - t6;
-  const V t8 = r_e12 * r_e12 + r_e13 * r_e13;
-  const V t9 = r_e12 * r_e2ni + r_e13 * r_e3ni;
-  const V t10 = r_s * x_e1 - r_e1ni * x_no;
-  const V t11 = r_e12 * x_e2 + r_e13 * x_e3 + t10;
-  const V t12 = t10 + t11;
-  const V t13 = K(1.5) * (r_e13 * t1 + r_e12 * t3) + r_e23 * (t7 - t6) - x_e1 * t8 - K(0.5) * (x_no * (K(2.0) * (r_s * r_e1ni) + t9) - r_s * t12);
-  const V t14 = r_e23 * x_e2 - t1;
-  const V t15 = t4 + t7 - t5;
-  const V t16 = r_e23 * x_e3 + t3;
-  const V t17 = t8 + r_s * r_s + r_e23 * r_e23;
-  const V t18 = x_ni * t17 - K(2.0) * (r_e123ni * t7 + r_e1ni * t11 + r_e2ni * t16 - r_e3ni * t14 - x_e1 * t9);
-  out[0] = t13; /* e1 */
-  out[1] = r_e23 * (t1 - t14) - r_e13 * t15 - r_e12 * t12 - r_s * (t2 - t3); /* e2 */
-  out[2] = r_e12 * t15 - r_e23 * (t16 + t3) - r_e13 * t12 - r_s * (t0 - t1); /* e3 */
-  out[3] = x_no * t17; /* no */
-  out[4] = t18; /* ni */
+  const V t0 = r_e12 * x_e1 + r_e2ni * x_no - r_s * x_e2 - r_e23 * x_e3;
+  const V t1 = r_e13 * x_e1 + r_e23 * x_e2 + r_e3ni * x_no - r_s * x_e3;
+  const V t2 = x_e1 - K(2.0) * (r_e12 * t0 + r_e13 * t1 + x_no * (r_s * r_e1ni + r_e23 * r_e123ni));
+  const V t3 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3 - r_e1ni * x_no;
+  const V t4 = x_e2 - K(2.0) * (r_e23 * t1 + r_e12 * t3 + x_no * (r_s * r_e2ni - r_e13 * r_e123ni));
+  const V t5 = x_e3 - K(2.0) * (r_e13 * t3 + x_no * (r_s * r_e3ni + r_e12 * r_e123ni) - r_e23 * t0);
+  const V t6 = r_e123ni * (r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2 - r_e123ni * x_no);
+  out[0] = t2; /* e1 */
+  out[1] = t4; /* e2 */
+  out[2] = t5; /* e3 */
+  out[3] = x_no; /* no */
+  out[4] = x_ni + K(2.0) * (r_e2ni * t0 + r_e3ni * t1 - r_e1ni * t3 - t6); /* ni */
 }
 
 /* cga3d_sandwich_motor_point_pair: r x ~r: what a rotor does to an object (thesis 1.2.6). 101 mul, 84 add. */
@@ -1110,7 +1085,7 @@ BS_INLINE void FN(cga3d_sandwich_motor_point_pair)(V *RESTRICT out, const V *RES
   out[9] = t47; /* noni */
 }
 
-/* cga3d_sandwich_motor_direction: r x ~r: what a rotor does to an object (thesis 1.2.6). 24 mul, 17 add. */
+/* cga3d_sandwich_motor_direction: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_direction)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1120,16 +1095,15 @@ BS_INLINE void FN(cga3d_sandwich_motor_direction)(V *RESTRICT out, const V *REST
   const V x_e1ni = x_in[0];
   const V x_e2ni = x_in[1];
   const V x_e3ni = x_in[2];
-  const V t0 = r_s * x_e1ni + r_e12 * x_e2ni + r_e13 * x_e3ni;
-  const V t1 = r_s * x_e2ni - r_e12 * x_e1ni + r_e23 * x_e3ni;
-  const V t2 = r_s * x_e3ni - r_e13 * x_e1ni - r_e23 * x_e2ni;
-  const V t3 = r_e12 * x_e3ni - r_e13 * x_e2ni + r_e23 * x_e1ni;
-  out[0] = r_s * t0 + r_e12 * t1 + r_e13 * t2 + r_e23 * t3; /* e1ni */
-  out[1] = r_s * t1 - r_e12 * t0 + r_e23 * t2 - r_e13 * t3; /* e2ni */
-  out[2] = r_s * t2 - r_e13 * t0 - r_e23 * t1 + r_e12 * t3; /* e3ni */
+  const V t0 = r_e12 * x_e1ni - r_s * x_e2ni - r_e23 * x_e3ni;
+  const V t1 = r_e13 * x_e1ni + r_e23 * x_e2ni - r_s * x_e3ni;
+  const V t2 = r_s * x_e1ni + r_e12 * x_e2ni + r_e13 * x_e3ni;
+  out[0] = x_e1ni - K(2.0) * (r_e12 * t0 + r_e13 * t1); /* e1ni */
+  out[1] = x_e2ni - K(2.0) * (r_e12 * t2 + r_e23 * t1); /* e2ni */
+  out[2] = x_e3ni + K(2.0) * (r_e23 * t0 - r_e13 * t2); /* e3ni */
 }
 
-/* cga3d_sandwich_motor_flat_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 34 mul, 28 add. */
+/* cga3d_sandwich_motor_flat_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 21 mul, 18 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_flat_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1143,33 +1117,19 @@ BS_INLINE void FN(cga3d_sandwich_motor_flat_point)(V *RESTRICT out, const V *RES
   const V x_e1ni = x_in[0];
   const V x_e2ni = x_in[1];
   const V x_e3ni = x_in[2];
-  const V x_noni = x_in[3];
-  const V t0 = r_e12 * r_e12;
-  const V t1 = r_e13 * r_e13;
-  const V t2 = t0 + t1;
-  const V t3 = r_s * r_s;
-  const V t4 = r_e23 * r_e23;
-  const V t5 = t3 + t4;
-  const V t6 = r_e23 * x_noni;
-  const V t7 = r_e23 * x_e2ni + r_e3ni * x_noni;
-  const V t8 = r_e23 * x_e3ni - r_e2ni * x_noni;
-  const V t9 = r_e13 * x_e3ni;
-  const V t10 = r_e1ni * x_noni;
-  const V t11 = r_e12 * x_e2ni - t10;
-  const V t12 = -x_e1ni * (t2 - t5) - K(2.0) * (r_e123ni * t6 + r_e13 * t7 - r_e12 * t8 - r_s * (t9 + t11));
-  const V t13 = t3 - t4;
-  const V t14 = t0 - t1;
-  const V t15 = r_e23 * x_e1ni - r_e123ni * x_noni;
-  const V t16 = r_s * x_e1ni;
-  const V t17 = x_e2ni * (t13 - t14) - K(2.0) * (r_e3ni * t6 + r_e13 * t15 + r_e12 * (t16 + t9 - t10) - r_s * t8);
-  const V t18 = K(2.0) * (r_e2ni * t6 + r_e12 * t15 - r_s * t7 - r_e13 * (t16 + t11)) + x_e3ni * (t13 + t14);
-  out[0] = t12; /* e1ni */
-  out[1] = t17; /* e2ni */
-  out[2] = t18; /* e3ni */
-  out[3] = x_noni * (t2 + t5); /* noni */
+  const V t0 = r_e2ni + r_e12 * x_e1ni - r_e23 * x_e3ni;
+  const V t1 = r_e3ni + r_e13 * x_e1ni + r_e23 * x_e2ni;
+  const V t2 = r_e1ni - r_e12 * x_e2ni - r_e13 * x_e3ni;
+  const V t3 = x_e1ni - K(2.0) * (r_e23 * r_e123ni + r_e12 * t0 + r_e13 * t1 + r_s * t2);
+  const V t4 = x_e2ni + K(2.0) * (r_e13 * r_e123ni + r_e12 * t2 - r_s * t0 - r_e23 * t1);
+  const V t5 = x_e3ni - K(2.0) * (r_e12 * r_e123ni + r_s * t1 - r_e23 * t0 - r_e13 * t2);
+  out[0] = t3; /* e1ni */
+  out[1] = t4; /* e2ni */
+  out[2] = t5; /* e3ni */
+  out[3] = SPLAT(1.0); /* noni */
 }
 
-/* cga3d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 58 mul, 48 add. */
+/* cga3d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 54 mul, 41 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1186,34 +1146,28 @@ BS_INLINE void FN(cga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT 
   const V x_e23ni = x_in[3];
   const V x_e2noni = x_in[4];
   const V x_e3noni = x_in[5];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e12 * r_e12;
-  const V t2 = r_e13 * r_e13;
-  const V t3 = r_e23 * r_e23;
-  const V t4 = r_e23 * x_e1noni + r_e12 * x_e3noni - r_e13 * x_e2noni;
-  const V t5 = r_e13 * x_e1noni + r_e23 * x_e2noni - r_s * x_e3noni;
-  const V t6 = r_s * x_e1noni + r_e12 * x_e2noni + r_e13 * x_e3noni;
-  const V t7 = r_s * r_e13;
-  const V t8 = r_e12 * r_e23;
-  const V t9 = r_e12 * x_e1noni - r_s * x_e2noni - r_e23 * x_e3noni;
-  const V t10 = r_e12 * r_e13;
-  const V t11 = r_s * r_e23;
-  const V t12 = r_e3ni * t4 + r_e123ni * t5 + r_e2ni * t6 + x_e23ni * (t7 - t8) + r_e1ni * t9 - x_e13ni * (t10 + t11);
-  const V t13 = t0 - t1;
-  const V t14 = t2 - t3;
-  const V t15 = r_s * r_e12;
-  const V t16 = r_e13 * r_e23;
-  const V t17 = r_e2ni * t4 + x_e23ni * (t15 + t16) + x_e12ni * (t10 - t11) + r_e123ni * t9 - r_e1ni * t5 - r_e3ni * t6;
-  const V t18 = r_e1ni * t4 + r_e2ni * t5 + x_e13ni * (t15 - t16) - r_e123ni * t6 - x_e12ni * (t7 + t8) - r_e3ni * t9;
-  out[0] = x_e12ni * (t0 + t1 - t2 - t3) - K(2.0) * t12; /* e12ni */
-  out[1] = x_e13ni * (t13 + t14) + K(2.0) * t17; /* e13ni */
-  out[2] = r_s * t6 + r_e23 * t4 - r_e13 * t5 - r_e12 * t9; /* e1noni */
-  out[3] = x_e23ni * (t13 - t14) - K(2.0) * t18; /* e23ni */
-  out[4] = -r_e12 * t6 - r_e13 * t4 - r_e23 * t5 - r_s * t9; /* e2noni */
-  out[5] = r_e12 * t4 + r_e23 * t9 - r_s * t5 - r_e13 * t6; /* e3noni */
+  const V t0 = r_e23 * x_e13ni - r_e13 * x_e23ni;
+  const V t1 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni;
+  const V t2 = r_s * x_e1noni + r_e12 * x_e2noni + r_e13 * x_e3noni;
+  const V t3 = r_e23 * x_e3noni;
+  const V t4 = r_e12 * x_e1noni - r_s * x_e2noni - t3;
+  const V t5 = r_e13 * x_e1noni + r_e23 * x_e2noni;
+  const V t6 = r_e3ni * x_e1noni;
+  const V t7 = r_e23 * x_e12ni - r_e12 * x_e23ni - r_e1ni * x_e3noni;
+  const V t8 = r_s * t0 - r_e13 * t1 - r_e2ni * t2 - r_e1ni * t4 - r_e123ni * t5 - r_e23 * (t6 + t7);
+  const V t9 = r_e1ni * x_e2noni + r_e123ni * x_e3noni + t0 - r_e2ni * x_e1noni;
+  const V t10 = r_e12 * (r_e123ni * x_e1noni + t1) - r_e3ni * t2 - r_s * t7 - r_e23 * t9 - r_e1ni * t5;
+  const V t11 = r_s * x_e3noni - t5;
+  const V t12 = r_s * t1 + r_e13 * t9 + r_e12 * (r_e123ni * x_e2noni + t7) - r_e3ni * t3 - r_e2ni * t5;
+  out[0] = x_e12ni + K(2.0) * t8; /* e12ni */
+  out[1] = x_e13ni + K(2.0) * t10; /* e13ni */
+  out[2] = x_e1noni - K(2.0) * (r_e12 * t4 - r_e13 * t11); /* e1noni */
+  out[3] = K(4.0) * (r_e12 * t6) + x_e23ni + K(2.0) * t12; /* e23ni */
+  out[4] = x_e2noni - K(2.0) * (r_e12 * t2 - r_e23 * t11); /* e2noni */
+  out[5] = x_e3noni - K(2.0) * (r_e13 * t2 - r_e23 * t4); /* e3noni */
 }
 
-/* cga3d_sandwich_motor_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 100 mul, 84 add. */
+/* cga3d_sandwich_motor_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 102 mul, 81 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1234,65 +1188,42 @@ BS_INLINE void FN(cga3d_sandwich_motor_circle)(V *RESTRICT out, const V *RESTRIC
   const V x_e23ni = x_in[7];
   const V x_e2noni = x_in[8];
   const V x_e3noni = x_in[9];
-  const V t0 = r_e23 * r_e23;
-  const V t1 = r_e13 * r_e13;
-  const V t2 = t0 + t1;
-  const V t3 = r_s * r_s;
-  const V t4 = r_e12 * r_e12;
-  const V t5 = t3 + t4;
-  const V t6 = r_e1ni * x_e12no + r_e123ni * x_e13no - r_e3ni * x_e23no;
-  const V t7 = r_e2ni * x_e12no;
-  const V t8 = r_e3ni * x_e13no + r_e123ni * x_e23no;
-  const V t9 = t7 + t8;
-  const V t10 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e2ni * x_e23no;
-  const V t11 = r_e3ni * x_e12no + r_e1ni * x_e23no - r_e2ni * x_e13no;
-  const V t12 = x_e123 * (t2 + t5) - K(2.0) * (r_e13 * t6 + r_e23 * t9 + r_e12 * t10 + r_s * t11);
-  const V t13 = t5 - t2;
-  const V t14 = r_e12 * r_e13;
-  const V t15 = r_s * r_e23;
-  const V t16 = t14 + t15;
-  const V t17 = r_s * r_e13;
-  const V t18 = r_e12 * r_e23;
-  const V t19 = t17 - t18;
-  const V t20 = r_s * x_e2noni - t6;
-  const V t21 = r_e13 * x_e123 + r_e23 * x_e3noni + t20 - r_e12 * x_e1noni;
-  const V t22 = r_e13 * x_e2noni + t11 - r_e23 * x_e1noni;
-  const V t23 = r_s * x_e123 + r_e12 * x_e3noni - t22;
-  const V t24 = t10 - r_e13 * x_e1noni - r_e23 * x_e2noni;
-  const V t25 = r_e12 * x_e123 - r_s * x_e3noni - t24;
-  const V t26 = r_s * x_e1noni;
-  const V t27 = t7 + t26 + r_e12 * x_e2noni + r_e13 * x_e3noni + t8 - r_e23 * x_e123;
-  const V t28 = r_e1ni * t21 + x_e13ni * t16 - r_e3ni * t23 - r_e123ni * t25 - r_e2ni * t27 - x_e23ni * t19;
-  const V t29 = t3 - t4;
-  const V t30 = t0 - t1;
-  const V t31 = t29 - t30;
-  const V t32 = t14 - t15;
-  const V t33 = r_s * r_e12;
-  const V t34 = r_e13 * r_e23;
-  const V t35 = t33 + t34;
-  const V t36 = r_e123ni * t21 + r_e1ni * t25 + r_e3ni * t27 - r_e2ni * t23 - x_e12ni * t32 - x_e23ni * t35;
-  const V t37 = t24 + t10;
-  const V t38 = t17 + t18;
-  const V t39 = t22 + t11;
-  const V t40 = x_e1noni * t29 + r_e13 * t37 + K(2.0) * (x_e3noni * t38 + r_s * t9 + r_e12 * t20) - r_e23 * t39;
-  const V t41 = t29 + t30;
-  const V t42 = t33 - t34;
-  const V t43 = x_e12ni * t38 + r_e123ni * t27 - r_e3ni * t21 - r_e1ni * t23 - r_e2ni * t25 - x_e13ni * t42;
-  const V t44 = x_e2noni * t29 + r_e23 * t37 + r_e13 * t39 - K(2.0) * (r_s * t6 + x_e3noni * t32 + r_e12 * (t26 + t9));
-  const V t45 = x_e3noni * t13 + K(2.0) * (r_e23 * t6 + r_s * t24 - r_e12 * t22 - r_e13 * t9);
-  out[0] = t12; /* e123 */
-  out[1] = x_e12no * t13 + K(2.0) * (x_e13no * t16 - x_e23no * t19); /* e12no */
-  out[2] = K(2.0) * t28 + x_e12ni * t13; /* e12ni */
-  out[3] = x_e13no * t31 + K(2.0) * (x_e12no * t32 + x_e23no * t35); /* e13no */
-  out[4] = x_e13ni * t31 - K(2.0) * t36; /* e13ni */
-  out[5] = t40; /* e1noni */
-  out[6] = x_e23no * t41 + K(2.0) * (x_e12no * t38 - x_e13no * t42); /* e23no */
-  out[7] = K(2.0) * t43 + x_e23ni * t41; /* e23ni */
-  out[8] = t44; /* e2noni */
-  out[9] = t45; /* e3noni */
+  const V t0 = r_e23 * x_e12no - r_s * x_e13no - r_e12 * x_e23no;
+  const V t1 = r_e13 * x_e12no + r_s * x_e23no - r_e12 * x_e13no;
+  const V t2 = r_s * x_e12no + r_e23 * x_e13no - r_e13 * x_e23no;
+  const V t3 = r_e2ni * t0 + r_e1ni * t1 + r_e3ni * t2 + r_e123ni * (r_e12 * x_e12no + r_e13 * x_e13no + r_e23 * x_e23no);
+  const V t4 = r_s * x_e123 + r_e2ni * x_e13no - r_e3ni * x_e12no - r_e1ni * x_e23no;
+  const V t5 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni;
+  const V t6 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e13 * x_e1noni - r_e2ni * x_e23no - r_e23 * x_e2noni;
+  const V t7 = r_e12 * x_e123 - t6;
+  const V t8 = r_e23 * x_e13ni + r_e1ni * x_e2noni - r_e2ni * x_e1noni - r_e13 * x_e23ni;
+  const V t9 = r_e1ni * x_e12no + r_e123ni * x_e13no + r_e12 * x_e1noni - r_e3ni * x_e23no - r_e23 * x_e3noni;
+  const V t10 = r_e13 * x_e123 - t9;
+  const V t11 = r_e2ni * x_e12no + r_e3ni * x_e13no + r_e123ni * x_e23no + r_e12 * x_e2noni + r_e13 * x_e3noni;
+  const V t12 = r_e23 * x_e123 - t11;
+  const V t13 = r_e1ni * x_e3noni + r_e12 * x_e23ni - r_e23 * x_e12ni - r_e3ni * x_e1noni;
+  const V t14 = r_e3ni * t4 + r_e13 * t5 + r_e123ni * t7 - r_s * t8 - r_e1ni * t10 - r_e2ni * t12 - r_e23 * t13;
+  const V t15 = r_e3ni * t12 + r_e2ni * t4 + r_e12 * t5 + r_s * t13 - r_e23 * t8 - r_e123ni * t10 - r_e1ni * t7;
+  const V t16 = r_s * x_e2noni - t9;
+  const V t17 = r_s * x_e3noni + t6;
+  const V t18 = x_e1noni + K(2.0) * (r_e12 * t16 + r_e2ni * t2 + r_e13 * t17 - r_e3ni * t0);
+  const V t19 = r_e1ni * t4 + r_e3ni * t10 + r_e123ni * t12 + r_e2ni * t7 + r_e12 * t13 - r_e13 * t8 - r_s * t5;
+  const V t20 = r_s * x_e1noni + t11;
+  const V t21 = x_e2noni - K(2.0) * (r_e12 * t20 + r_e1ni * t2 - r_e3ni * t1 - r_e23 * t17);
+  const V t22 = x_e3noni - K(2.0) * (r_e23 * t16 + r_e13 * t20 + r_e2ni * t1 - r_e1ni * t0);
+  out[0] = x_e123 - K(2.0) * t3; /* e123 */
+  out[1] = x_e12no - K(2.0) * (r_e23 * t0 + r_e13 * t1); /* e12no */
+  out[2] = x_e12ni - K(2.0) * t14; /* e12ni */
+  out[3] = x_e13no + K(2.0) * (r_e12 * t1 - r_e23 * t2); /* e13no */
+  out[4] = x_e13ni + K(2.0) * t15; /* e13ni */
+  out[5] = t18; /* e1noni */
+  out[6] = x_e23no + K(2.0) * (r_e12 * t0 + r_e13 * t2); /* e23no */
+  out[7] = x_e23ni - K(2.0) * t19; /* e23ni */
+  out[8] = t21; /* e2noni */
+  out[9] = t22; /* e3noni */
 }
 
-/* cga3d_sandwich_motor_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 34 mul, 24 add. */
+/* cga3d_sandwich_motor_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1307,18 +1238,17 @@ BS_INLINE void FN(cga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT
   const V x_e12noni = x_in[1];
   const V x_e13noni = x_in[2];
   const V x_e23noni = x_in[3];
-  const V t0 = r_e12 * x_e12noni + r_e13 * x_e13noni + r_e23 * x_e23noni;
-  const V t1 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni;
+  const V t0 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni;
+  const V t1 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni;
   const V t2 = r_e23 * x_e12noni - r_s * x_e13noni - r_e12 * x_e23noni;
-  const V t3 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni;
-  const V t4 = x_e123ni * (r_e12 * r_e12 + r_e13 * r_e13 + r_s * r_s + r_e23 * r_e23) - K(2.0) * (r_e123ni * t0 + r_e1ni * t1 + r_e2ni * t2 + r_e3ni * t3);
-  out[0] = t4; /* e123ni */
-  out[1] = r_e12 * t0 + r_s * t3 - r_e13 * t1 - r_e23 * t2; /* e12noni */
-  out[2] = r_e13 * t0 + r_e12 * t1 - r_s * t2 - r_e23 * t3; /* e13noni */
-  out[3] = r_s * t1 + r_e12 * t2 + r_e13 * t3 + r_e23 * t0; /* e23noni */
+  const V t3 = r_e1ni * t0 + r_e3ni * t1 + r_e2ni * t2 + r_e123ni * (r_e12 * x_e12noni + r_e13 * x_e13noni + r_e23 * x_e23noni);
+  out[0] = x_e123ni - K(2.0) * t3; /* e123ni */
+  out[1] = x_e12noni - K(2.0) * (r_e13 * t0 + r_e23 * t2); /* e12noni */
+  out[2] = x_e13noni + K(2.0) * (r_e12 * t0 - r_e23 * t1); /* e13noni */
+  out[3] = x_e23noni + K(2.0) * (r_e13 * t1 + r_e12 * t2); /* e23noni */
 }
 
-/* cga3d_sandwich_motor_sphere: r x ~r: what a rotor does to an object (thesis 1.2.6). 45 mul, 38 add. */
+/* cga3d_sandwich_motor_sphere: r x ~r: what a rotor does to an object (thesis 1.2.6). 39 mul, 28 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1334,31 +1264,22 @@ BS_INLINE void FN(cga3d_sandwich_motor_sphere)(V *RESTRICT out, const V *RESTRIC
   const V x_e12noni = x_in[2];
   const V x_e13noni = x_in[3];
   const V x_e23noni = x_in[4];
-  const V t0 = r_e12 * r_e12 + r_e13 * r_e13;
-  const V t1 = r_s * r_s + r_e23 * r_e23 + t0;
-  const V t2 = r_e123ni * x_e123no;
-  const V t3 = r_e12 * x_e12noni + r_e13 * x_e13noni;
-  const V t4 = r_e23 * x_e23noni + t2 + t3;
-  const V t5 = r_e1ni * x_e123no;
-  const V t6 = t5 + r_e13 * x_e12noni - r_e12 * x_e13noni;
-  const V t7 = r_s * x_e23noni + t6;
-  const V t8 = r_e3ni * x_e123no;
-  const V t9 = t8 + r_e23 * x_e13noni - r_e13 * x_e23noni;
-  const V t10 = r_s * x_e12noni + t9;
-  const V t11 = r_e2ni * x_e123no + r_e23 * x_e12noni - r_e12 * x_e23noni;
-  const V t12 = r_s * x_e13noni - t11;
-  const V t13 = x_e123ni * t1 - K(2.0) * (r_e123ni * t4 + r_e1ni * t7 + r_e3ni * t10 - r_e2ni * t12);
-  const V t14 = t2 + t4;
-  const V t15 = r_e12 * t14 + r_s * (t9 + t10) - x_e123no * (r_e13 * r_e1ni + r_e23 * r_e2ni) - r_e13 * t6 - r_e23 * t11;
-  const V t16 = r_s * (t7 + t6) + K(2.0) * (x_e123no * (r_e12 * r_e2ni + r_e13 * r_e3ni)) + r_e23 * (t14 + t3) - x_e23noni * t0;
-  out[0] = x_e123no * t1; /* e123no */
-  out[1] = t13; /* e123ni */
-  out[2] = t15; /* e12noni */
-  out[3] = r_e13 * t14 + r_e12 * (t5 + t6) - r_s * (t11 - t12) - r_e23 * (t8 + t9); /* e13noni */
-  out[4] = t16; /* e23noni */
+  const V t0 = r_e1ni * x_e123no + r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni;
+  const V t1 = r_e2ni * x_e123no + r_e23 * x_e12noni - r_s * x_e13noni - r_e12 * x_e23noni;
+  const V t2 = r_e3ni * x_e123no + r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni;
+  const V t3 = r_e123ni * x_e123no + r_e12 * x_e12noni + r_e13 * x_e13noni + r_e23 * x_e23noni;
+  const V t4 = x_e123ni - K(2.0) * (r_e1ni * t0 + r_e2ni * t1 + r_e3ni * t2 + r_e123ni * t3);
+  const V t5 = x_e12noni + K(2.0) * (x_e123no * (r_s * r_e3ni + r_e12 * r_e123ni) - r_e13 * t0 - r_e23 * t1);
+  const V t6 = x_e13noni - K(2.0) * (r_e23 * t2 + x_e123no * (r_s * r_e2ni - r_e13 * r_e123ni) - r_e12 * t0);
+  const V t7 = x_e23noni + K(2.0) * (r_e12 * t1 + r_e13 * t2 + x_e123no * (r_s * r_e1ni + r_e23 * r_e123ni));
+  out[0] = x_e123no; /* e123no */
+  out[1] = t4; /* e123ni */
+  out[2] = t5; /* e12noni */
+  out[3] = t6; /* e13noni */
+  out[4] = t7; /* e23noni */
 }
 
-/* cga3d_sandwich_motor_any_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 100 mul, 84 add. */
+/* cga3d_sandwich_motor_any_circle: r x ~r: what a rotor does to an object (thesis 1.2.6). 102 mul, 81 add. */
 BS_INLINE void FN(cga3d_sandwich_motor_any_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1379,65 +1300,42 @@ BS_INLINE void FN(cga3d_sandwich_motor_any_circle)(V *RESTRICT out, const V *RES
   const V x_e23ni = x_in[7];
   const V x_e2noni = x_in[8];
   const V x_e3noni = x_in[9];
-  const V t0 = r_e23 * r_e23;
-  const V t1 = r_e13 * r_e13;
-  const V t2 = t0 + t1;
-  const V t3 = r_s * r_s;
-  const V t4 = r_e12 * r_e12;
-  const V t5 = t3 + t4;
-  const V t6 = r_e1ni * x_e12no + r_e123ni * x_e13no - r_e3ni * x_e23no;
-  const V t7 = r_e2ni * x_e12no;
-  const V t8 = r_e3ni * x_e13no + r_e123ni * x_e23no;
-  const V t9 = t7 + t8;
-  const V t10 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e2ni * x_e23no;
-  const V t11 = r_e3ni * x_e12no + r_e1ni * x_e23no - r_e2ni * x_e13no;
-  const V t12 = x_e123 * (t2 + t5) - K(2.0) * (r_e13 * t6 + r_e23 * t9 + r_e12 * t10 + r_s * t11);
-  const V t13 = t5 - t2;
-  const V t14 = r_e12 * r_e13;
-  const V t15 = r_s * r_e23;
-  const V t16 = t14 + t15;
-  const V t17 = r_s * r_e13;
-  const V t18 = r_e12 * r_e23;
-  const V t19 = t17 - t18;
-  const V t20 = r_s * x_e2noni - t6;
-  const V t21 = r_e13 * x_e123 + r_e23 * x_e3noni + t20 - r_e12 * x_e1noni;
-  const V t22 = r_e13 * x_e2noni + t11 - r_e23 * x_e1noni;
-  const V t23 = r_s * x_e123 + r_e12 * x_e3noni - t22;
-  const V t24 = t10 - r_e13 * x_e1noni - r_e23 * x_e2noni;
-  const V t25 = r_e12 * x_e123 - r_s * x_e3noni - t24;
-  const V t26 = r_s * x_e1noni;
-  const V t27 = t7 + t26 + r_e12 * x_e2noni + r_e13 * x_e3noni + t8 - r_e23 * x_e123;
-  const V t28 = r_e1ni * t21 + x_e13ni * t16 - r_e3ni * t23 - r_e123ni * t25 - r_e2ni * t27 - x_e23ni * t19;
-  const V t29 = t3 - t4;
-  const V t30 = t0 - t1;
-  const V t31 = t29 - t30;
-  const V t32 = t14 - t15;
-  const V t33 = r_s * r_e12;
-  const V t34 = r_e13 * r_e23;
-  const V t35 = t33 + t34;
-  const V t36 = r_e123ni * t21 + r_e1ni * t25 + r_e3ni * t27 - r_e2ni * t23 - x_e12ni * t32 - x_e23ni * t35;
-  const V t37 = t24 + t10;
-  const V t38 = t17 + t18;
-  const V t39 = t22 + t11;
-  const V t40 = x_e1noni * t29 + r_e13 * t37 + K(2.0) * (x_e3noni * t38 + r_s * t9 + r_e12 * t20) - r_e23 * t39;
-  const V t41 = t29 + t30;
-  const V t42 = t33 - t34;
-  const V t43 = x_e12ni * t38 + r_e123ni * t27 - r_e3ni * t21 - r_e1ni * t23 - r_e2ni * t25 - x_e13ni * t42;
-  const V t44 = x_e2noni * t29 + r_e23 * t37 + r_e13 * t39 - K(2.0) * (r_s * t6 + x_e3noni * t32 + r_e12 * (t26 + t9));
-  const V t45 = x_e3noni * t13 + K(2.0) * (r_e23 * t6 + r_s * t24 - r_e12 * t22 - r_e13 * t9);
-  out[0] = t12; /* e123 */
-  out[1] = x_e12no * t13 + K(2.0) * (x_e13no * t16 - x_e23no * t19); /* e12no */
-  out[2] = K(2.0) * t28 + x_e12ni * t13; /* e12ni */
-  out[3] = x_e13no * t31 + K(2.0) * (x_e12no * t32 + x_e23no * t35); /* e13no */
-  out[4] = x_e13ni * t31 - K(2.0) * t36; /* e13ni */
-  out[5] = t40; /* e1noni */
-  out[6] = x_e23no * t41 + K(2.0) * (x_e12no * t38 - x_e13no * t42); /* e23no */
-  out[7] = K(2.0) * t43 + x_e23ni * t41; /* e23ni */
-  out[8] = t44; /* e2noni */
-  out[9] = t45; /* e3noni */
+  const V t0 = r_e23 * x_e12no - r_s * x_e13no - r_e12 * x_e23no;
+  const V t1 = r_e13 * x_e12no + r_s * x_e23no - r_e12 * x_e13no;
+  const V t2 = r_s * x_e12no + r_e23 * x_e13no - r_e13 * x_e23no;
+  const V t3 = r_e2ni * t0 + r_e1ni * t1 + r_e3ni * t2 + r_e123ni * (r_e12 * x_e12no + r_e13 * x_e13no + r_e23 * x_e23no);
+  const V t4 = r_s * x_e123 + r_e2ni * x_e13no - r_e3ni * x_e12no - r_e1ni * x_e23no;
+  const V t5 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni;
+  const V t6 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e13 * x_e1noni - r_e2ni * x_e23no - r_e23 * x_e2noni;
+  const V t7 = r_e12 * x_e123 - t6;
+  const V t8 = r_e23 * x_e13ni + r_e1ni * x_e2noni - r_e2ni * x_e1noni - r_e13 * x_e23ni;
+  const V t9 = r_e1ni * x_e12no + r_e123ni * x_e13no + r_e12 * x_e1noni - r_e3ni * x_e23no - r_e23 * x_e3noni;
+  const V t10 = r_e13 * x_e123 - t9;
+  const V t11 = r_e2ni * x_e12no + r_e3ni * x_e13no + r_e123ni * x_e23no + r_e12 * x_e2noni + r_e13 * x_e3noni;
+  const V t12 = r_e23 * x_e123 - t11;
+  const V t13 = r_e1ni * x_e3noni + r_e12 * x_e23ni - r_e23 * x_e12ni - r_e3ni * x_e1noni;
+  const V t14 = r_e3ni * t4 + r_e13 * t5 + r_e123ni * t7 - r_s * t8 - r_e1ni * t10 - r_e2ni * t12 - r_e23 * t13;
+  const V t15 = r_e3ni * t12 + r_e2ni * t4 + r_e12 * t5 + r_s * t13 - r_e23 * t8 - r_e123ni * t10 - r_e1ni * t7;
+  const V t16 = r_s * x_e2noni - t9;
+  const V t17 = r_s * x_e3noni + t6;
+  const V t18 = x_e1noni + K(2.0) * (r_e12 * t16 + r_e2ni * t2 + r_e13 * t17 - r_e3ni * t0);
+  const V t19 = r_e1ni * t4 + r_e3ni * t10 + r_e123ni * t12 + r_e2ni * t7 + r_e12 * t13 - r_e13 * t8 - r_s * t5;
+  const V t20 = r_s * x_e1noni + t11;
+  const V t21 = x_e2noni - K(2.0) * (r_e12 * t20 + r_e1ni * t2 - r_e3ni * t1 - r_e23 * t17);
+  const V t22 = x_e3noni - K(2.0) * (r_e23 * t16 + r_e13 * t20 + r_e2ni * t1 - r_e1ni * t0);
+  out[0] = x_e123 - K(2.0) * t3; /* e123 */
+  out[1] = x_e12no - K(2.0) * (r_e23 * t0 + r_e13 * t1); /* e12no */
+  out[2] = x_e12ni - K(2.0) * t14; /* e12ni */
+  out[3] = x_e13no + K(2.0) * (r_e12 * t1 - r_e23 * t2); /* e13no */
+  out[4] = x_e13ni + K(2.0) * t15; /* e13ni */
+  out[5] = t18; /* e1noni */
+  out[6] = x_e23no + K(2.0) * (r_e12 * t0 + r_e13 * t2); /* e23no */
+  out[7] = x_e23ni - K(2.0) * t19; /* e23ni */
+  out[8] = t21; /* e2noni */
+  out[9] = t22; /* e3noni */
 }
 
-/* cga3d_sandwich_rotor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 27 mul, 20 add. */
+/* cga3d_sandwich_rotor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
 BS_INLINE void FN(cga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1447,60 +1345,38 @@ BS_INLINE void FN(cga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
   const V x_e3 = x_in[2];
-  const V x_no = x_in[3];
   const V x_ni = x_in[4];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e12 * r_e12;
-  const V t2 = t0 - t1;
-  const V t3 = r_e13 * r_e13;
-  const V t4 = r_e23 * r_e23;
-  const V t5 = t3 - t4;
-  const V t6 = r_s * r_e12;
-  const V t7 = r_e13 * r_e23;
-  const V t8 = r_s * r_e13;
-  const V t9 = r_e12 * r_e23;
-  const V t10 = x_e1 * (t2 - t5) + K(2.0) * (x_e2 * (t6 - t7)) + K(2.0) * (x_e3 * (t8 + t9));
-  const V t11 = r_e12 * r_e13;
-  const V t12 = r_s * r_e23;
-  const V t13 = x_e2 * (t2 + t5) - K(2.0) * (x_e1 * (t6 + t7)) - K(2.0) * (x_e3 * (t11 - t12));
-  const V t14 = t0 + t1;
-  const V t15 = t3 + t4;
-  const V t16 = x_e3 * (t14 - t15) - K(2.0) * (x_e1 * (t8 - t9)) - K(2.0) * (x_e2 * (t11 + t12));
-  const V t17 = t14 + t15;
-  out[0] = t10; /* e1 */
-  out[1] = t13; /* e2 */
-  out[2] = t16; /* e3 */
-  out[3] = x_no * t17; /* no */
-  out[4] = x_ni * t17; /* ni */
+  const V t0 = r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3;
+  const V t1 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
+  const V t2 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3;
+  out[0] = x_e1 - K(2.0) * (r_e12 * t0 + r_e13 * t1); /* e1 */
+  out[1] = x_e2 - K(2.0) * (r_e12 * t2 + r_e23 * t1); /* e2 */
+  out[2] = x_e3 + K(2.0) * (r_e23 * t0 - r_e13 * t2); /* e3 */
+  out[3] = SPLAT(1.0); /* no */
+  out[4] = x_ni; /* ni */
 }
 
-/* cga3d_sandwich_translator_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 16 mul, 9 add. */
+/* cga3d_sandwich_translator_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 4 mul, 9 add. */
 BS_INLINE void FN(cga3d_sandwich_translator_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
-  const V r_s = r_in[0];
   const V r_e1ni = r_in[1];
   const V r_e2ni = r_in[2];
   const V r_e3ni = r_in[3];
   const V x_e1 = x_in[0];
   const V x_e2 = x_in[1];
   const V x_e3 = x_in[2];
-  const V x_no = x_in[3];
   const V x_ni = x_in[4];
-  const V t0 = r_e1ni * x_no;
-  const V t1 = r_s * x_e1 - t0;
-  const V t2 = r_e2ni * x_no;
-  const V t3 = r_s * x_e2 - t2;
-  const V t4 = r_e3ni * x_no;
-  const V t5 = r_s * x_e3 - t4;
-  const V t6 = r_s * r_s;
-  out[0] = -r_s * (t0 - t1); /* e1 */
-  out[1] = -r_s * (t2 - t3); /* e2 */
-  out[2] = -r_s * (t4 - t5); /* e3 */
-  out[3] = x_no * t6; /* no */
-  out[4] = x_ni * t6 - K(2.0) * (r_e1ni * t1 + r_e2ni * t3 + r_e3ni * t5); /* ni */
+  const V t0 = r_e1ni - x_e1;
+  const V t1 = r_e2ni - x_e2;
+  const V t2 = r_e3ni - x_e3;
+  out[0] = -t0 - r_e1ni; /* e1 */
+  out[1] = -t1 - r_e2ni; /* e2 */
+  out[2] = -t2 - r_e3ni; /* e3 */
+  out[3] = SPLAT(1.0); /* no */
+  out[4] = x_ni - K(2.0) * (-r_e1ni * t0 - r_e2ni * t1 - r_e3ni * t2); /* ni */
 }
 
-/* cga3d_sandwich_rotor_conformal_vector: r x ~r: what a rotor does to an object (thesis 1.2.6). 113 mul, 105 add. */
+/* cga3d_sandwich_rotor_conformal_vector: r x ~r: what a rotor does to an object (thesis 1.2.6). 106 mul, 96 add. */
 BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1523,46 +1399,46 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const 
   const V x_e3 = x_in[2];
   const V x_no = x_in[3];
   const V x_ni = x_in[4];
-  const V t0 = r_e3no * x_e1 + r_e123no * x_e2 - r_e1no * x_e3;
-  const V t1 = r_e13 * x_no + t0;
-  const V t2 = r_e13noni * x_no - t1;
-  const V t3 = r_s * r_e13 - r_noni * r_e13noni;
-  const V t4 = r_e12 * r_e23 - r_e12noni * r_e23noni;
-  const V t5 = r_e23 + r_e23noni;
-  const V t6 = r_s + r_noni;
-  const V t7 = r_e12 + r_e12noni;
-  const V t8 = r_e13 + r_e13noni;
-  const V t9 = r_e13 * r_e23 - r_e13noni * r_e23noni;
-  const V t10 = r_s * r_e12 - r_noni * r_e12noni;
-  const V t11 = r_e2no * x_e1 - r_e1no * x_e2 - r_e123no * x_e3;
-  const V t12 = r_e12noni * x_no - t11;
-  const V t13 = r_e12 * x_no - t12;
-  const V t14 = r_e1no * x_e1 + r_e2no * x_e2 + r_e3no * x_e3;
-  const V t15 = r_noni * x_no + t14;
-  const V t16 = r_s * x_no - t15;
-  const V t17 = r_e3ni * t2 + x_e3 * (t3 + t4) - x_ni * (r_e123no * t5 + r_e1no * t6 + r_e2no * t7 + r_e3no * t8) - x_e2 * (t9 - t10) - r_e2ni * t13 - r_e1ni * t16;
-  const V t18 = r_e23 * r_e23 - r_e23noni * r_e23noni;
-  const V t19 = r_e13noni * r_e13noni - r_e13 * r_e13;
-  const V t20 = -t18 - t19;
-  const V t21 = r_s * r_s - r_noni * r_noni;
-  const V t22 = r_e12noni * r_e12noni - r_e12 * r_e12;
-  const V t23 = t21 + t22;
-  const V t24 = r_e123no * x_e1 + r_e2no * x_e3 - r_e3no * x_e2;
+  const V t0 = r_e1ni * x_no;
+  const V t1 = r_e1no * x_ni;
+  const V t2 = r_e12noni * x_e2 + r_e13noni * x_e3;
+  const V t3 = t0 - t1 - t2;
+  const V t4 = r_e1no * x_e1 + r_e2no * x_e2 + r_e3no * x_e3 - r_s * x_no;
+  const V t5 = r_e1ni * x_e1 + r_e2ni * x_e2 + r_e3ni * x_e3;
+  const V t6 = t5 - r_s * x_ni;
+  const V t7 = r_e2ni * x_no;
+  const V t8 = r_e12noni * x_e1 - r_e23noni * x_e3;
+  const V t9 = r_e2no * x_ni;
+  const V t10 = t7 + t8 - t9;
+  const V t11 = r_e123no * x_e3 - r_e12 * x_no;
+  const V t12 = r_e3ni * x_no;
+  const V t13 = r_e3no * x_ni;
+  const V t14 = r_e13noni * x_e1 + r_e23noni * x_e2 - t13;
+  const V t15 = t12 + t14;
+  const V t16 = r_e12 * x_e1 + t9 - r_s * x_e2 - r_e23 * x_e3;
+  const V t17 = r_e123no * x_e2 + r_e13 * x_no;
+  const V t18 = r_e123no * x_ni;
+  const V t19 = r_e23 + r_e23noni;
+  const V t20 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
+  const V t21 = t13 + t20;
+  const V t22 = r_noni * t3 + r_e1ni * t4 + r_e1no * t6 + r_e12noni * t10 + r_e2ni * t11 + r_e13noni * t15 - r_e12 * t16 - r_e3ni * t17 - t18 * t19 - r_e13 * t21;
+  const V t23 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3 - t1;
+  const V t24 = r_e123no * x_e1;
   const V t25 = t24 - r_e23 * x_no;
-  const V t26 = r_e23noni * x_no + t25;
-  const V t27 = r_s * r_e23 - r_noni * r_e23noni;
-  const V t28 = r_e12 * r_e13 - r_e12noni * r_e13noni;
-  const V t29 = r_e1ni * t13 + r_e3ni * t26 + x_e3 * (t27 - t28) - x_ni * (r_e2no * t6 + r_e3no * t5 - r_e1no * t7 - r_e123no * t8) - r_e2ni * t16 - x_e1 * (t10 + t9);
-  const V t30 = r_e3ni * t16 + r_e1ni * t2 + r_e2ni * t26 + x_ni * (r_e3no * t6 + r_e123no * t7 - r_e2no * t5 - r_e1no * t8) + x_e2 * (t27 + t28) + x_e1 * (t3 - t4);
-  const V t31 = r_e1no * r_e1no + r_e2no * r_e2no + r_e3no * r_e3no + r_e123no * r_e123no;
-  const V t32 = r_e13 * (t1 + t0) + r_e23noni * t26 + K(2.0) * (x_ni * t31) + r_noni * (t15 + t14) - r_e13noni * (t1 - t2) - r_e12 * (t12 - t13) - r_e23 * t24 - t25 * (r_e23 - r_e23noni) - r_e12noni * (t11 - t12) - r_s * (t15 - t16);
-  const V t33 = r_e1ni * (r_e1ni * x_no - x_e1 * t6 - x_e2 * t7 - x_e3 * t8) + r_e3ni * (r_e3ni * x_no + x_e2 * t5 + x_e1 * t8 - x_e3 * t6) + r_e2ni * (r_e2ni * x_no + x_e1 * t7 - x_e2 * t6 - x_e3 * t5);
-  const V t34 = x_ni * (t6 * t6 + r_e13noni * t8 + t5 * t5 + t7 * t7 + r_e13 * t8) + K(2.0) * t33;
-  out[0] = K(2.0) * t17 - x_e1 * (t20 - t23); /* e1 */
-  out[1] = K(2.0) * t29 + x_e2 * (t20 + t23); /* e2 */
-  out[2] = x_e3 * (t21 + t19 - t18 - t22) - K(2.0) * t30; /* e3 */
+  const V t26 = r_e13 + r_e13noni;
+  const V t27 = r_e12noni * t3 + r_e12 * t23 + r_e23 * t21 + r_e1ni * t11 - r_e2ni * t4 - r_e3ni * t25 - t18 * t26 - r_e2no * t6 - r_noni * t10 - r_e23noni * t15;
+  const V t28 = r_e12 + r_e12noni;
+  const V t29 = r_e13noni * t3 + r_e2ni * t25 + r_e13 * t23 + r_e23noni * t10 + t18 * t28 - r_e23 * t16 - r_e3ni * t4 - r_e1ni * t17 - r_e3no * t6 - r_noni * t15;
+  const V t30 = r_e12noni * r_e12noni + r_e13noni * r_e13noni + r_noni * r_noni + r_s * r_s + r_e13 * r_e13;
+  const V t31 = r_e13noni * t17 + r_e3no * (t14 - t20) + r_e1no * (t23 - t2) + r_e2no * (t8 - t16) - r_e123no * (r_e13 * x_e2 + t18 - r_e12 * x_e3) - r_noni * t4 - r_e23noni * t25 - r_e12noni * t11;
+  const V t32 = x_no * (r_e23noni * r_e23noni + r_e12 * r_e12 + t30) - K(2.0) * t31 - r_e23 * (t24 + t25);
+  const V t33 = K(2.0) * (r_e13 * r_e13noni) + r_e12 * (t28 + r_e12noni) + t30 + t19 * t19;
+  const V t34 = r_e1ni * (t0 - x_e3 * t26 - x_e2 * t28) + r_e2ni * (t7 + x_e1 * t28 - x_e3 * t19) + r_e3ni * (t12 + x_e1 * t26 + x_e2 * t19) - r_noni * t6 - r_s * t5;
+  out[0] = x_e1 + K(2.0) * t22; /* e1 */
+  out[1] = x_e2 - K(2.0) * t27; /* e2 */
+  out[2] = x_e3 - K(2.0) * t29; /* e3 */
   out[3] = t32; /* no */
-  out[4] = t34; /* ni */
+  out[4] = x_ni * t33 + K(2.0) * t34; /* ni */
 }
 
 /* cga3d_sandwich_rotor_conformal_bivector: r x ~r: what a rotor does to an object (thesis 1.2.6). 210 mul, 208 add. */
@@ -1745,7 +1621,7 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_trivector)(V *RESTRICT out, con
   out[9] = t49; /* e3noni */
 }
 
-/* cga3d_sandwich_rotor_conformal_quadvector: r x ~r: what a rotor does to an object (thesis 1.2.6). 107 mul, 103 add. */
+/* cga3d_sandwich_rotor_conformal_quadvector: r x ~r: what a rotor does to an object (thesis 1.2.6). 104 mul, 97 add. */
 BS_INLINE void FN(cga3d_sandwich_rotor_conformal_quadvector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1768,54 +1644,44 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_quadvector)(V *RESTRICT out, co
   const V x_e12noni = x_in[2];
   const V x_e13noni = x_in[3];
   const V x_e23noni = x_in[4];
-  const V t0 = r_e12 * r_e12;
-  const V t1 = r_e23noni * r_e23noni;
-  const V t2 = r_e13 * r_e13;
-  const V t3 = r_noni * r_noni;
-  const V t4 = t0 + t1 + t2 + t3;
-  const V t5 = r_s * r_s;
-  const V t6 = r_e23 * r_e23;
-  const V t7 = r_e13noni * r_e13noni;
-  const V t8 = r_e12noni * r_e12noni;
-  const V t9 = t6 + t7 + t8;
-  const V t10 = t5 + t9;
-  const V t11 = r_e12 * r_e12noni + r_e13 * r_e13noni + r_e23 * r_e23noni;
-  const V t12 = r_e1no * r_e1no + r_e2no * r_e2no + r_e3no * r_e3no + r_e123no * r_e123no;
-  const V t13 = r_e1no * x_e12noni + r_e123no * x_e13noni - r_e3no * x_e23noni;
-  const V t14 = r_e13 - r_e13noni;
-  const V t15 = r_e123no * x_e12noni - r_e1no * x_e13noni - r_e2no * x_e23noni;
-  const V t16 = r_e12 - r_e12noni;
-  const V t17 = r_e3no * x_e12noni + r_e1no * x_e23noni - r_e2no * x_e13noni;
-  const V t18 = r_s - r_noni;
-  const V t19 = r_e2no * x_e12noni + r_e3no * x_e13noni + r_e123no * x_e23noni;
-  const V t20 = r_e23 - r_e23noni;
-  const V t21 = x_e123no * (t4 + t10 - K(2.0) * (r_s * r_noni + t11)) - K(2.0) * (x_e123ni * t12 - t13 * t14 - t15 * t16 - t17 * t18 - t19 * t20);
-  const V t22 = r_s + r_noni;
-  const V t23 = r_e13 + r_e13noni;
-  const V t24 = r_e12 + r_e12noni;
-  const V t25 = r_e1ni * (r_e1ni * x_e123no + x_e23noni * t22 + x_e12noni * t23 - x_e13noni * t24);
-  const V t26 = r_e23 + r_e23noni;
-  const V t27 = r_e3ni * (r_e3ni * x_e123no + x_e12noni * t22 + x_e13noni * t26 - x_e23noni * t23);
-  const V t28 = r_e2ni * (r_e2ni * x_e123no + x_e12noni * t26 - x_e13noni * t22 - x_e23noni * t24);
-  const V t29 = x_e123ni * (t4 + t9 + K(2.0) * t11 + r_s * (r_noni + t22)) - K(2.0) * (t25 + t27 + t28);
-  const V t30 = r_e12 * r_e23 - r_e12noni * r_e23noni;
-  const V t31 = r_s * r_e13 - r_noni * r_e13noni;
-  const V t32 = t17 + x_e123no * t18;
-  const V t33 = r_s * r_e23 - r_noni * r_e23noni;
-  const V t34 = r_e12 * r_e13 - r_e12noni * r_e13noni;
-  const V t35 = t13 + x_e123no * t14;
-  const V t36 = t19 + x_e123no * t20;
-  const V t37 = x_e23noni * (t30 - t31) + r_e3ni * t32 + x_e13noni * (t33 + t34) - r_e1ni * t35 - r_e2ni * t36 - x_e123ni * (r_e3no * t22 + r_e123no * t24 - r_e2no * t26 - r_e1no * t23);
-  const V t38 = t6 + t3 - t1 - t5;
-  const V t39 = t7 + t0 - t2 - t8;
-  const V t40 = t15 + x_e123no * t16;
-  const V t41 = r_e13 * r_e23 - r_e13noni * r_e23noni;
-  const V t42 = r_s * r_e12 - r_noni * r_e12noni;
-  const V t43 = r_e2ni * t32 + r_e3ni * t36 + x_e12noni * (t33 - t34) - r_e1ni * t40 - x_e123ni * (r_e2no * t22 + r_e3no * t26 - r_e1no * t24 - r_e123no * t23) - x_e23noni * (t41 + t42);
-  const V t44 = x_e123ni * (r_e1no * t22 + r_e123no * t26 + r_e2no * t24 + r_e3no * t23) - r_e1ni * t32 - r_e3ni * t35 - r_e2ni * t40 - x_e12noni * (t30 + t31) - x_e13noni * (t41 - t42);
-  out[0] = t21; /* e123no */
-  out[1] = t29; /* e123ni */
-  out[2] = K(2.0) * t37 - x_e12noni * (t38 - t39); /* e12noni */
-  out[3] = x_e13noni * (-t38 - t39) - K(2.0) * t43; /* e13noni */
-  out[4] = -K(2.0) * t44 - x_e23noni * (t4 - t10); /* e23noni */
+  const V t0 = r_e13 * x_e123no + r_e123no * x_e13noni;
+  const V t1 = r_e13 * r_e123no + K(2.0) * (r_e1no * r_e12noni);
+  const V t2 = r_e12 * r_e12 + r_s * r_s + r_e12noni * r_e12noni + r_e13noni * r_e13noni + r_e23noni * r_e23noni + r_e23 * r_e23 + r_noni * r_noni;
+  const V t3 = r_s * r_noni + r_e12 * r_e12noni + r_e23 * r_e23noni;
+  const V t4 = r_e123no * x_e123ni - x_e23noni * (r_e23 - r_e23noni) - x_e12noni * (r_e12 - r_e12noni);
+  const V t5 = r_e3no * x_e123ni;
+  const V t6 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni;
+  const V t7 = t5 - t6;
+  const V t8 = r_noni * x_e12noni + r_e23noni * x_e13noni - r_e13noni * x_e23noni;
+  const V t9 = r_e23noni * x_e12noni - r_noni * x_e13noni - r_e12noni * x_e23noni;
+  const V t10 = r_e2no * x_e123ni;
+  const V t11 = r_e12 * x_e23noni + r_s * x_e13noni - r_e23 * x_e12noni;
+  const V t12 = t10 + t11;
+  const V t13 = r_e1no * x_e123ni;
+  const V t14 = r_e13noni * x_e12noni + r_noni * x_e23noni;
+  const V t15 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni;
+  const V t16 = x_e123no * t3 + r_e13noni * t0 + r_e123no * t4 + r_e3no * (t7 + t8) + r_e2no * (t9 + t12) + r_e1no * (t13 + t14 - t15);
+  const V t17 = r_e13 + K(2.0) * r_e13noni;
+  const V t18 = r_e1ni * x_e123no;
+  const V t19 = t18 + t15;
+  const V t20 = t14 - r_e12noni * x_e13noni;
+  const V t21 = r_e3ni * x_e123no + t8;
+  const V t22 = r_e2ni * x_e123no;
+  const V t23 = t22 + t9;
+  const V t24 = r_e1ni * (t19 + t20) + r_e3ni * (t6 + t21) - x_e123ni * t3 - r_e2ni * (t11 - t23);
+  const V t25 = t13 - t19;
+  const V t26 = r_e3no * x_e12noni + r_e1no * x_e23noni + x_e123no * (r_s - r_noni) - r_e2no * x_e13noni;
+  const V t27 = t10 + t23;
+  const V t28 = t18 + t20;
+  const V t29 = r_e23 * x_e123no + r_e123no * x_e23noni;
+  const V t30 = r_e2ni * x_e13noni + x_e123ni * (r_s + r_noni) - r_e3ni * x_e12noni - r_e1ni * x_e23noni;
+  const V t31 = r_e23 * t12 + r_e13 * t25 + r_e3ni * t26 + r_e23noni * t27 + r_e13noni * (t13 + t28) - r_e2ni * t29 - r_e123no * (r_e1ni * x_e13noni + x_e123ni * (r_e12 + r_e12noni)) - r_e3no * t30;
+  const V t32 = t5 + t21;
+  const V t33 = x_e12noni * (r_e1ni * r_e123no) + r_e23 * t7 + r_e2no * t30 + r_e23noni * t32 - r_e3ni * t29 - r_e12 * t25 - r_e2ni * t26 - r_e12noni * t28;
+  const V t34 = r_e3ni * t0 + r_e1ni * t26 + r_e123no * (r_e2ni * x_e12noni - x_e123ni * (r_e23 + r_e23noni)) + r_e12 * (t22 - t12) - r_e13 * t7 - r_e1no * t30 - r_e13noni * t32 - r_e12noni * t27;
+  out[0] = r_e13 * t0 + x_e13noni * t1 + x_e123no * t2 - K(2.0) * t16; /* e123no */
+  out[1] = x_e123ni * (r_e13 * t17 + t2) - K(2.0) * t24; /* e123ni */
+  out[2] = x_e12noni + K(2.0) * t31; /* e12noni */
+  out[3] = x_e13noni + K(2.0) * t33 - x_e123ni * (r_e123no * t17 + t1); /* e13noni */
+  out[4] = x_e23noni + K(2.0) * t34; /* e23noni */
 }

@@ -1078,35 +1078,23 @@ def cga3d_regressive_quadvector_quadvector_batch(begin, end, out_rows, x_rows, x
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 46 mul, 39 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 32 mul, 28 add.
 def cga3d_sandwich_motor_point(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e1, x_e2, x_e3, x_no, x_ni,
 ):
-    t0 = r_e3ni * x_no
-    t1 = r_s * x_e3 - t0
-    t2 = r_e2ni * x_no
-    t3 = r_s * x_e2 - t2
-    t4 = r_e23 * x_e1
-    t5 = r_e123ni * x_no
-    t6 = r_e13 * x_e2 + t5 - r_e12 * x_e3
-    t7 = t4 - t6
-    t8 = r_e12 * r_e12 + r_e13 * r_e13
-    t9 = r_e12 * r_e2ni + r_e13 * r_e3ni
-    t10 = r_s * x_e1 - r_e1ni * x_no
-    t11 = r_e12 * x_e2 + r_e13 * x_e3 + t10
-    t12 = t10 + t11
-    t13 = K(1.5) * (r_e13 * t1 + r_e12 * t3) + r_e23 * (t7 - t6) - x_e1 * t8 - K(0.5) * (x_no * (K(2.0) * (r_s * r_e1ni) + t9) - r_s * t12)
-    t14 = r_e23 * x_e2 - t1
-    t15 = t4 + t7 - t5
-    t16 = r_e23 * x_e3 + t3
-    t17 = t8 + r_s * r_s + r_e23 * r_e23
-    t18 = x_ni * t17 - K(2.0) * (r_e123ni * t7 + r_e1ni * t11 + r_e2ni * t16 - r_e3ni * t14 - x_e1 * t9)
+    t0 = r_e2ni + r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3
+    t1 = r_e3ni + r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3
+    t2 = x_e1 - K(2.0) * (r_s * r_e1ni + r_e23 * r_e123ni + r_e12 * t0 + r_e13 * t1)
+    t3 = r_e1ni - r_s * x_e1 - r_e12 * x_e2 - r_e13 * x_e3
+    t4 = x_e2 - K(2.0) * (r_s * r_e2ni + r_e23 * t1 - r_e13 * r_e123ni - r_e12 * t3)
+    t5 = x_e3 - K(2.0) * (r_s * r_e3ni + r_e12 * r_e123ni - r_e23 * t0 - r_e13 * t3)
+    t6 = r_e2ni * t0 + r_e1ni * t3 + r_e3ni * t1 + r_e123ni * (r_e123ni + r_e13 * x_e2 - r_e23 * x_e1 - r_e12 * x_e3)
     return (
-        t13,  # e1
-        r_e23 * (t1 - t14) - r_e13 * t15 - r_e12 * t12 - r_s * (t2 - t3),  # e2
-        r_e12 * t15 - r_e23 * (t16 + t3) - r_e13 * t12 - r_s * (t0 - t1),  # e3
-        x_no * t17,  # no
-        t18,  # ni
+        t2,  # e1
+        t4,  # e2
+        t5,  # e3
+        K(1.0),  # no
+        x_ni + K(2.0) * t6,  # ni
     )
 
 
@@ -1130,35 +1118,23 @@ def cga3d_sandwich_motor_point_batch(begin, end, out_rows, r_rows, r_step, x_row
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 46 mul, 39 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 39 mul, 28 add.
 def cga3d_sandwich_motor_any_point(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e1, x_e2, x_e3, x_no, x_ni,
 ):
-    t0 = r_e3ni * x_no
-    t1 = r_s * x_e3 - t0
-    t2 = r_e2ni * x_no
-    t3 = r_s * x_e2 - t2
-    t4 = r_e23 * x_e1
-    t5 = r_e123ni * x_no
-    t6 = r_e13 * x_e2 + t5 - r_e12 * x_e3
-    t7 = t4 - t6
-    t8 = r_e12 * r_e12 + r_e13 * r_e13
-    t9 = r_e12 * r_e2ni + r_e13 * r_e3ni
-    t10 = r_s * x_e1 - r_e1ni * x_no
-    t11 = r_e12 * x_e2 + r_e13 * x_e3 + t10
-    t12 = t10 + t11
-    t13 = K(1.5) * (r_e13 * t1 + r_e12 * t3) + r_e23 * (t7 - t6) - x_e1 * t8 - K(0.5) * (x_no * (K(2.0) * (r_s * r_e1ni) + t9) - r_s * t12)
-    t14 = r_e23 * x_e2 - t1
-    t15 = t4 + t7 - t5
-    t16 = r_e23 * x_e3 + t3
-    t17 = t8 + r_s * r_s + r_e23 * r_e23
-    t18 = x_ni * t17 - K(2.0) * (r_e123ni * t7 + r_e1ni * t11 + r_e2ni * t16 - r_e3ni * t14 - x_e1 * t9)
+    t0 = r_e12 * x_e1 + r_e2ni * x_no - r_s * x_e2 - r_e23 * x_e3
+    t1 = r_e13 * x_e1 + r_e23 * x_e2 + r_e3ni * x_no - r_s * x_e3
+    t2 = x_e1 - K(2.0) * (r_e12 * t0 + r_e13 * t1 + x_no * (r_s * r_e1ni + r_e23 * r_e123ni))
+    t3 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3 - r_e1ni * x_no
+    t4 = x_e2 - K(2.0) * (r_e23 * t1 + r_e12 * t3 + x_no * (r_s * r_e2ni - r_e13 * r_e123ni))
+    t5 = x_e3 - K(2.0) * (r_e13 * t3 + x_no * (r_s * r_e3ni + r_e12 * r_e123ni) - r_e23 * t0)
+    t6 = r_e123ni * (r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2 - r_e123ni * x_no)
     return (
-        t13,  # e1
-        r_e23 * (t1 - t14) - r_e13 * t15 - r_e12 * t12 - r_s * (t2 - t3),  # e2
-        r_e12 * t15 - r_e23 * (t16 + t3) - r_e13 * t12 - r_s * (t0 - t1),  # e3
-        x_no * t17,  # no
-        t18,  # ni
+        t2,  # e1
+        t4,  # e2
+        t5,  # e3
+        x_no,  # no
+        x_ni + K(2.0) * (r_e2ni * t0 + r_e3ni * t1 - r_e1ni * t3 - t6),  # ni
     )
 
 
@@ -1271,18 +1247,17 @@ def cga3d_sandwich_motor_point_pair_batch(begin, end, out_rows, r_rows, r_step, 
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 24 mul, 17 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add.
 def cga3d_sandwich_motor_direction(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e1ni, x_e2ni, x_e3ni,
 ):
-    t0 = r_s * x_e1ni + r_e12 * x_e2ni + r_e13 * x_e3ni
-    t1 = r_s * x_e2ni - r_e12 * x_e1ni + r_e23 * x_e3ni
-    t2 = r_s * x_e3ni - r_e13 * x_e1ni - r_e23 * x_e2ni
-    t3 = r_e12 * x_e3ni - r_e13 * x_e2ni + r_e23 * x_e1ni
+    t0 = r_e12 * x_e1ni - r_s * x_e2ni - r_e23 * x_e3ni
+    t1 = r_e13 * x_e1ni + r_e23 * x_e2ni - r_s * x_e3ni
+    t2 = r_s * x_e1ni + r_e12 * x_e2ni + r_e13 * x_e3ni
     return (
-        r_s * t0 + r_e12 * t1 + r_e13 * t2 + r_e23 * t3,  # e1ni
-        r_s * t1 - r_e12 * t0 + r_e23 * t2 - r_e13 * t3,  # e2ni
-        r_s * t2 - r_e13 * t0 - r_e23 * t1 + r_e12 * t3,  # e3ni
+        x_e1ni - K(2.0) * (r_e12 * t0 + r_e13 * t1),  # e1ni
+        x_e2ni - K(2.0) * (r_e12 * t2 + r_e23 * t1),  # e2ni
+        x_e3ni + K(2.0) * (r_e23 * t0 - r_e13 * t2),  # e3ni
     )
 
 
@@ -1303,34 +1278,21 @@ def cga3d_sandwich_motor_direction_batch(begin, end, out_rows, r_rows, r_step, x
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 34 mul, 28 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 21 mul, 18 add.
 def cga3d_sandwich_motor_flat_point(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e1ni, x_e2ni, x_e3ni, x_noni,
 ):
-    t0 = r_e12 * r_e12
-    t1 = r_e13 * r_e13
-    t2 = t0 + t1
-    t3 = r_s * r_s
-    t4 = r_e23 * r_e23
-    t5 = t3 + t4
-    t6 = r_e23 * x_noni
-    t7 = r_e23 * x_e2ni + r_e3ni * x_noni
-    t8 = r_e23 * x_e3ni - r_e2ni * x_noni
-    t9 = r_e13 * x_e3ni
-    t10 = r_e1ni * x_noni
-    t11 = r_e12 * x_e2ni - t10
-    t12 = -x_e1ni * (t2 - t5) - K(2.0) * (r_e123ni * t6 + r_e13 * t7 - r_e12 * t8 - r_s * (t9 + t11))
-    t13 = t3 - t4
-    t14 = t0 - t1
-    t15 = r_e23 * x_e1ni - r_e123ni * x_noni
-    t16 = r_s * x_e1ni
-    t17 = x_e2ni * (t13 - t14) - K(2.0) * (r_e3ni * t6 + r_e13 * t15 + r_e12 * (t16 + t9 - t10) - r_s * t8)
-    t18 = K(2.0) * (r_e2ni * t6 + r_e12 * t15 - r_s * t7 - r_e13 * (t16 + t11)) + x_e3ni * (t13 + t14)
+    t0 = r_e2ni + r_e12 * x_e1ni - r_e23 * x_e3ni
+    t1 = r_e3ni + r_e13 * x_e1ni + r_e23 * x_e2ni
+    t2 = r_e1ni - r_e12 * x_e2ni - r_e13 * x_e3ni
+    t3 = x_e1ni - K(2.0) * (r_e23 * r_e123ni + r_e12 * t0 + r_e13 * t1 + r_s * t2)
+    t4 = x_e2ni + K(2.0) * (r_e13 * r_e123ni + r_e12 * t2 - r_s * t0 - r_e23 * t1)
+    t5 = x_e3ni - K(2.0) * (r_e12 * r_e123ni + r_s * t1 - r_e23 * t0 - r_e13 * t2)
     return (
-        t12,  # e1ni
-        t17,  # e2ni
-        t18,  # e3ni
-        x_noni * (t2 + t5),  # noni
+        t3,  # e1ni
+        t4,  # e2ni
+        t5,  # e3ni
+        K(1.0),  # noni
     )
 
 
@@ -1353,37 +1315,31 @@ def cga3d_sandwich_motor_flat_point_batch(begin, end, out_rows, r_rows, r_step, 
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 58 mul, 48 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 54 mul, 41 add.
 def cga3d_sandwich_motor_line(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e12ni, x_e13ni, x_e1noni, x_e23ni,
     x_e2noni, x_e3noni,
 ):
-    t0 = r_s * r_s
-    t1 = r_e12 * r_e12
-    t2 = r_e13 * r_e13
-    t3 = r_e23 * r_e23
-    t4 = r_e23 * x_e1noni + r_e12 * x_e3noni - r_e13 * x_e2noni
-    t5 = r_e13 * x_e1noni + r_e23 * x_e2noni - r_s * x_e3noni
-    t6 = r_s * x_e1noni + r_e12 * x_e2noni + r_e13 * x_e3noni
-    t7 = r_s * r_e13
-    t8 = r_e12 * r_e23
-    t9 = r_e12 * x_e1noni - r_s * x_e2noni - r_e23 * x_e3noni
-    t10 = r_e12 * r_e13
-    t11 = r_s * r_e23
-    t12 = r_e3ni * t4 + r_e123ni * t5 + r_e2ni * t6 + x_e23ni * (t7 - t8) + r_e1ni * t9 - x_e13ni * (t10 + t11)
-    t13 = t0 - t1
-    t14 = t2 - t3
-    t15 = r_s * r_e12
-    t16 = r_e13 * r_e23
-    t17 = r_e2ni * t4 + x_e23ni * (t15 + t16) + x_e12ni * (t10 - t11) + r_e123ni * t9 - r_e1ni * t5 - r_e3ni * t6
-    t18 = r_e1ni * t4 + r_e2ni * t5 + x_e13ni * (t15 - t16) - r_e123ni * t6 - x_e12ni * (t7 + t8) - r_e3ni * t9
+    t0 = r_e23 * x_e13ni - r_e13 * x_e23ni
+    t1 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni
+    t2 = r_s * x_e1noni + r_e12 * x_e2noni + r_e13 * x_e3noni
+    t3 = r_e23 * x_e3noni
+    t4 = r_e12 * x_e1noni - r_s * x_e2noni - t3
+    t5 = r_e13 * x_e1noni + r_e23 * x_e2noni
+    t6 = r_e3ni * x_e1noni
+    t7 = r_e23 * x_e12ni - r_e12 * x_e23ni - r_e1ni * x_e3noni
+    t8 = r_s * t0 - r_e13 * t1 - r_e2ni * t2 - r_e1ni * t4 - r_e123ni * t5 - r_e23 * (t6 + t7)
+    t9 = r_e1ni * x_e2noni + r_e123ni * x_e3noni + t0 - r_e2ni * x_e1noni
+    t10 = r_e12 * (r_e123ni * x_e1noni + t1) - r_e3ni * t2 - r_s * t7 - r_e23 * t9 - r_e1ni * t5
+    t11 = r_s * x_e3noni - t5
+    t12 = r_s * t1 + r_e13 * t9 + r_e12 * (r_e123ni * x_e2noni + t7) - r_e3ni * t3 - r_e2ni * t5
     return (
-        x_e12ni * (t0 + t1 - t2 - t3) - K(2.0) * t12,  # e12ni
-        x_e13ni * (t13 + t14) + K(2.0) * t17,  # e13ni
-        r_s * t6 + r_e23 * t4 - r_e13 * t5 - r_e12 * t9,  # e1noni
-        x_e23ni * (t13 - t14) - K(2.0) * t18,  # e23ni
-        -r_e12 * t6 - r_e13 * t4 - r_e23 * t5 - r_s * t9,  # e2noni
-        r_e12 * t4 + r_e23 * t9 - r_s * t5 - r_e13 * t6,  # e3noni
+        x_e12ni + K(2.0) * t8,  # e12ni
+        x_e13ni + K(2.0) * t10,  # e13ni
+        x_e1noni - K(2.0) * (r_e12 * t4 - r_e13 * t11),  # e1noni
+        K(4.0) * (r_e12 * t6) + x_e23ni + K(2.0) * t12,  # e23ni
+        x_e2noni - K(2.0) * (r_e12 * t2 - r_e23 * t11),  # e2noni
+        x_e3noni - K(2.0) * (r_e13 * t2 - r_e23 * t4),  # e3noni
     )
 
 
@@ -1407,68 +1363,45 @@ def cga3d_sandwich_motor_line_batch(begin, end, out_rows, r_rows, r_step, x_rows
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 100 mul, 84 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 102 mul, 81 add.
 def cga3d_sandwich_motor_circle(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e123, x_e12no, x_e12ni, x_e13no,
     x_e13ni, x_e1noni, x_e23no, x_e23ni, x_e2noni, x_e3noni,
 ):
-    t0 = r_e23 * r_e23
-    t1 = r_e13 * r_e13
-    t2 = t0 + t1
-    t3 = r_s * r_s
-    t4 = r_e12 * r_e12
-    t5 = t3 + t4
-    t6 = r_e1ni * x_e12no + r_e123ni * x_e13no - r_e3ni * x_e23no
-    t7 = r_e2ni * x_e12no
-    t8 = r_e3ni * x_e13no + r_e123ni * x_e23no
-    t9 = t7 + t8
-    t10 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e2ni * x_e23no
-    t11 = r_e3ni * x_e12no + r_e1ni * x_e23no - r_e2ni * x_e13no
-    t12 = x_e123 * (t2 + t5) - K(2.0) * (r_e13 * t6 + r_e23 * t9 + r_e12 * t10 + r_s * t11)
-    t13 = t5 - t2
-    t14 = r_e12 * r_e13
-    t15 = r_s * r_e23
-    t16 = t14 + t15
-    t17 = r_s * r_e13
-    t18 = r_e12 * r_e23
-    t19 = t17 - t18
-    t20 = r_s * x_e2noni - t6
-    t21 = r_e13 * x_e123 + r_e23 * x_e3noni + t20 - r_e12 * x_e1noni
-    t22 = r_e13 * x_e2noni + t11 - r_e23 * x_e1noni
-    t23 = r_s * x_e123 + r_e12 * x_e3noni - t22
-    t24 = t10 - r_e13 * x_e1noni - r_e23 * x_e2noni
-    t25 = r_e12 * x_e123 - r_s * x_e3noni - t24
-    t26 = r_s * x_e1noni
-    t27 = t7 + t26 + r_e12 * x_e2noni + r_e13 * x_e3noni + t8 - r_e23 * x_e123
-    t28 = r_e1ni * t21 + x_e13ni * t16 - r_e3ni * t23 - r_e123ni * t25 - r_e2ni * t27 - x_e23ni * t19
-    t29 = t3 - t4
-    t30 = t0 - t1
-    t31 = t29 - t30
-    t32 = t14 - t15
-    t33 = r_s * r_e12
-    t34 = r_e13 * r_e23
-    t35 = t33 + t34
-    t36 = r_e123ni * t21 + r_e1ni * t25 + r_e3ni * t27 - r_e2ni * t23 - x_e12ni * t32 - x_e23ni * t35
-    t37 = t24 + t10
-    t38 = t17 + t18
-    t39 = t22 + t11
-    t40 = x_e1noni * t29 + r_e13 * t37 + K(2.0) * (x_e3noni * t38 + r_s * t9 + r_e12 * t20) - r_e23 * t39
-    t41 = t29 + t30
-    t42 = t33 - t34
-    t43 = x_e12ni * t38 + r_e123ni * t27 - r_e3ni * t21 - r_e1ni * t23 - r_e2ni * t25 - x_e13ni * t42
-    t44 = x_e2noni * t29 + r_e23 * t37 + r_e13 * t39 - K(2.0) * (r_s * t6 + x_e3noni * t32 + r_e12 * (t26 + t9))
-    t45 = x_e3noni * t13 + K(2.0) * (r_e23 * t6 + r_s * t24 - r_e12 * t22 - r_e13 * t9)
+    t0 = r_e23 * x_e12no - r_s * x_e13no - r_e12 * x_e23no
+    t1 = r_e13 * x_e12no + r_s * x_e23no - r_e12 * x_e13no
+    t2 = r_s * x_e12no + r_e23 * x_e13no - r_e13 * x_e23no
+    t3 = r_e2ni * t0 + r_e1ni * t1 + r_e3ni * t2 + r_e123ni * (r_e12 * x_e12no + r_e13 * x_e13no + r_e23 * x_e23no)
+    t4 = r_s * x_e123 + r_e2ni * x_e13no - r_e3ni * x_e12no - r_e1ni * x_e23no
+    t5 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni
+    t6 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e13 * x_e1noni - r_e2ni * x_e23no - r_e23 * x_e2noni
+    t7 = r_e12 * x_e123 - t6
+    t8 = r_e23 * x_e13ni + r_e1ni * x_e2noni - r_e2ni * x_e1noni - r_e13 * x_e23ni
+    t9 = r_e1ni * x_e12no + r_e123ni * x_e13no + r_e12 * x_e1noni - r_e3ni * x_e23no - r_e23 * x_e3noni
+    t10 = r_e13 * x_e123 - t9
+    t11 = r_e2ni * x_e12no + r_e3ni * x_e13no + r_e123ni * x_e23no + r_e12 * x_e2noni + r_e13 * x_e3noni
+    t12 = r_e23 * x_e123 - t11
+    t13 = r_e1ni * x_e3noni + r_e12 * x_e23ni - r_e23 * x_e12ni - r_e3ni * x_e1noni
+    t14 = r_e3ni * t4 + r_e13 * t5 + r_e123ni * t7 - r_s * t8 - r_e1ni * t10 - r_e2ni * t12 - r_e23 * t13
+    t15 = r_e3ni * t12 + r_e2ni * t4 + r_e12 * t5 + r_s * t13 - r_e23 * t8 - r_e123ni * t10 - r_e1ni * t7
+    t16 = r_s * x_e2noni - t9
+    t17 = r_s * x_e3noni + t6
+    t18 = x_e1noni + K(2.0) * (r_e12 * t16 + r_e2ni * t2 + r_e13 * t17 - r_e3ni * t0)
+    t19 = r_e1ni * t4 + r_e3ni * t10 + r_e123ni * t12 + r_e2ni * t7 + r_e12 * t13 - r_e13 * t8 - r_s * t5
+    t20 = r_s * x_e1noni + t11
+    t21 = x_e2noni - K(2.0) * (r_e12 * t20 + r_e1ni * t2 - r_e3ni * t1 - r_e23 * t17)
+    t22 = x_e3noni - K(2.0) * (r_e23 * t16 + r_e13 * t20 + r_e2ni * t1 - r_e1ni * t0)
     return (
-        t12,  # e123
-        x_e12no * t13 + K(2.0) * (x_e13no * t16 - x_e23no * t19),  # e12no
-        K(2.0) * t28 + x_e12ni * t13,  # e12ni
-        x_e13no * t31 + K(2.0) * (x_e12no * t32 + x_e23no * t35),  # e13no
-        x_e13ni * t31 - K(2.0) * t36,  # e13ni
-        t40,  # e1noni
-        x_e23no * t41 + K(2.0) * (x_e12no * t38 - x_e13no * t42),  # e23no
-        K(2.0) * t43 + x_e23ni * t41,  # e23ni
-        t44,  # e2noni
-        t45,  # e3noni
+        x_e123 - K(2.0) * t3,  # e123
+        x_e12no - K(2.0) * (r_e23 * t0 + r_e13 * t1),  # e12no
+        x_e12ni - K(2.0) * t14,  # e12ni
+        x_e13no + K(2.0) * (r_e12 * t1 - r_e23 * t2),  # e13no
+        x_e13ni + K(2.0) * t15,  # e13ni
+        t18,  # e1noni
+        x_e23no + K(2.0) * (r_e12 * t0 + r_e13 * t2),  # e23no
+        x_e23ni - K(2.0) * t19,  # e23ni
+        t21,  # e2noni
+        t22,  # e3noni
     )
 
 
@@ -1494,21 +1427,20 @@ def cga3d_sandwich_motor_circle_batch(begin, end, out_rows, r_rows, r_step, x_ro
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 34 mul, 24 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add.
 def cga3d_sandwich_motor_plane(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e123ni, x_e12noni, x_e13noni,
     x_e23noni,
 ):
-    t0 = r_e12 * x_e12noni + r_e13 * x_e13noni + r_e23 * x_e23noni
-    t1 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni
+    t0 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni
+    t1 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni
     t2 = r_e23 * x_e12noni - r_s * x_e13noni - r_e12 * x_e23noni
-    t3 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni
-    t4 = x_e123ni * (r_e12 * r_e12 + r_e13 * r_e13 + r_s * r_s + r_e23 * r_e23) - K(2.0) * (r_e123ni * t0 + r_e1ni * t1 + r_e2ni * t2 + r_e3ni * t3)
+    t3 = r_e1ni * t0 + r_e3ni * t1 + r_e2ni * t2 + r_e123ni * (r_e12 * x_e12noni + r_e13 * x_e13noni + r_e23 * x_e23noni)
     return (
-        t4,  # e123ni
-        r_e12 * t0 + r_s * t3 - r_e13 * t1 - r_e23 * t2,  # e12noni
-        r_e13 * t0 + r_e12 * t1 - r_s * t2 - r_e23 * t3,  # e13noni
-        r_s * t1 + r_e12 * t2 + r_e13 * t3 + r_e23 * t0,  # e23noni
+        x_e123ni - K(2.0) * t3,  # e123ni
+        x_e12noni - K(2.0) * (r_e13 * t0 + r_e23 * t2),  # e12noni
+        x_e13noni + K(2.0) * (r_e12 * t0 - r_e23 * t1),  # e13noni
+        x_e23noni + K(2.0) * (r_e13 * t1 + r_e12 * t2),  # e23noni
     )
 
 
@@ -1531,34 +1463,25 @@ def cga3d_sandwich_motor_plane_batch(begin, end, out_rows, r_rows, r_step, x_row
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 45 mul, 38 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 39 mul, 28 add.
 def cga3d_sandwich_motor_sphere(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e123no, x_e123ni, x_e12noni,
     x_e13noni, x_e23noni,
 ):
-    t0 = r_e12 * r_e12 + r_e13 * r_e13
-    t1 = r_s * r_s + r_e23 * r_e23 + t0
-    t2 = r_e123ni * x_e123no
-    t3 = r_e12 * x_e12noni + r_e13 * x_e13noni
-    t4 = r_e23 * x_e23noni + t2 + t3
-    t5 = r_e1ni * x_e123no
-    t6 = t5 + r_e13 * x_e12noni - r_e12 * x_e13noni
-    t7 = r_s * x_e23noni + t6
-    t8 = r_e3ni * x_e123no
-    t9 = t8 + r_e23 * x_e13noni - r_e13 * x_e23noni
-    t10 = r_s * x_e12noni + t9
-    t11 = r_e2ni * x_e123no + r_e23 * x_e12noni - r_e12 * x_e23noni
-    t12 = r_s * x_e13noni - t11
-    t13 = x_e123ni * t1 - K(2.0) * (r_e123ni * t4 + r_e1ni * t7 + r_e3ni * t10 - r_e2ni * t12)
-    t14 = t2 + t4
-    t15 = r_e12 * t14 + r_s * (t9 + t10) - x_e123no * (r_e13 * r_e1ni + r_e23 * r_e2ni) - r_e13 * t6 - r_e23 * t11
-    t16 = r_s * (t7 + t6) + K(2.0) * (x_e123no * (r_e12 * r_e2ni + r_e13 * r_e3ni)) + r_e23 * (t14 + t3) - x_e23noni * t0
+    t0 = r_e1ni * x_e123no + r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni
+    t1 = r_e2ni * x_e123no + r_e23 * x_e12noni - r_s * x_e13noni - r_e12 * x_e23noni
+    t2 = r_e3ni * x_e123no + r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni
+    t3 = r_e123ni * x_e123no + r_e12 * x_e12noni + r_e13 * x_e13noni + r_e23 * x_e23noni
+    t4 = x_e123ni - K(2.0) * (r_e1ni * t0 + r_e2ni * t1 + r_e3ni * t2 + r_e123ni * t3)
+    t5 = x_e12noni + K(2.0) * (x_e123no * (r_s * r_e3ni + r_e12 * r_e123ni) - r_e13 * t0 - r_e23 * t1)
+    t6 = x_e13noni - K(2.0) * (r_e23 * t2 + x_e123no * (r_s * r_e2ni - r_e13 * r_e123ni) - r_e12 * t0)
+    t7 = x_e23noni + K(2.0) * (r_e12 * t1 + r_e13 * t2 + x_e123no * (r_s * r_e1ni + r_e23 * r_e123ni))
     return (
-        x_e123no * t1,  # e123no
-        t13,  # e123ni
-        t15,  # e12noni
-        r_e13 * t14 + r_e12 * (t5 + t6) - r_s * (t11 - t12) - r_e23 * (t8 + t9),  # e13noni
-        t16,  # e23noni
+        x_e123no,  # e123no
+        t4,  # e123ni
+        t5,  # e12noni
+        t6,  # e13noni
+        t7,  # e23noni
     )
 
 
@@ -1582,68 +1505,45 @@ def cga3d_sandwich_motor_sphere_batch(begin, end, out_rows, r_rows, r_step, x_ro
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 100 mul, 84 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 102 mul, 81 add.
 def cga3d_sandwich_motor_any_circle(
     r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni, x_e123, x_e12no, x_e12ni, x_e13no,
     x_e13ni, x_e1noni, x_e23no, x_e23ni, x_e2noni, x_e3noni,
 ):
-    t0 = r_e23 * r_e23
-    t1 = r_e13 * r_e13
-    t2 = t0 + t1
-    t3 = r_s * r_s
-    t4 = r_e12 * r_e12
-    t5 = t3 + t4
-    t6 = r_e1ni * x_e12no + r_e123ni * x_e13no - r_e3ni * x_e23no
-    t7 = r_e2ni * x_e12no
-    t8 = r_e3ni * x_e13no + r_e123ni * x_e23no
-    t9 = t7 + t8
-    t10 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e2ni * x_e23no
-    t11 = r_e3ni * x_e12no + r_e1ni * x_e23no - r_e2ni * x_e13no
-    t12 = x_e123 * (t2 + t5) - K(2.0) * (r_e13 * t6 + r_e23 * t9 + r_e12 * t10 + r_s * t11)
-    t13 = t5 - t2
-    t14 = r_e12 * r_e13
-    t15 = r_s * r_e23
-    t16 = t14 + t15
-    t17 = r_s * r_e13
-    t18 = r_e12 * r_e23
-    t19 = t17 - t18
-    t20 = r_s * x_e2noni - t6
-    t21 = r_e13 * x_e123 + r_e23 * x_e3noni + t20 - r_e12 * x_e1noni
-    t22 = r_e13 * x_e2noni + t11 - r_e23 * x_e1noni
-    t23 = r_s * x_e123 + r_e12 * x_e3noni - t22
-    t24 = t10 - r_e13 * x_e1noni - r_e23 * x_e2noni
-    t25 = r_e12 * x_e123 - r_s * x_e3noni - t24
-    t26 = r_s * x_e1noni
-    t27 = t7 + t26 + r_e12 * x_e2noni + r_e13 * x_e3noni + t8 - r_e23 * x_e123
-    t28 = r_e1ni * t21 + x_e13ni * t16 - r_e3ni * t23 - r_e123ni * t25 - r_e2ni * t27 - x_e23ni * t19
-    t29 = t3 - t4
-    t30 = t0 - t1
-    t31 = t29 - t30
-    t32 = t14 - t15
-    t33 = r_s * r_e12
-    t34 = r_e13 * r_e23
-    t35 = t33 + t34
-    t36 = r_e123ni * t21 + r_e1ni * t25 + r_e3ni * t27 - r_e2ni * t23 - x_e12ni * t32 - x_e23ni * t35
-    t37 = t24 + t10
-    t38 = t17 + t18
-    t39 = t22 + t11
-    t40 = x_e1noni * t29 + r_e13 * t37 + K(2.0) * (x_e3noni * t38 + r_s * t9 + r_e12 * t20) - r_e23 * t39
-    t41 = t29 + t30
-    t42 = t33 - t34
-    t43 = x_e12ni * t38 + r_e123ni * t27 - r_e3ni * t21 - r_e1ni * t23 - r_e2ni * t25 - x_e13ni * t42
-    t44 = x_e2noni * t29 + r_e23 * t37 + r_e13 * t39 - K(2.0) * (r_s * t6 + x_e3noni * t32 + r_e12 * (t26 + t9))
-    t45 = x_e3noni * t13 + K(2.0) * (r_e23 * t6 + r_s * t24 - r_e12 * t22 - r_e13 * t9)
+    t0 = r_e23 * x_e12no - r_s * x_e13no - r_e12 * x_e23no
+    t1 = r_e13 * x_e12no + r_s * x_e23no - r_e12 * x_e13no
+    t2 = r_s * x_e12no + r_e23 * x_e13no - r_e13 * x_e23no
+    t3 = r_e2ni * t0 + r_e1ni * t1 + r_e3ni * t2 + r_e123ni * (r_e12 * x_e12no + r_e13 * x_e13no + r_e23 * x_e23no)
+    t4 = r_s * x_e123 + r_e2ni * x_e13no - r_e3ni * x_e12no - r_e1ni * x_e23no
+    t5 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni
+    t6 = r_e123ni * x_e12no - r_e1ni * x_e13no - r_e13 * x_e1noni - r_e2ni * x_e23no - r_e23 * x_e2noni
+    t7 = r_e12 * x_e123 - t6
+    t8 = r_e23 * x_e13ni + r_e1ni * x_e2noni - r_e2ni * x_e1noni - r_e13 * x_e23ni
+    t9 = r_e1ni * x_e12no + r_e123ni * x_e13no + r_e12 * x_e1noni - r_e3ni * x_e23no - r_e23 * x_e3noni
+    t10 = r_e13 * x_e123 - t9
+    t11 = r_e2ni * x_e12no + r_e3ni * x_e13no + r_e123ni * x_e23no + r_e12 * x_e2noni + r_e13 * x_e3noni
+    t12 = r_e23 * x_e123 - t11
+    t13 = r_e1ni * x_e3noni + r_e12 * x_e23ni - r_e23 * x_e12ni - r_e3ni * x_e1noni
+    t14 = r_e3ni * t4 + r_e13 * t5 + r_e123ni * t7 - r_s * t8 - r_e1ni * t10 - r_e2ni * t12 - r_e23 * t13
+    t15 = r_e3ni * t12 + r_e2ni * t4 + r_e12 * t5 + r_s * t13 - r_e23 * t8 - r_e123ni * t10 - r_e1ni * t7
+    t16 = r_s * x_e2noni - t9
+    t17 = r_s * x_e3noni + t6
+    t18 = x_e1noni + K(2.0) * (r_e12 * t16 + r_e2ni * t2 + r_e13 * t17 - r_e3ni * t0)
+    t19 = r_e1ni * t4 + r_e3ni * t10 + r_e123ni * t12 + r_e2ni * t7 + r_e12 * t13 - r_e13 * t8 - r_s * t5
+    t20 = r_s * x_e1noni + t11
+    t21 = x_e2noni - K(2.0) * (r_e12 * t20 + r_e1ni * t2 - r_e3ni * t1 - r_e23 * t17)
+    t22 = x_e3noni - K(2.0) * (r_e23 * t16 + r_e13 * t20 + r_e2ni * t1 - r_e1ni * t0)
     return (
-        t12,  # e123
-        x_e12no * t13 + K(2.0) * (x_e13no * t16 - x_e23no * t19),  # e12no
-        K(2.0) * t28 + x_e12ni * t13,  # e12ni
-        x_e13no * t31 + K(2.0) * (x_e12no * t32 + x_e23no * t35),  # e13no
-        x_e13ni * t31 - K(2.0) * t36,  # e13ni
-        t40,  # e1noni
-        x_e23no * t41 + K(2.0) * (x_e12no * t38 - x_e13no * t42),  # e23no
-        K(2.0) * t43 + x_e23ni * t41,  # e23ni
-        t44,  # e2noni
-        t45,  # e3noni
+        x_e123 - K(2.0) * t3,  # e123
+        x_e12no - K(2.0) * (r_e23 * t0 + r_e13 * t1),  # e12no
+        x_e12ni - K(2.0) * t14,  # e12ni
+        x_e13no + K(2.0) * (r_e12 * t1 - r_e23 * t2),  # e13no
+        x_e13ni + K(2.0) * t15,  # e13ni
+        t18,  # e1noni
+        x_e23no + K(2.0) * (r_e12 * t0 + r_e13 * t2),  # e23no
+        x_e23ni - K(2.0) * t19,  # e23ni
+        t21,  # e2noni
+        t22,  # e3noni
     )
 
 
@@ -1669,32 +1569,17 @@ def cga3d_sandwich_motor_any_circle_batch(begin, end, out_rows, r_rows, r_step, 
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 27 mul, 20 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add.
 def cga3d_sandwich_rotor_point(r_s, r_e12, r_e13, r_e23, x_e1, x_e2, x_e3, x_no, x_ni):
-    t0 = r_s * r_s
-    t1 = r_e12 * r_e12
-    t2 = t0 - t1
-    t3 = r_e13 * r_e13
-    t4 = r_e23 * r_e23
-    t5 = t3 - t4
-    t6 = r_s * r_e12
-    t7 = r_e13 * r_e23
-    t8 = r_s * r_e13
-    t9 = r_e12 * r_e23
-    t10 = x_e1 * (t2 - t5) + K(2.0) * (x_e2 * (t6 - t7)) + K(2.0) * (x_e3 * (t8 + t9))
-    t11 = r_e12 * r_e13
-    t12 = r_s * r_e23
-    t13 = x_e2 * (t2 + t5) - K(2.0) * (x_e1 * (t6 + t7)) - K(2.0) * (x_e3 * (t11 - t12))
-    t14 = t0 + t1
-    t15 = t3 + t4
-    t16 = x_e3 * (t14 - t15) - K(2.0) * (x_e1 * (t8 - t9)) - K(2.0) * (x_e2 * (t11 + t12))
-    t17 = t14 + t15
+    t0 = r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3
+    t1 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3
+    t2 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3
     return (
-        t10,  # e1
-        t13,  # e2
-        t16,  # e3
-        x_no * t17,  # no
-        x_ni * t17,  # ni
+        x_e1 - K(2.0) * (r_e12 * t0 + r_e13 * t1),  # e1
+        x_e2 - K(2.0) * (r_e12 * t2 + r_e23 * t1),  # e2
+        x_e3 + K(2.0) * (r_e23 * t0 - r_e13 * t2),  # e3
+        K(1.0),  # no
+        x_ni,  # ni
     )
 
 
@@ -1717,21 +1602,17 @@ def cga3d_sandwich_rotor_point_batch(begin, end, out_rows, r_rows, r_step, x_row
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 16 mul, 9 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 4 mul, 9 add.
 def cga3d_sandwich_translator_point(r_s, r_e1ni, r_e2ni, r_e3ni, x_e1, x_e2, x_e3, x_no, x_ni):
-    t0 = r_e1ni * x_no
-    t1 = r_s * x_e1 - t0
-    t2 = r_e2ni * x_no
-    t3 = r_s * x_e2 - t2
-    t4 = r_e3ni * x_no
-    t5 = r_s * x_e3 - t4
-    t6 = r_s * r_s
+    t0 = r_e1ni - x_e1
+    t1 = r_e2ni - x_e2
+    t2 = r_e3ni - x_e3
     return (
-        -r_s * (t0 - t1),  # e1
-        -r_s * (t2 - t3),  # e2
-        -r_s * (t4 - t5),  # e3
-        x_no * t6,  # no
-        x_ni * t6 - K(2.0) * (r_e1ni * t1 + r_e2ni * t3 + r_e3ni * t5),  # ni
+        -t0 - r_e1ni,  # e1
+        -t1 - r_e2ni,  # e2
+        -t2 - r_e3ni,  # e3
+        K(1.0),  # no
+        x_ni - K(2.0) * (-r_e1ni * t0 - r_e2ni * t1 - r_e3ni * t2),  # ni
     )
 
 
@@ -1754,52 +1635,52 @@ def cga3d_sandwich_translator_point_batch(begin, end, out_rows, r_rows, r_step, 
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 113 mul, 105 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 106 mul, 96 add.
 def cga3d_sandwich_rotor_conformal_vector(
     r_s, r_e12, r_e13, r_e1no, r_e1ni, r_e23, r_e2no, r_e2ni, r_e3no, r_e3ni, r_noni, r_e123no,
     r_e123ni, r_e12noni, r_e13noni, r_e23noni, x_e1, x_e2, x_e3, x_no, x_ni,
 ):
-    t0 = r_e3no * x_e1 + r_e123no * x_e2 - r_e1no * x_e3
-    t1 = r_e13 * x_no + t0
-    t2 = r_e13noni * x_no - t1
-    t3 = r_s * r_e13 - r_noni * r_e13noni
-    t4 = r_e12 * r_e23 - r_e12noni * r_e23noni
-    t5 = r_e23 + r_e23noni
-    t6 = r_s + r_noni
-    t7 = r_e12 + r_e12noni
-    t8 = r_e13 + r_e13noni
-    t9 = r_e13 * r_e23 - r_e13noni * r_e23noni
-    t10 = r_s * r_e12 - r_noni * r_e12noni
-    t11 = r_e2no * x_e1 - r_e1no * x_e2 - r_e123no * x_e3
-    t12 = r_e12noni * x_no - t11
-    t13 = r_e12 * x_no - t12
-    t14 = r_e1no * x_e1 + r_e2no * x_e2 + r_e3no * x_e3
-    t15 = r_noni * x_no + t14
-    t16 = r_s * x_no - t15
-    t17 = r_e3ni * t2 + x_e3 * (t3 + t4) - x_ni * (r_e123no * t5 + r_e1no * t6 + r_e2no * t7 + r_e3no * t8) - x_e2 * (t9 - t10) - r_e2ni * t13 - r_e1ni * t16
-    t18 = r_e23 * r_e23 - r_e23noni * r_e23noni
-    t19 = r_e13noni * r_e13noni - r_e13 * r_e13
-    t20 = -t18 - t19
-    t21 = r_s * r_s - r_noni * r_noni
-    t22 = r_e12noni * r_e12noni - r_e12 * r_e12
-    t23 = t21 + t22
-    t24 = r_e123no * x_e1 + r_e2no * x_e3 - r_e3no * x_e2
+    t0 = r_e1ni * x_no
+    t1 = r_e1no * x_ni
+    t2 = r_e12noni * x_e2 + r_e13noni * x_e3
+    t3 = t0 - t1 - t2
+    t4 = r_e1no * x_e1 + r_e2no * x_e2 + r_e3no * x_e3 - r_s * x_no
+    t5 = r_e1ni * x_e1 + r_e2ni * x_e2 + r_e3ni * x_e3
+    t6 = t5 - r_s * x_ni
+    t7 = r_e2ni * x_no
+    t8 = r_e12noni * x_e1 - r_e23noni * x_e3
+    t9 = r_e2no * x_ni
+    t10 = t7 + t8 - t9
+    t11 = r_e123no * x_e3 - r_e12 * x_no
+    t12 = r_e3ni * x_no
+    t13 = r_e3no * x_ni
+    t14 = r_e13noni * x_e1 + r_e23noni * x_e2 - t13
+    t15 = t12 + t14
+    t16 = r_e12 * x_e1 + t9 - r_s * x_e2 - r_e23 * x_e3
+    t17 = r_e123no * x_e2 + r_e13 * x_no
+    t18 = r_e123no * x_ni
+    t19 = r_e23 + r_e23noni
+    t20 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3
+    t21 = t13 + t20
+    t22 = r_noni * t3 + r_e1ni * t4 + r_e1no * t6 + r_e12noni * t10 + r_e2ni * t11 + r_e13noni * t15 - r_e12 * t16 - r_e3ni * t17 - t18 * t19 - r_e13 * t21
+    t23 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3 - t1
+    t24 = r_e123no * x_e1
     t25 = t24 - r_e23 * x_no
-    t26 = r_e23noni * x_no + t25
-    t27 = r_s * r_e23 - r_noni * r_e23noni
-    t28 = r_e12 * r_e13 - r_e12noni * r_e13noni
-    t29 = r_e1ni * t13 + r_e3ni * t26 + x_e3 * (t27 - t28) - x_ni * (r_e2no * t6 + r_e3no * t5 - r_e1no * t7 - r_e123no * t8) - r_e2ni * t16 - x_e1 * (t10 + t9)
-    t30 = r_e3ni * t16 + r_e1ni * t2 + r_e2ni * t26 + x_ni * (r_e3no * t6 + r_e123no * t7 - r_e2no * t5 - r_e1no * t8) + x_e2 * (t27 + t28) + x_e1 * (t3 - t4)
-    t31 = r_e1no * r_e1no + r_e2no * r_e2no + r_e3no * r_e3no + r_e123no * r_e123no
-    t32 = r_e13 * (t1 + t0) + r_e23noni * t26 + K(2.0) * (x_ni * t31) + r_noni * (t15 + t14) - r_e13noni * (t1 - t2) - r_e12 * (t12 - t13) - r_e23 * t24 - t25 * (r_e23 - r_e23noni) - r_e12noni * (t11 - t12) - r_s * (t15 - t16)
-    t33 = r_e1ni * (r_e1ni * x_no - x_e1 * t6 - x_e2 * t7 - x_e3 * t8) + r_e3ni * (r_e3ni * x_no + x_e2 * t5 + x_e1 * t8 - x_e3 * t6) + r_e2ni * (r_e2ni * x_no + x_e1 * t7 - x_e2 * t6 - x_e3 * t5)
-    t34 = x_ni * (t6 * t6 + r_e13noni * t8 + t5 * t5 + t7 * t7 + r_e13 * t8) + K(2.0) * t33
+    t26 = r_e13 + r_e13noni
+    t27 = r_e12noni * t3 + r_e12 * t23 + r_e23 * t21 + r_e1ni * t11 - r_e2ni * t4 - r_e3ni * t25 - t18 * t26 - r_e2no * t6 - r_noni * t10 - r_e23noni * t15
+    t28 = r_e12 + r_e12noni
+    t29 = r_e13noni * t3 + r_e2ni * t25 + r_e13 * t23 + r_e23noni * t10 + t18 * t28 - r_e23 * t16 - r_e3ni * t4 - r_e1ni * t17 - r_e3no * t6 - r_noni * t15
+    t30 = r_e12noni * r_e12noni + r_e13noni * r_e13noni + r_noni * r_noni + r_s * r_s + r_e13 * r_e13
+    t31 = r_e13noni * t17 + r_e3no * (t14 - t20) + r_e1no * (t23 - t2) + r_e2no * (t8 - t16) - r_e123no * (r_e13 * x_e2 + t18 - r_e12 * x_e3) - r_noni * t4 - r_e23noni * t25 - r_e12noni * t11
+    t32 = x_no * (r_e23noni * r_e23noni + r_e12 * r_e12 + t30) - K(2.0) * t31 - r_e23 * (t24 + t25)
+    t33 = K(2.0) * (r_e13 * r_e13noni) + r_e12 * (t28 + r_e12noni) + t30 + t19 * t19
+    t34 = r_e1ni * (t0 - x_e3 * t26 - x_e2 * t28) + r_e2ni * (t7 + x_e1 * t28 - x_e3 * t19) + r_e3ni * (t12 + x_e1 * t26 + x_e2 * t19) - r_noni * t6 - r_s * t5
     return (
-        K(2.0) * t17 - x_e1 * (t20 - t23),  # e1
-        K(2.0) * t29 + x_e2 * (t20 + t23),  # e2
-        x_e3 * (t21 + t19 - t18 - t22) - K(2.0) * t30,  # e3
+        x_e1 + K(2.0) * t22,  # e1
+        x_e2 - K(2.0) * t27,  # e2
+        x_e3 - K(2.0) * t29,  # e3
         t32,  # no
-        t34,  # ni
+        x_ni * t33 + K(2.0) * t34,  # ni
     )
 
 
@@ -2013,62 +1894,52 @@ def cga3d_sandwich_rotor_conformal_trivector_batch(begin, end, out_rows, r_rows,
         store(out_rows, out_columns, first, count)
 
 
-# r x ~r: what a rotor does to an object (thesis 1.2.6). 107 mul, 103 add.
+# r x ~r: what a rotor does to an object (thesis 1.2.6). 104 mul, 97 add.
 def cga3d_sandwich_rotor_conformal_quadvector(
     r_s, r_e12, r_e13, r_e1no, r_e1ni, r_e23, r_e2no, r_e2ni, r_e3no, r_e3ni, r_noni, r_e123no,
     r_e123ni, r_e12noni, r_e13noni, r_e23noni, x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni,
 ):
-    t0 = r_e12 * r_e12
-    t1 = r_e23noni * r_e23noni
-    t2 = r_e13 * r_e13
-    t3 = r_noni * r_noni
-    t4 = t0 + t1 + t2 + t3
-    t5 = r_s * r_s
-    t6 = r_e23 * r_e23
-    t7 = r_e13noni * r_e13noni
-    t8 = r_e12noni * r_e12noni
-    t9 = t6 + t7 + t8
-    t10 = t5 + t9
-    t11 = r_e12 * r_e12noni + r_e13 * r_e13noni + r_e23 * r_e23noni
-    t12 = r_e1no * r_e1no + r_e2no * r_e2no + r_e3no * r_e3no + r_e123no * r_e123no
-    t13 = r_e1no * x_e12noni + r_e123no * x_e13noni - r_e3no * x_e23noni
-    t14 = r_e13 - r_e13noni
-    t15 = r_e123no * x_e12noni - r_e1no * x_e13noni - r_e2no * x_e23noni
-    t16 = r_e12 - r_e12noni
-    t17 = r_e3no * x_e12noni + r_e1no * x_e23noni - r_e2no * x_e13noni
-    t18 = r_s - r_noni
-    t19 = r_e2no * x_e12noni + r_e3no * x_e13noni + r_e123no * x_e23noni
-    t20 = r_e23 - r_e23noni
-    t21 = x_e123no * (t4 + t10 - K(2.0) * (r_s * r_noni + t11)) - K(2.0) * (x_e123ni * t12 - t13 * t14 - t15 * t16 - t17 * t18 - t19 * t20)
-    t22 = r_s + r_noni
-    t23 = r_e13 + r_e13noni
-    t24 = r_e12 + r_e12noni
-    t25 = r_e1ni * (r_e1ni * x_e123no + x_e23noni * t22 + x_e12noni * t23 - x_e13noni * t24)
-    t26 = r_e23 + r_e23noni
-    t27 = r_e3ni * (r_e3ni * x_e123no + x_e12noni * t22 + x_e13noni * t26 - x_e23noni * t23)
-    t28 = r_e2ni * (r_e2ni * x_e123no + x_e12noni * t26 - x_e13noni * t22 - x_e23noni * t24)
-    t29 = x_e123ni * (t4 + t9 + K(2.0) * t11 + r_s * (r_noni + t22)) - K(2.0) * (t25 + t27 + t28)
-    t30 = r_e12 * r_e23 - r_e12noni * r_e23noni
-    t31 = r_s * r_e13 - r_noni * r_e13noni
-    t32 = t17 + x_e123no * t18
-    t33 = r_s * r_e23 - r_noni * r_e23noni
-    t34 = r_e12 * r_e13 - r_e12noni * r_e13noni
-    t35 = t13 + x_e123no * t14
-    t36 = t19 + x_e123no * t20
-    t37 = x_e23noni * (t30 - t31) + r_e3ni * t32 + x_e13noni * (t33 + t34) - r_e1ni * t35 - r_e2ni * t36 - x_e123ni * (r_e3no * t22 + r_e123no * t24 - r_e2no * t26 - r_e1no * t23)
-    t38 = t6 + t3 - t1 - t5
-    t39 = t7 + t0 - t2 - t8
-    t40 = t15 + x_e123no * t16
-    t41 = r_e13 * r_e23 - r_e13noni * r_e23noni
-    t42 = r_s * r_e12 - r_noni * r_e12noni
-    t43 = r_e2ni * t32 + r_e3ni * t36 + x_e12noni * (t33 - t34) - r_e1ni * t40 - x_e123ni * (r_e2no * t22 + r_e3no * t26 - r_e1no * t24 - r_e123no * t23) - x_e23noni * (t41 + t42)
-    t44 = x_e123ni * (r_e1no * t22 + r_e123no * t26 + r_e2no * t24 + r_e3no * t23) - r_e1ni * t32 - r_e3ni * t35 - r_e2ni * t40 - x_e12noni * (t30 + t31) - x_e13noni * (t41 - t42)
+    t0 = r_e13 * x_e123no + r_e123no * x_e13noni
+    t1 = r_e13 * r_e123no + K(2.0) * (r_e1no * r_e12noni)
+    t2 = r_e12 * r_e12 + r_s * r_s + r_e12noni * r_e12noni + r_e13noni * r_e13noni + r_e23noni * r_e23noni + r_e23 * r_e23 + r_noni * r_noni
+    t3 = r_s * r_noni + r_e12 * r_e12noni + r_e23 * r_e23noni
+    t4 = r_e123no * x_e123ni - x_e23noni * (r_e23 - r_e23noni) - x_e12noni * (r_e12 - r_e12noni)
+    t5 = r_e3no * x_e123ni
+    t6 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni
+    t7 = t5 - t6
+    t8 = r_noni * x_e12noni + r_e23noni * x_e13noni - r_e13noni * x_e23noni
+    t9 = r_e23noni * x_e12noni - r_noni * x_e13noni - r_e12noni * x_e23noni
+    t10 = r_e2no * x_e123ni
+    t11 = r_e12 * x_e23noni + r_s * x_e13noni - r_e23 * x_e12noni
+    t12 = t10 + t11
+    t13 = r_e1no * x_e123ni
+    t14 = r_e13noni * x_e12noni + r_noni * x_e23noni
+    t15 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni
+    t16 = x_e123no * t3 + r_e13noni * t0 + r_e123no * t4 + r_e3no * (t7 + t8) + r_e2no * (t9 + t12) + r_e1no * (t13 + t14 - t15)
+    t17 = r_e13 + K(2.0) * r_e13noni
+    t18 = r_e1ni * x_e123no
+    t19 = t18 + t15
+    t20 = t14 - r_e12noni * x_e13noni
+    t21 = r_e3ni * x_e123no + t8
+    t22 = r_e2ni * x_e123no
+    t23 = t22 + t9
+    t24 = r_e1ni * (t19 + t20) + r_e3ni * (t6 + t21) - x_e123ni * t3 - r_e2ni * (t11 - t23)
+    t25 = t13 - t19
+    t26 = r_e3no * x_e12noni + r_e1no * x_e23noni + x_e123no * (r_s - r_noni) - r_e2no * x_e13noni
+    t27 = t10 + t23
+    t28 = t18 + t20
+    t29 = r_e23 * x_e123no + r_e123no * x_e23noni
+    t30 = r_e2ni * x_e13noni + x_e123ni * (r_s + r_noni) - r_e3ni * x_e12noni - r_e1ni * x_e23noni
+    t31 = r_e23 * t12 + r_e13 * t25 + r_e3ni * t26 + r_e23noni * t27 + r_e13noni * (t13 + t28) - r_e2ni * t29 - r_e123no * (r_e1ni * x_e13noni + x_e123ni * (r_e12 + r_e12noni)) - r_e3no * t30
+    t32 = t5 + t21
+    t33 = x_e12noni * (r_e1ni * r_e123no) + r_e23 * t7 + r_e2no * t30 + r_e23noni * t32 - r_e3ni * t29 - r_e12 * t25 - r_e2ni * t26 - r_e12noni * t28
+    t34 = r_e3ni * t0 + r_e1ni * t26 + r_e123no * (r_e2ni * x_e12noni - x_e123ni * (r_e23 + r_e23noni)) + r_e12 * (t22 - t12) - r_e13 * t7 - r_e1no * t30 - r_e13noni * t32 - r_e12noni * t27
     return (
-        t21,  # e123no
-        t29,  # e123ni
-        K(2.0) * t37 - x_e12noni * (t38 - t39),  # e12noni
-        x_e13noni * (-t38 - t39) - K(2.0) * t43,  # e13noni
-        -K(2.0) * t44 - x_e23noni * (t4 - t10),  # e23noni
+        r_e13 * t0 + x_e13noni * t1 + x_e123no * t2 - K(2.0) * t16,  # e123no
+        x_e123ni * (r_e13 * t17 + t2) - K(2.0) * t24,  # e123ni
+        x_e12noni + K(2.0) * t31,  # e12noni
+        x_e13noni + K(2.0) * t33 - x_e123ni * (r_e123no * t17 + t1),  # e13noni
+        x_e23noni + K(2.0) * t34,  # e23noni
     )
 
 

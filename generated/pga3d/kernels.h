@@ -304,23 +304,21 @@ BS_INLINE void FN(pga3d_inner_multivector_multivector)(V *RESTRICT out, const V 
   out[13] = x_e0123 * y_e1 - x_e1 * y_e0123; /* e023 */
 }
 
-/* pga3d_regressive_point_point: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 6 add. */
+/* pga3d_regressive_point_point: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 6 add. */
 BS_INLINE void FN(pga3d_regressive_point_point)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
   const V x_e023 = x_in[2];
-  const V x_e123 = x_in[3];
   const V y_e012 = y_in[0];
   const V y_e013 = y_in[1];
   const V y_e023 = y_in[2];
-  const V y_e123 = y_in[3];
-  out[0] = -(x_e012 * y_e013 - x_e013 * y_e012); /* e01 */
+  out[0] = x_e013 * y_e012 - x_e012 * y_e013; /* e01 */
   out[1] = x_e023 * y_e012 - x_e012 * y_e023; /* e02 */
-  out[2] = -(x_e013 * y_e023 - x_e023 * y_e013); /* e03 */
-  out[3] = -(x_e012 * y_e123 - x_e123 * y_e012); /* e12 */
-  out[4] = x_e123 * y_e013 - x_e013 * y_e123; /* e13 */
-  out[5] = -(x_e023 * y_e123 - x_e123 * y_e023); /* e23 */
+  out[2] = x_e023 * y_e013 - x_e013 * y_e023; /* e03 */
+  out[3] = y_e012 - x_e012; /* e12 */
+  out[4] = y_e013 - x_e013; /* e13 */
+  out[5] = y_e023 - x_e023; /* e23 */
 }
 
 /* pga3d_regressive_trivector_trivector: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 6 add. */
@@ -342,7 +340,7 @@ BS_INLINE void FN(pga3d_regressive_trivector_trivector)(V *RESTRICT out, const V
   out[5] = -(x_e023 * y_e123 - x_e123 * y_e023); /* e23 */
 }
 
-/* pga3d_regressive_line_point: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 8 add. */
+/* pga3d_regressive_line_point: Regressive product x & y: the meet in CGA, the join in PGA. 9 mul, 8 add. */
 BS_INLINE void FN(pga3d_regressive_line_point)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
   const V x_e01 = x_in[0];
@@ -354,11 +352,10 @@ BS_INLINE void FN(pga3d_regressive_line_point)(V *RESTRICT out, const V *RESTRIC
   const V y_e012 = y_in[0];
   const V y_e013 = y_in[1];
   const V y_e023 = y_in[2];
-  const V y_e123 = y_in[3];
-  out[0] = -(x_e03 * y_e012 - x_e02 * y_e013 + x_e01 * y_e023); /* e0 */
-  out[1] = x_e12 * y_e013 - x_e13 * y_e012 - x_e01 * y_e123; /* e1 */
-  out[2] = -(x_e23 * y_e012 - x_e12 * y_e023 + x_e02 * y_e123); /* e2 */
-  out[3] = x_e13 * y_e023 - x_e23 * y_e013 - x_e03 * y_e123; /* e3 */
+  out[0] = x_e02 * y_e013 - x_e01 * y_e023 - x_e03 * y_e012; /* e0 */
+  out[1] = x_e12 * y_e013 - x_e01 - x_e13 * y_e012; /* e1 */
+  out[2] = x_e12 * y_e023 - x_e02 - x_e23 * y_e012; /* e2 */
+  out[3] = x_e13 * y_e023 - x_e03 - x_e23 * y_e013; /* e3 */
 }
 
 /* pga3d_regressive_bivector_trivector: Regressive product x & y: the meet in CGA, the join in PGA. 12 mul, 8 add. */
@@ -380,7 +377,7 @@ BS_INLINE void FN(pga3d_regressive_bivector_trivector)(V *RESTRICT out, const V 
   out[3] = x_e13 * y_e023 - x_e23 * y_e013 - x_e03 * y_e123; /* e3 */
 }
 
-/* pga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 33 mul, 29 add. */
+/* pga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 21 mul, 18 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -394,34 +391,16 @@ BS_INLINE void FN(pga3d_sandwich_motor_point)(V *RESTRICT out, const V *RESTRICT
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
   const V x_e023 = x_in[2];
-  const V x_e123 = x_in[3];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e13 * r_e13;
-  const V t2 = t0 - t1;
-  const V t3 = r_e23 * r_e23;
-  const V t4 = r_e12 * r_e12;
-  const V t5 = t3 - t4;
-  const V t6 = r_e0123 * x_e123;
-  const V t7 = r_e01 * x_e123;
-  const V t8 = r_e12 * x_e013 - t7;
-  const V t9 = r_e02 * x_e123;
-  const V t10 = r_e12 * x_e023 - t9;
-  const V t11 = r_e13 * x_e023;
-  const V t12 = r_e03 * x_e123;
-  const V t13 = r_e23 * x_e013 + t12;
-  const V t14 = x_e012 * (t2 - t5) + K(2.0) * (r_e12 * t6 + r_e13 * t8 + r_e23 * t10 - r_s * (t11 - t13));
-  const V t15 = t0 + t1;
-  const V t16 = r_s * x_e012;
-  const V t17 = r_e12 * x_e012 + t6;
-  const V t18 = r_e12 * (t7 - t8) + x_e013 * (t15 - t3) - K(2.0) * (r_e23 * (t16 + t12 - t11) - r_e13 * t17 - r_s * t10);
-  const V t19 = K(2.0) * (r_e12 * t9 + r_e13 * (t16 + t13) + r_e23 * t17 - r_s * t8) + x_e023 * (t2 + t5);
-  out[0] = t14; /* e012 */
-  out[1] = t18; /* e013 */
-  out[2] = t19; /* e023 */
-  out[3] = x_e123 * (t3 + t4 + t15); /* e123 */
+  const V t0 = r_e03 + r_e23 * x_e013 - r_e13 * x_e023;
+  const V t1 = r_e01 + r_e13 * x_e012 - r_e12 * x_e013;
+  const V t2 = r_e02 + r_e23 * x_e012 - r_e12 * x_e023;
+  out[0] = x_e012 + K(2.0) * (r_e12 * r_e0123 + r_s * t0 - r_e13 * t1 - r_e23 * t2); /* e012 */
+  out[1] = x_e013 + K(2.0) * (r_e13 * r_e0123 + r_e12 * t1 - r_s * t2 - r_e23 * t0); /* e013 */
+  out[2] = x_e023 + K(2.0) * (r_e23 * r_e0123 + r_s * t1 + r_e12 * t2 + r_e13 * t0); /* e023 */
+  out[3] = SPLAT(1.0); /* e123 */
 }
 
-/* pga3d_sandwich_motor_any_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 33 mul, 29 add. */
+/* pga3d_sandwich_motor_any_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 25 mul, 18 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -436,33 +415,17 @@ BS_INLINE void FN(pga3d_sandwich_motor_any_point)(V *RESTRICT out, const V *REST
   const V x_e013 = x_in[1];
   const V x_e023 = x_in[2];
   const V x_e123 = x_in[3];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e13 * r_e13;
-  const V t2 = t0 - t1;
-  const V t3 = r_e23 * r_e23;
-  const V t4 = r_e12 * r_e12;
-  const V t5 = t3 - t4;
-  const V t6 = r_e0123 * x_e123;
-  const V t7 = r_e01 * x_e123;
-  const V t8 = r_e12 * x_e013 - t7;
-  const V t9 = r_e02 * x_e123;
-  const V t10 = r_e12 * x_e023 - t9;
-  const V t11 = r_e13 * x_e023;
-  const V t12 = r_e03 * x_e123;
-  const V t13 = r_e23 * x_e013 + t12;
-  const V t14 = x_e012 * (t2 - t5) + K(2.0) * (r_e12 * t6 + r_e13 * t8 + r_e23 * t10 - r_s * (t11 - t13));
-  const V t15 = t0 + t1;
-  const V t16 = r_s * x_e012;
-  const V t17 = r_e12 * x_e012 + t6;
-  const V t18 = r_e12 * (t7 - t8) + x_e013 * (t15 - t3) - K(2.0) * (r_e23 * (t16 + t12 - t11) - r_e13 * t17 - r_s * t10);
-  const V t19 = K(2.0) * (r_e12 * t9 + r_e13 * (t16 + t13) + r_e23 * t17 - r_s * t8) + x_e023 * (t2 + t5);
-  out[0] = t14; /* e012 */
-  out[1] = t18; /* e013 */
-  out[2] = t19; /* e023 */
-  out[3] = x_e123 * (t3 + t4 + t15); /* e123 */
+  const V t0 = r_e0123 * x_e123;
+  const V t1 = r_e23 * x_e013 + r_e03 * x_e123 - r_e13 * x_e023;
+  const V t2 = r_e13 * x_e012 + r_e01 * x_e123 - r_e12 * x_e013;
+  const V t3 = r_e23 * x_e012 + r_e02 * x_e123 - r_e12 * x_e023;
+  out[0] = x_e012 + K(2.0) * (r_e12 * t0 + r_s * t1 - r_e13 * t2 - r_e23 * t3); /* e012 */
+  out[1] = x_e013 + K(2.0) * (r_e13 * t0 + r_e12 * t2 - r_s * t3 - r_e23 * t1); /* e013 */
+  out[2] = x_e023 + K(2.0) * (r_e23 * t0 + r_s * t2 + r_e12 * t3 + r_e13 * t1); /* e023 */
+  out[3] = x_e123; /* e123 */
 }
 
-/* pga3d_sandwich_motor_direction: r x ~r: what a rotor does to an object (thesis 1.2.6). 24 mul, 17 add. */
+/* pga3d_sandwich_motor_direction: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_direction)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -472,16 +435,15 @@ BS_INLINE void FN(pga3d_sandwich_motor_direction)(V *RESTRICT out, const V *REST
   const V x_e012 = x_in[0];
   const V x_e013 = x_in[1];
   const V x_e023 = x_in[2];
-  const V t0 = -r_e12 * x_e012 - r_e13 * x_e013 - r_e23 * x_e023;
-  const V t1 = r_s * x_e012 - r_e13 * x_e023 + r_e23 * x_e013;
-  const V t2 = r_s * x_e013 + r_e12 * x_e023 - r_e23 * x_e012;
-  const V t3 = r_s * x_e023 - r_e12 * x_e013 + r_e13 * x_e012;
-  out[0] = r_s * t1 - r_e12 * t0 + r_e23 * t2 - r_e13 * t3; /* e012 */
-  out[1] = r_s * t2 - r_e13 * t0 - r_e23 * t1 + r_e12 * t3; /* e013 */
-  out[2] = r_e13 * t1 - r_e23 * t0 - r_e12 * t2 + r_s * t3; /* e023 */
+  const V t0 = r_e13 * x_e012 + r_s * x_e023 - r_e12 * x_e013;
+  const V t1 = r_e23 * x_e012 - r_s * x_e013 - r_e12 * x_e023;
+  const V t2 = r_s * x_e012 + r_e23 * x_e013 - r_e13 * x_e023;
+  out[0] = x_e012 - K(2.0) * (r_e13 * t0 + r_e23 * t1); /* e012 */
+  out[1] = x_e013 + K(2.0) * (r_e12 * t0 - r_e23 * t2); /* e013 */
+  out[2] = x_e023 + K(2.0) * (r_e13 * t2 + r_e12 * t1); /* e023 */
 }
 
-/* pga3d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 58 mul, 48 add. */
+/* pga3d_sandwich_motor_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -498,34 +460,30 @@ BS_INLINE void FN(pga3d_sandwich_motor_line)(V *RESTRICT out, const V *RESTRICT 
   const V x_e12 = x_in[3];
   const V x_e13 = x_in[4];
   const V x_e23 = x_in[5];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e12 * r_e12;
-  const V t2 = t0 - t1;
-  const V t3 = r_e13 * r_e13;
-  const V t4 = r_e23 * r_e23;
-  const V t5 = t3 - t4;
-  const V t6 = r_e12 * x_e12 + r_e13 * x_e13 + r_e23 * x_e23;
-  const V t7 = r_s * r_e12;
-  const V t8 = r_e13 * r_e23;
-  const V t9 = r_s * r_e13;
-  const V t10 = r_e12 * r_e23;
-  const V t11 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
-  const V t12 = r_e13 * x_e12 + r_s * x_e23 - r_e12 * x_e13;
-  const V t13 = r_s * x_e12 + r_e23 * x_e13 - r_e13 * x_e23;
-  const V t14 = r_e01 * t6 + x_e02 * (t7 - t8) + x_e03 * (t9 + t10) + r_e03 * t11 - r_e0123 * t12 - r_e02 * t13;
-  const V t15 = r_e12 * r_e13;
-  const V t16 = r_s * r_e23;
-  const V t17 = r_e02 * t6 + r_e01 * t13 - r_e03 * t12 - x_e01 * (t7 + t8) - x_e03 * (t15 - t16) - r_e0123 * t11;
-  const V t18 = r_e03 * t6 + r_e02 * t12 - r_e0123 * t13 - x_e01 * (t9 - t10) - x_e02 * (t15 + t16) - r_e01 * t11;
-  out[0] = x_e01 * (t2 - t5) + K(2.0) * t14; /* e01 */
-  out[1] = x_e02 * (t2 + t5) + K(2.0) * t17; /* e02 */
-  out[2] = x_e03 * (t0 + t1 - t3 - t4) + K(2.0) * t18; /* e03 */
-  out[3] = r_s * t13 + r_e12 * t6 - r_e13 * t12 - r_e23 * t11; /* e12 */
-  out[4] = r_e13 * t6 + r_e12 * t12 - r_e23 * t13 - r_s * t11; /* e13 */
-  out[5] = r_e23 * t6 + r_s * t12 + r_e13 * t13 + r_e12 * t11; /* e23 */
+  const V t0 = r_e13 * x_e01 + r_e23 * x_e02;
+  const V t1 = r_e0123 * x_e12 + t0 - r_e01 * x_e13 - r_e02 * x_e23;
+  const V t2 = r_e23 * x_e13 - r_e13 * x_e23;
+  const V t3 = r_s * x_e12 + t2;
+  const V t4 = r_e12 * x_e01 + r_e03 * x_e23 - r_e23 * x_e03 - r_e01 * x_e12;
+  const V t5 = r_e0123 * x_e13 - t4;
+  const V t6 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
+  const V t7 = r_e12 * x_e02 + r_e13 * x_e03;
+  const V t8 = x_e01 - K(2.0) * (r_e13 * t1 + r_e02 * t3 - r_e12 * t5 - r_e03 * t6 - r_s * t7);
+  const V t9 = r_e12 * x_e13;
+  const V t10 = r_e13 * x_e12;
+  const V t11 = t7 - r_e02 * x_e12 - r_e0123 * x_e23;
+  const V t12 = K(4.0) * (r_e03 * t9) + x_e02 - K(2.0) * (r_e03 * t10 + r_s * t4 + r_e23 * t1 + r_e12 * t11 - r_e01 * t2);
+  const V t13 = t10 + r_s * x_e23 - t9;
+  const V t14 = r_e02 * t13 + r_e13 * (r_e03 * x_e13 - t11) - r_s * t0 - r_e01 * t6 - r_e23 * t5;
+  out[0] = t8; /* e01 */
+  out[1] = t12; /* e02 */
+  out[2] = x_e03 + K(2.0) * t14; /* e03 */
+  out[3] = x_e12 - K(2.0) * (r_e23 * t6 + r_e13 * t13); /* e12 */
+  out[4] = x_e13 - K(2.0) * (r_e23 * t3 - r_e12 * t13); /* e13 */
+  out[5] = x_e23 + K(2.0) * (r_e12 * t6 + r_e13 * t3); /* e23 */
 }
 
-/* pga3d_sandwich_motor_any_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 58 mul, 48 add. */
+/* pga3d_sandwich_motor_any_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -542,34 +500,30 @@ BS_INLINE void FN(pga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTR
   const V x_e12 = x_in[3];
   const V x_e13 = x_in[4];
   const V x_e23 = x_in[5];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e12 * r_e12;
-  const V t2 = t0 - t1;
-  const V t3 = r_e13 * r_e13;
-  const V t4 = r_e23 * r_e23;
-  const V t5 = t3 - t4;
-  const V t6 = r_e12 * x_e12 + r_e13 * x_e13 + r_e23 * x_e23;
-  const V t7 = r_s * r_e12;
-  const V t8 = r_e13 * r_e23;
-  const V t9 = r_s * r_e13;
-  const V t10 = r_e12 * r_e23;
-  const V t11 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
-  const V t12 = r_e13 * x_e12 + r_s * x_e23 - r_e12 * x_e13;
-  const V t13 = r_s * x_e12 + r_e23 * x_e13 - r_e13 * x_e23;
-  const V t14 = r_e01 * t6 + x_e02 * (t7 - t8) + x_e03 * (t9 + t10) + r_e03 * t11 - r_e0123 * t12 - r_e02 * t13;
-  const V t15 = r_e12 * r_e13;
-  const V t16 = r_s * r_e23;
-  const V t17 = r_e02 * t6 + r_e01 * t13 - r_e03 * t12 - x_e01 * (t7 + t8) - x_e03 * (t15 - t16) - r_e0123 * t11;
-  const V t18 = r_e03 * t6 + r_e02 * t12 - r_e0123 * t13 - x_e01 * (t9 - t10) - x_e02 * (t15 + t16) - r_e01 * t11;
-  out[0] = x_e01 * (t2 - t5) + K(2.0) * t14; /* e01 */
-  out[1] = x_e02 * (t2 + t5) + K(2.0) * t17; /* e02 */
-  out[2] = x_e03 * (t0 + t1 - t3 - t4) + K(2.0) * t18; /* e03 */
-  out[3] = r_s * t13 + r_e12 * t6 - r_e13 * t12 - r_e23 * t11; /* e12 */
-  out[4] = r_e13 * t6 + r_e12 * t12 - r_e23 * t13 - r_s * t11; /* e13 */
-  out[5] = r_e23 * t6 + r_s * t12 + r_e13 * t13 + r_e12 * t11; /* e23 */
+  const V t0 = r_e13 * x_e01 + r_e23 * x_e02;
+  const V t1 = r_e0123 * x_e12 + t0 - r_e01 * x_e13 - r_e02 * x_e23;
+  const V t2 = r_e23 * x_e13 - r_e13 * x_e23;
+  const V t3 = r_s * x_e12 + t2;
+  const V t4 = r_e12 * x_e01 + r_e03 * x_e23 - r_e23 * x_e03 - r_e01 * x_e12;
+  const V t5 = r_e0123 * x_e13 - t4;
+  const V t6 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
+  const V t7 = r_e12 * x_e02 + r_e13 * x_e03;
+  const V t8 = x_e01 - K(2.0) * (r_e13 * t1 + r_e02 * t3 - r_e12 * t5 - r_e03 * t6 - r_s * t7);
+  const V t9 = r_e12 * x_e13;
+  const V t10 = r_e13 * x_e12;
+  const V t11 = t7 - r_e02 * x_e12 - r_e0123 * x_e23;
+  const V t12 = K(4.0) * (r_e03 * t9) + x_e02 - K(2.0) * (r_e03 * t10 + r_s * t4 + r_e23 * t1 + r_e12 * t11 - r_e01 * t2);
+  const V t13 = t10 + r_s * x_e23 - t9;
+  const V t14 = r_e02 * t13 + r_e13 * (r_e03 * x_e13 - t11) - r_s * t0 - r_e01 * t6 - r_e23 * t5;
+  out[0] = t8; /* e01 */
+  out[1] = t12; /* e02 */
+  out[2] = x_e03 + K(2.0) * t14; /* e03 */
+  out[3] = x_e12 - K(2.0) * (r_e23 * t6 + r_e13 * t13); /* e12 */
+  out[4] = x_e13 - K(2.0) * (r_e23 * t3 - r_e12 * t13); /* e13 */
+  out[5] = x_e23 + K(2.0) * (r_e12 * t6 + r_e13 * t3); /* e23 */
 }
 
-/* pga3d_sandwich_motor_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 37 mul, 24 add. */
+/* pga3d_sandwich_motor_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -587,15 +541,14 @@ BS_INLINE void FN(pga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT
   const V t0 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3;
   const V t1 = r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3;
   const V t2 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
-  const V t3 = r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2;
-  const V t4 = x_e0 * (r_s * r_s + r_e12 * r_e12 + r_e13 * r_e13 + r_e23 * r_e23) + K(2.0) * (r_e01 * t0) - K(2.0) * (r_e02 * t1) - K(2.0) * (r_e03 * t2) + K(2.0) * (r_e0123 * t3);
-  out[0] = t4; /* e0 */
-  out[1] = r_s * t0 - r_e12 * t1 - r_e13 * t2 + r_e23 * t3; /* e1 */
-  out[2] = -r_s * t1 - r_e23 * t2 - r_e12 * t0 - r_e13 * t3; /* e2 */
-  out[3] = r_e12 * t3 - r_s * t2 - r_e13 * t0 + r_e23 * t1; /* e3 */
+  const V t3 = r_e01 * t0 + r_e0123 * (r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2) - r_e02 * t1 - r_e03 * t2;
+  out[0] = x_e0 + K(2.0) * t3; /* e0 */
+  out[1] = x_e1 - K(2.0) * (r_e12 * t1 + r_e13 * t2); /* e1 */
+  out[2] = x_e2 - K(2.0) * (r_e12 * t0 + r_e23 * t2); /* e2 */
+  out[3] = x_e3 + K(2.0) * (r_e23 * t1 - r_e13 * t0); /* e3 */
 }
 
-/* pga3d_sandwich_motor_any_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 37 mul, 24 add. */
+/* pga3d_sandwich_motor_any_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_any_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -613,15 +566,14 @@ BS_INLINE void FN(pga3d_sandwich_motor_any_plane)(V *RESTRICT out, const V *REST
   const V t0 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3;
   const V t1 = r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3;
   const V t2 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
-  const V t3 = r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2;
-  const V t4 = x_e0 * (r_s * r_s + r_e12 * r_e12 + r_e13 * r_e13 + r_e23 * r_e23) + K(2.0) * (r_e01 * t0) - K(2.0) * (r_e02 * t1) - K(2.0) * (r_e03 * t2) + K(2.0) * (r_e0123 * t3);
-  out[0] = t4; /* e0 */
-  out[1] = r_s * t0 - r_e12 * t1 - r_e13 * t2 + r_e23 * t3; /* e1 */
-  out[2] = -r_s * t1 - r_e23 * t2 - r_e12 * t0 - r_e13 * t3; /* e2 */
-  out[3] = r_e12 * t3 - r_s * t2 - r_e13 * t0 + r_e23 * t1; /* e3 */
+  const V t3 = r_e01 * t0 + r_e0123 * (r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2) - r_e02 * t1 - r_e03 * t2;
+  out[0] = x_e0 + K(2.0) * t3; /* e0 */
+  out[1] = x_e1 - K(2.0) * (r_e12 * t1 + r_e13 * t2); /* e1 */
+  out[2] = x_e2 - K(2.0) * (r_e12 * t0 + r_e23 * t2); /* e2 */
+  out[3] = x_e3 + K(2.0) * (r_e23 * t1 - r_e13 * t0); /* e3 */
 }
 
-/* pga3d_sandwich_motor_motor: r x ~r: what a rotor does to an object (thesis 1.2.6). 60 mul, 46 add. */
+/* pga3d_sandwich_motor_motor: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -640,43 +592,27 @@ BS_INLINE void FN(pga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT
   const V x_e13 = x_in[5];
   const V x_e23 = x_in[6];
   const V x_e0123 = x_in[7];
-  const V t0 = r_s * r_s;
-  const V t1 = r_e12 * r_e12;
-  const V t2 = t0 + t1;
-  const V t3 = r_e13 * r_e13;
-  const V t4 = r_e23 * r_e23;
-  const V t5 = t3 + t4;
-  const V t6 = t2 + t5;
-  const V t7 = r_e12 * x_e12 + r_e13 * x_e13 + r_e23 * x_e23;
-  const V t8 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
-  const V t9 = r_s * r_e12;
-  const V t10 = r_e13 * r_e23;
-  const V t11 = t9 - t10;
-  const V t12 = r_s * r_e13;
-  const V t13 = r_e12 * r_e23;
-  const V t14 = t12 + t13;
-  const V t15 = r_e13 * x_e12 + r_s * x_e23 - r_e12 * x_e13;
-  const V t16 = r_s * x_e12 + r_e23 * x_e13 - r_e13 * x_e23;
-  const V t17 = r_e01 * t7 + r_e03 * t8 + x_e02 * t11 + x_e03 * t14 - r_e0123 * t15 - r_e02 * t16;
-  const V t18 = t3 - t4;
-  const V t19 = t0 - t1;
-  const V t20 = t18 - t19;
-  const V t21 = r_e12 * r_e13;
-  const V t22 = r_s * r_e23;
-  const V t23 = t21 - t22;
-  const V t24 = t9 + t10;
-  const V t25 = r_e02 * t7 + r_e01 * t16 - r_e0123 * t8 - r_e03 * t15 - x_e03 * t23 - x_e01 * t24;
-  const V t26 = t18 + t19;
-  const V t27 = t21 + t22;
-  const V t28 = t12 - t13;
-  const V t29 = r_e03 * t7 + r_e02 * t15 - r_e01 * t8 - r_e0123 * t16 - x_e02 * t27 - x_e01 * t28;
-  const V t30 = t2 - t5;
-  out[0] = x_s * t6; /* 1 */
-  out[1] = K(2.0) * t17 - x_e01 * t20; /* e01 */
-  out[2] = K(2.0) * t25 + x_e02 * t26; /* e02 */
-  out[3] = K(2.0) * t29 + x_e03 * t30; /* e03 */
-  out[4] = x_e12 * t30 + K(2.0) * (x_e13 * t27 - x_e23 * t28); /* e12 */
-  out[5] = x_e13 * t26 + K(2.0) * (x_e12 * t23 + x_e23 * t24); /* e13 */
-  out[6] = -x_e23 * t20 - K(2.0) * (x_e13 * t11 - x_e12 * t14); /* e23 */
-  out[7] = x_e0123 * t6; /* e0123 */
+  const V t0 = r_e13 * x_e01 + r_e23 * x_e02;
+  const V t1 = r_e0123 * x_e12 + t0 - r_e01 * x_e13 - r_e02 * x_e23;
+  const V t2 = r_e23 * x_e13 - r_e13 * x_e23;
+  const V t3 = r_s * x_e12 + t2;
+  const V t4 = r_e12 * x_e01 + r_e03 * x_e23 - r_e23 * x_e03 - r_e01 * x_e12;
+  const V t5 = r_e0123 * x_e13 - t4;
+  const V t6 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
+  const V t7 = r_e12 * x_e02 + r_e13 * x_e03;
+  const V t8 = x_e01 - K(2.0) * (r_e13 * t1 + r_e02 * t3 - r_e12 * t5 - r_e03 * t6 - r_s * t7);
+  const V t9 = r_e12 * x_e13;
+  const V t10 = r_e13 * x_e12;
+  const V t11 = t7 - r_e02 * x_e12 - r_e0123 * x_e23;
+  const V t12 = K(4.0) * (r_e03 * t9) + x_e02 - K(2.0) * (r_e03 * t10 + r_s * t4 + r_e23 * t1 + r_e12 * t11 - r_e01 * t2);
+  const V t13 = t10 + r_s * x_e23 - t9;
+  const V t14 = r_e02 * t13 + r_e13 * (r_e03 * x_e13 - t11) - r_s * t0 - r_e01 * t6 - r_e23 * t5;
+  out[0] = x_s; /* 1 */
+  out[1] = t8; /* e01 */
+  out[2] = t12; /* e02 */
+  out[3] = x_e03 + K(2.0) * t14; /* e03 */
+  out[4] = x_e12 - K(2.0) * (r_e23 * t6 + r_e13 * t13); /* e12 */
+  out[5] = x_e13 - K(2.0) * (r_e23 * t3 - r_e12 * t13); /* e13 */
+  out[6] = x_e23 + K(2.0) * (r_e12 * t6 + r_e13 * t3); /* e23 */
+  out[7] = x_e0123; /* e0123 */
 }

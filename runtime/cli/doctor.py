@@ -19,6 +19,7 @@ from ..codegen import cache
 from ..codegen.build import compiler, has_python_headers
 from ..codegen.flags import C_FLAGS, compiled_files, source_hash
 from ..codegen.version import __version__
+from ..parallel import thread_count
 from .cache import readable
 
 Facts = dict[str, str]
@@ -52,7 +53,11 @@ def versions() -> Facts:
 
 def processor() -> Facts:
     """The processor, and which instance of the kernels it runs."""
-    return {"name": _processor_name(), "threads": f"{_threads()} of {os.cpu_count()} usable", **_instances()}
+    return {
+        "name": _processor_name(),
+        "threads": f"{thread_count()} of {os.cpu_count()} usable",
+        **_instances(),
+    }
 
 
 def c_compiler() -> Facts:
@@ -128,12 +133,6 @@ def _processor_name() -> str:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.processor() or platform.machine()
-
-
-def _threads() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _extension(name: str) -> Any:

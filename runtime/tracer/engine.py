@@ -6,22 +6,26 @@ The only module of the tracer that knows the layout of the driver's structures (
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import parallel
 from ..codegen.build import load
 from ..codegen.programs import Program
 from ..codegen.programs.scene import EVERYTHING, METHODS, SURFACES, SceneNeeds, scene_program
 from ..errors import CompilerMissingError, SceneError
-from .. import parallel
 
 Array = NDArray[Any]
 #: Numbers that the driver reads per surface and per light, as in templates/c/scene_common.h.
 MATERIAL_SIZE, LIGHT_SIZE = 17, 6
+#: Points of a line on a surface that arrays have room for at first.
+FEW_ROOTS = 2
 #: Rays per chunk: a few milliseconds at most.
 RAYS_PER_CHUNK = 4096
 _log = logging.getLogger("bladesmith")
@@ -108,18 +112,20 @@ class BoundScene:
         with np.errstate(over="ignore"):
             return self._keep(array.astype(self.dtype))
 
-    def _rays(self, origins: Array, directions: Array) -> tuple[Any, tuple[int, ...]]:
+    def _rays(self, origins: Array, directions: Array) -> tuple[list[Any], tuple[int, ...]]:
+        """The driver's structure of rays, followed by the buffers that it points into."""
         lead = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
-        rays = self.engine.ffi.new("bs_rays *")
+        rays = [self.engine.ffi.new("bs_rays *")]
         for name, array in (("origin", origins), ("direction", directions)):
             single = array.size == 3
             whole = array if single else np.broadcast_to(array, (*lead, 3))
-            setattr(rays, f"{name}s", self._keep(np.ascontiguousarray(whole, self.dtype)))
-            setattr(rays, f"{name}_stride", 0 if single else 3)
+            rays.append(self.engine.ffi.from_buffer(np.ascontiguousarray(whole, self.dtype)))
+            setattr(rays[0], f"{name}s", rays[-1])
+            setattr(rays[0], f"{name}_stride", 0 if single else 3)
         return rays, lead
 
     def _run(
-        self, function: Callable[..., None], rays: Any, n: int, results: Mapping[str, Array], roots: int, threads: int | None
+        self, function: Callable[..., None], rays: list[Any], n: int, results: Mapping[str, Array], roots: int, threads: int | None
     ) -> None:
         ffi = self.engine.ffi
         hits = ffi.new("bs_hits *")
@@ -131,27 +137,48 @@ class BoundScene:
         scene, single = self._scene, self.single
 
         def part(begin: int, end: int) -> None:
-            function(scene, single, begin, end, rays, hits)
+            function(scene, single, begin, end, rays[0], hits)
 
         parallel.run(part, n, threads, chunk=RAYS_PER_CHUNK if n > RAYS_PER_CHUNK else None)
-        del kept
 
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""
         rays, lead = self._rays(origins, directions)
         results = {**self._floats(lead), "surface": np.empty(lead, np.int32), "status": np.empty(lead, np.uint8)}
-        self._run(self.engine.lib.bs_scene_first, rays, int(np.prod(lead)), results, 1, threads)
+        self._run(self.engine.lib.bs_scene_first, rays, math.prod(lead), results, 1, threads)
         return results
 
     def all(self, origins: Array, directions: Array, roots: int, threads: int | None = None) -> dict[str, Array]:
-        """All points of lines on the scene's only surface: t, point, normal, alpha, count, status."""
+        """All points of lines on the scene's only surface: t, point, normal, alpha, count, status.
+
+        Arrays have room for ``roots`` points of each line, or for the most that there are. More than two are rare,
+        and memory that is never read costs more than the geometry: lines that have more are asked again.
+        """
+        found = self._all(origins, directions, min(roots, FEW_ROOTS), threads)
+        most = int(np.max(found["count"], initial=0))
+        room = found["t"].shape[-1]
+        if most <= room:
+            return found
+        lead = found["count"].shape
+        crowded = found["count"] > room
+        again = self._all(
+            np.broadcast_to(origins, (*lead, 3))[crowded], np.broadcast_to(directions, (*lead, 3))[crowded], most, threads
+        )
+        for name, array in self._floats((*lead, most)).items():
+            array[...] = np.nan
+            array[..., :room, *[slice(None)] * (array.ndim - len(lead) - 1)] = found[name]
+            array[crowded] = again[name]
+            found[name] = array
+        return found
+
+    def _all(self, origins: Array, directions: Array, roots: int, threads: int | None) -> dict[str, Array]:
         rays, lead = self._rays(origins, directions)
         results = {
             **self._floats((*lead, roots)),
             "count": np.empty(lead, np.int32),
             "status": np.empty(lead, np.uint8),
         }
-        self._run(self.engine.lib.bs_scene_all, rays, int(np.prod(lead)), results, roots, threads)
+        self._run(self.engine.lib.bs_scene_all, rays, math.prod(lead), results, roots, threads)
         return results
 
     def _floats(self, lead: tuple[int, ...]) -> dict[str, Array]:
@@ -194,9 +221,7 @@ def engine_for(needs: SceneNeeds) -> Engine:
 @cache
 def _stock() -> Engine | None:
     try:
-        from importlib import import_module
-
-        module = import_module("bladesmith.generated.scene._kernels")
+        module = import_module("...generated.scene._kernels", __name__)
     except ImportError:
         return None
     return Engine(EVERYTHING, module)

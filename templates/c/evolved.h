@@ -132,16 +132,18 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
     const S last = K(0.5) * (size_k * size_u + size_e);
     const S bound = K(4) * (size_s * size_u + K(0.5) * size_x) * (size_s * size_e + K(0.5) * size_k * size_x) + last * last;
     const S noise = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * bound;
-    if (noise - noise != 0)
-        return BS_EVOLVED_INVALID;
+    S sum = 0;
     int plus = 0, minus = 0;
     for (int i = 0; i < 9; i++) {
         c[i] *= scale[i];
+        sum += c[i];
         plus += c[i] > noise;
         minus += c[i] < -noise;
     }
     if (plus == 9 || minus == 9)
         return 0;
+    if (sum - sum != 0)
+        return BS_EVOLVED_INVALID;
 
     FN(evolved_roots_search) search = {&problem, roots, max_roots, 0, 0};
     const int holed = FN(evolved_gap)(gap, surface2);

@@ -63,15 +63,14 @@ static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end,
     FN(search) search = FN(search_for)(scene, hits, BS_HITS_MOST);
     const int valid = FN(scene_load)(&ray, rays, i);
     if (valid) FN(scene_search)(&search, scene, &ray);
-    int n = search.count;
+    const int n = search.count;
     for (int j = 1; j < n; j++) {
       const FN(hit) moved = hits[j];
       int place = j;
       for (; place > 0 && hits[place - 1].t > moved.t; place--) hits[place] = hits[place - 1];
       hits[place] = moved;
     }
-    if (n > out->roots) n = (int)out->roots;
-    out->count[i] = n;
+    out->count[i] = n; /* may be more than there is room for */
     out->status[i] = (uint8_t)(valid ? search.status : BS_STATUS_INVALID);
     for (int j = 0; j < out->roots; j++) {
       if (j < n) {

@@ -1,10 +1,12 @@
-"""Rows of (n, k) arrays to columns of a block and back, and selection: what every generated numba module imports.
+"""Rows of (n, k) arrays to columns of a block and back, and selection: what generated numba modules import.
 
-Plain Python. bladesmith compiles these functions together with the kernels; run as they are, they do the same.
+Plain Python, compiled together with the kernels; run as it is, it does the same.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -32,6 +34,10 @@ def select(mask: Any, a: Any, b: Any) -> Any:
     return np.where(mask, a, b)[()]
 
 
-def select_number(mask: bool, a: float, b: float) -> float:
-    """`select` as it is compiled: a branch that the compiler makes a blend of."""
-    return a if mask else b
+def _select_number(mask: bool, a: float, b: float) -> float:
+    return a if mask else b  # compilers make a blend of it
+
+
+def compiled(decorate: Callable[[Callable[..., Any]], Any]) -> SimpleNamespace:
+    """The functions for numbers, each put through ``decorate``: `numba.njit` with options."""
+    return SimpleNamespace(load=decorate(load), store=decorate(store), select=decorate(_select_number))

@@ -1,0 +1,235 @@
+"""Objects of CGA from their parameters, and their parameters back (thesis 1.3; conventions of the whole project).
+
+Objects are direct and normalised: X^2 = +1 for point pairs, lines and circles, -1 for planes and spheres,
+X . n_inf = -1 for points. Parameters are Euclidean vectors and numbers. What goes through points is built and
+normalised about the first of them, so the distance from the origin costs no digits of the shape.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Mask, Multivector, absolute, reciprocal, select, sqrt
+from ..status import Status
+from ..trace import Result, named
+from .euclidean import attached_part, cross, direction_of, euclidean_part, length, space
+from .motions import translator
+from .outcome import only_if, outcome
+from .versors import normalise_flat
+
+Checked = tuple[Multivector, Result]
+
+
+def infinity(like: Multivector) -> Multivector:
+    """n_inf."""
+    return like.basis("ni")
+
+
+def origin(like: Multivector) -> Multivector:
+    """n0."""
+    return like.basis("no")
+
+
+# -- from parameters ---------------------------------------------------------------------------------------
+
+
+def point(position: Multivector) -> Multivector:
+    """X = x^2/2 n_inf + x + n0."""
+    return position * position / 2 * infinity(position) + position + origin(position)
+
+
+def direction(vector: Multivector) -> Multivector:
+    """v ^ n_inf, not normalised."""
+    return vector ^ infinity(vector)
+
+
+def flat_point(position: Multivector) -> Multivector:
+    """(x + n0) ^ n_inf."""
+    return (position + origin(position)) ^ infinity(position)
+
+
+def line(point: Multivector, direction: Multivector) -> Checked:
+    """Line through a point along a direction. INVALID: the direction is zero."""
+    m, scale = direction_of(direction)
+    return (point + origin(point)) ^ m ^ infinity(point), outcome(point, (~(scale > 0), Status.INVALID))
+
+
+def dual_plane(normal: Multivector, offset: Multivector) -> tuple[Multivector, Multivector]:
+    """(n + d n_inf)/|n|, the plane normal . x = offset, and 1/|n|."""
+    n, scale = direction_of(normal)
+    return n + offset * scale * infinity(normal), scale
+
+
+def plane(normal: Multivector, offset: Multivector) -> Checked:
+    """Plane normal . x = offset; the normal need not be unit. INVALID: it is zero."""
+    dual, scale = dual_plane(normal, offset)
+    return dual.undual(), outcome(normal, (~(scale > 0), Status.INVALID))
+
+
+def dual_sphere(center: Multivector, radius: Multivector) -> Multivector:
+    """(C - r^2/2 n_inf)/r: negative inner products with points outside, positive inside."""
+    return (point(center) - radius * radius / 2 * infinity(center)) / radius
+
+
+def sphere(center: Multivector, radius: Multivector) -> Checked:
+    """Outward sphere (in the plane: circle). INVALID: the radius is not positive."""
+    valid = radius > 0
+    return dual_sphere(center, only_if(valid, radius)).undual(), outcome(center, (~valid, Status.INVALID))
+
+
+def circle(center: Multivector, normal: Multivector, radius: Multivector) -> Checked:
+    """Circle counter-clockwise about its normal: plane v sphere. INVALID: zero normal, or no positive radius."""
+    n, scale = direction_of(normal)
+    valid = (radius > 0) & (scale > 0)
+    carrier = n + (n | center) * infinity(n)
+    dual = dual_sphere(center, only_if(valid, radius)) ^ carrier
+    return dual.undual(), outcome(center, (~valid, Status.INVALID))
+
+
+def point_pair(a: Multivector, b: Multivector) -> Checked:
+    """A ^ B, normalised; from a to b. SINGULAR: a = b.
+
+    With m the midpoint and h half of b - a, A ^ B = 2 (m + n0 + (m^2 + h^2)/2 n_inf) ^ (h + (h . m) n_inf).
+    """
+    middle, half = (a + b) / 2, (b - a) / 2
+    h, scale = direction_of(half)
+    ni = infinity(a)
+    center = point(middle) + (half * half) / 2 * ni
+    pair = (center * scale) ^ (h + (h | middle) * ni)
+    return pair, outcome(a, (~(scale > 0), Status.SINGULAR))
+
+
+def line_through(a: Multivector, b: Multivector) -> Checked:
+    """A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b."""
+    m, scale = direction_of(b - a)
+    return (a + origin(a)) ^ m ^ infinity(a), outcome(a, (~(scale > 0), Status.SINGULAR))
+
+
+def circle_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
+    """A ^ B ^ C, normalised (for points on a line: the line). SINGULAR: two points coincide."""
+    return _spanned(a, [point(b - a), point(c - a)])
+
+
+def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
+    """A ^ B ^ C ^ n_inf, normalised. SINGULAR: the points are on a line."""
+    return _spanned(a, [b - a, c - a, infinity(a)])
+
+
+def sphere_through(a: Multivector, b: Multivector, c: Multivector, d: Multivector) -> Checked:
+    """A ^ B ^ C ^ D, normalised, in the orientation of the points. SINGULAR: they are on a circle."""
+    return _spanned(a, [point(b - a), point(c - a), point(d - a)])
+
+
+def _spanned(a: Multivector, others: list[Multivector]) -> Checked:
+    """n0 ^ (others), normalised about the origin and moved to a."""
+    blade = origin(a)
+    for x in others:
+        blade = blade ^ x
+    unit, status = normalise_flat(blade)
+    return translator(a) >> unit, status
+
+
+# -- back to parameters ------------------------------------------------------------------------------------
+
+
+def point_parameters(x: Multivector) -> tuple[Result, Result]:
+    """Position of a point of any weight. SINGULAR: it is at infinity."""
+    weight = -(x | infinity(x))
+    regular = absolute(weight) > 0
+    return named("position", euclidean_part(x) / only_if(regular, weight)), outcome(x, (~regular, Status.SINGULAR))
+
+
+def direction_parameters(x: Multivector) -> Result:
+    """The vector of v ^ n_inf."""
+    return named("vector", attached_part(x))
+
+
+def flat_point_parameters(x: Multivector) -> tuple[Result, Result]:
+    """Position of a flat point of any weight. SINGULAR: it is at infinity."""
+    weight = x.scalar_product(infinity(x) ^ origin(x)).grade(0)
+    regular = absolute(weight) > 0
+    return named("position", -attached_part(x) / only_if(regular, weight)), outcome(x, (~regular, Status.SINGULAR))
+
+
+def line_parameters(x: Multivector) -> tuple[Result, Result]:
+    """Point nearest the origin and unit direction of a unit line, from L* = m I3 + (p x m) n_inf."""
+    dual = x.dual()
+    m = -(euclidean_part(dual) * space(x)).grade(1)
+    moment = attached_part(dual)
+    return named("point", cross(m, moment)), named("direction", m)
+
+
+def plane_parameters(x: Multivector) -> tuple[Result, Result]:
+    """Unit normal and offset of a unit plane, from its dual n + d n_inf."""
+    dual = x.dual()
+    return named("normal", euclidean_part(dual)), named("offset", attached_part(dual))
+
+
+def sphere_parameters(x: Multivector) -> tuple[Result, Result, Result, Result]:
+    """Center, positive radius and orientation (+1 outward) of a unit sphere. SINGULAR: it is a plane."""
+    dual = x.dual()
+    weight = -(dual | infinity(x))
+    regular = absolute(weight) > 0
+    scale = reciprocal(only_if(regular, weight))
+    orientation = select(weight < 0, x.constant(-1), x.constant(1))
+    return (
+        named("center", euclidean_part(dual) * scale),
+        named("radius", absolute(scale)),
+        named("orientation", orientation),
+        outcome(x, (~regular, Status.SINGULAR)),
+    )
+
+
+def circle_parameters(x: Multivector) -> tuple[Result, Result, Result, Result]:
+    """Center, unit normal and radius of a unit circle. SINGULAR: it is a line."""
+    center, u, regular = round_center(x.dual())
+    size = length(u)
+    return (
+        named("center", center),
+        named("normal", u / size),
+        named("radius", reciprocal(size)),
+        outcome(x, (~regular, Status.SINGULAR)),
+    )
+
+
+def point_pair_parameters(x: Multivector) -> tuple[Result, Result, Result]:
+    """End points a and b of a unit point pair A ^ B. SINGULAR: it is a flat point.
+
+    From the centre and the half vector: the printed (4.5) loses digits as the ends meet.
+    """
+    center, u, regular = round_center(x)
+    half = u / (u * u).grade(0)
+    return named("a", center - half), named("b", center + half), outcome(x, (~regular, Status.SINGULAR))
+
+
+def round_center(x: Multivector) -> tuple[Multivector, Multivector, Mask]:
+    """Centre of a round bivector M ^ H (a point pair, or the dual of a circle), its x . n_inf = H/r, and where it is round.
+
+    M is the dual sphere about the centre, orthogonal to H: x (x . n_inf) = M/r^2, whose Euclidean part is the
+    centre, so no squared coordinates are subtracted.
+    """
+    attitude = x | infinity(x)
+    u = euclidean_part(attitude)
+    square = (u * u).grade(0)
+    regular = square > 0
+    return euclidean_part((x | attitude).grade(1)) / only_if(regular, square), u, regular
+
+
+# -- conformal rotors --------------------------------------------------------------------------------------
+
+
+def dilator(scale: Multivector) -> Checked:
+    """cosh(g/2) - sinh(g/2) E0 with g = ln(scale): scaling about the origin. INVALID: the scale is not positive."""
+    valid = scale > 0
+    root = sqrt(only_if(valid, scale))
+    e0 = infinity(scale) ^ origin(scale)
+    return (1 + scale - (scale - 1) * e0) / (2 * root), outcome(scale, (~valid, Status.INVALID))
+
+
+def homothety(scale: Multivector, center: Multivector) -> Checked:
+    """Scaling about a centre."""
+    scaling, status = dilator(scale)
+    return translator(center) >> scaling, status
+
+
+def transversor(t: Multivector) -> Multivector:
+    """1 - t n0: inversion in the unit sphere, translation by t, inversion; x -> (x + x^2 t)/(1 + 2 t.x + t^2 x^2)."""
+    return 1 - t * origin(t)

@@ -1,0 +1,223 @@
+"""Formulas by name on multivectors and arrays: the generated kernel that fits, or the formula traced on the spot.
+
+A formula that no stock kernel serves is run with NumPy on its expression graph: no compiler starts at a prompt.
+Used much, it is compiled once.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import arrays, dispatch, proofs
+from .codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
+from .codegen.kinds import Kind, numbers, scalar_argument
+from .linear import embedded
+from .status import Status
+from .stock import Entry, Key, Result
+
+if TYPE_CHECKING:
+    from .algebras import Algebra
+    from .multivector import Multivector
+
+_log = logging.getLogger("bladesmith")
+
+
+class Numbers(NamedTuple):
+    """A plain operand: ``count`` numbers per item, 0 for one without an axis of its own."""
+
+    value: Any
+    count: int
+    name: str
+
+
+@dataclass(frozen=True)
+class Target:
+    """What serves a formula for some operands."""
+
+    inputs: tuple[Key, ...]
+    outputs: tuple[Result, ...]
+    run: Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Results of a formula: multivectors and arrays in the formula's order, and the status of each item."""
+
+    values: tuple[Any, ...]
+    status: NDArray[np.uint8] | None
+
+    @property
+    def value(self) -> Any:
+        """The first result."""
+        return self.values[0]
+
+
+def call(algebra: Algebra, formula: str, *operands: Multivector | Numbers) -> Outcome:
+    """Run ``module.function`` of `codegen.formulas`.
+
+    Raises
+    ------
+    AlgebraMismatchError
+        If an operand belongs to another algebra.
+    GradeError
+        If the formula means nothing for operands on these blades.
+    """
+    for x in operands:
+        if not isinstance(x, Numbers) and x.algebra is not algebra:
+            raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
+    keys = tuple(x.count if isinstance(x, Numbers) else x.kind for x in operands)
+    found = target(algebra, formula, keys)
+    given = [
+        _plain(x) if isinstance(x, Numbers) else embedded(x, key) if isinstance(key, Kind) else x._data
+        for x, key in zip(operands, found.inputs, strict=True)
+    ]
+    own = [x.value if isinstance(x, Numbers) else data for x, data in zip(operands, given, strict=True)]
+    dtype = arrays.precision(*own)
+    results = found.run(*(data if data.dtype == dtype else data.astype(dtype) for data in given))
+    items = results if isinstance(results, tuple) else (results,)
+    code = next((v for v, o in zip(items, found.outputs, strict=True) if o.is_status), None)
+    values = tuple(
+        _value(algebra, v, o, code) for v, o in zip(items, found.outputs, strict=True) if not o.is_status
+    )
+    return Outcome(values, code)
+
+
+def _plain(x: Numbers) -> NDArray[Any]:
+    return arrays.rows(x.value, x.count, x.name) if x.count else arrays.real(x.value, x.name)
+
+
+def _value(algebra: Algebra, data: NDArray[Any], result: Result, code: NDArray[np.uint8] | None) -> Any:
+    if result.kind is None:
+        return data
+    from .multivector import Multivector
+
+    return Multivector._make(algebra.type_of(result.kind, data.dtype), data, data.shape[:-1], code)
+
+
+def target(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
+    """What serves a formula for operands of these keys; remembered."""
+    known = algebra.targets.get((formula, keys))
+    if known is None:
+        known = _stock(algebra, formula, keys) or _traced(algebra, formula, keys)
+        algebra.targets[formula, keys] = known
+    return known
+
+
+def _stock(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target | None:
+    """The stock kernel that loses least: the kinds themselves, their layouts, then kinds that hold them."""
+    if algebra.stock is None:
+        return None
+    costs = [(cost, entry) for entry in algebra.stock.entries.get(formula, ()) if (cost := _cost(entry, keys)) is not None]
+    if not costs:
+        return None
+    entry = min(costs, key=lambda pair: pair[0])[1]
+    return Target(entry.inputs, entry.outputs, algebra.stock.bound(entry))
+
+
+def _cost(entry: Entry, keys: Sequence[Key]) -> int | None:
+    """0 for the same kinds, more for knowing less or carrying zeros; None where an operand does not fit."""
+    if len(entry.inputs) != len(keys):
+        return None
+    total = 0
+    for wanted, given in zip(entry.inputs, keys, strict=True):
+        if isinstance(wanted, int) or isinstance(given, int):
+            if wanted != given:
+                return None
+        elif wanted == given:
+            continue
+        elif proofs.belongs(given, wanted):
+            total += 2 * (wanted.size - given.size) + int(wanted.is_layout)
+        else:
+            return None
+    return total
+
+
+def _traced(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
+    """The formula traced for these kinds, or for their layouts where it repairs what a kind already has."""
+    from .codegen.declare import KernelFunction
+    from .codegen.generator import formula_by_name
+
+    function = formula_by_name(formula)
+    name = formula.rpartition(".")[2]
+    problem: BladesmithError | None = None
+    for kinds in dict.fromkeys((_kinds(algebra, keys), _kinds(algebra, keys, layouts=True))):
+        kernel = KernelFunction(function, kinds, None, name, algebra)
+        try:
+            outputs = tuple(_result(o) for o in kernel.traced.outputs)
+        except (TraceError, GradeError, ZeroDivisionError) as error:
+            problem = problem or (error if isinstance(error, BladesmithError) else TraceError(str(error)))
+            continue
+        inputs = tuple(key if isinstance(key, int) else kind for key, kind in zip(keys, kinds, strict=True))
+        return Target(inputs, outputs, _Warming(kernel))
+    what = " and ".join(f"a {key.name}" for key in keys if isinstance(key, Kind))
+    raise GradeError(f"{name} of {what} of {algebra.name}: {problem}")
+
+
+def _kinds(algebra: Algebra, keys: Sequence[Key], layouts: bool = False) -> tuple[Kind, ...]:
+    return tuple(
+        (key.layout if layouts else key)
+        if isinstance(key, Kind)
+        else numbers(algebra, key)
+        if key
+        else scalar_argument(algebra)
+        for key in keys
+    )
+
+
+def _result(output: Any) -> Result:
+    if output.role == "status":
+        return Result(output.name, None, 1, True)
+    kind = output.kind if output.kind.form == "multivector" else None
+    return Result(output.name, kind, len(output.nodes))
+
+
+class _Warming:
+    """A declared kernel on arrays: interpreted, and compiled once `dispatch.HOT_ITEMS` items went through it."""
+
+    def __init__(self, kernel: Any) -> None:
+        self.kernel = kernel
+        self.items = 0
+
+    def __call__(self, *data: NDArray[Any]) -> Any:
+        self.items += max((math.prod(a.shape[:-1]) for a in data), default=1)
+        hot = self.items > dispatch.HOT_ITEMS
+        return self.kernel.bound("c" if hot else "numpy", data)(*data)
+
+
+def raise_first(status: NDArray[np.uint8] | None, what: str, error: type[SingularError] = SingularError) -> None:
+    """Raise for the first item without an answer.
+
+    Raises
+    ------
+    SingularError
+        Or the given subclass, naming the item and its status.
+    """
+    if status is None:
+        return
+    bad = (status != Status.OK) & (status != Status.NOT_UNIQUE)
+    if not bad.any():
+        return
+    place = tuple(int(i) for i in np.argwhere(bad)[0]) if bad.ndim else ()
+    item = "it" if not place else f"item {place[0] if len(place) == 1 else place}"
+    raise error(f"{what}: {item} is {Status(int(status[place])).name}.")
+
+
+def merged(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
+    """One status per item: the first that is not OK."""
+    known = [s for s in statuses if s is not None]
+    if not known:
+        return None
+    total = known[0]
+    for other in known[1:]:
+        total = np.where(total == Status.OK, other, total)
+    return np.asarray(total, np.uint8)
+
+
+__all__ = ["Numbers", "Outcome", "call", "merged", "raise_first", "target"]

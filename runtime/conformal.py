@@ -1,0 +1,3 @@
+from .algebras import Algebra
+class ConformalAlgebra(Algebra): pass
+class ConformalPlane(Algebra): pass

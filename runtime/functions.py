@@ -1,0 +1,221 @@
+"""Norms, inverses, exponentials and reflections of runtime multivectors: formulas of the code generator by name.
+
+Each gives statuses per item, and raises with ``strict=True``. What has no formula for the blades at hand is done
+by products alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import checks, linear
+from .calls import call, merged, raise_first
+from .codegen.errors import GradeError, InputError, NotARotorError, NotInvertibleError
+from .codegen.kinds import Kind
+from .status import Status
+
+if TYPE_CHECKING:
+    from .multivector import Multivector
+
+#: Methods of the general inverse (thesis 1.2.5).
+METHODS = ("shirokov", "hitzer", "matrix")
+#: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
+SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
+
+
+def norm(x: Multivector) -> NDArray[Any]:
+    """sqrt |<x ~x>_0| of each item."""
+    square = x.scalar_product(linear.mapped(x, "reverse"))
+    return np.sqrt(np.abs(square._data[..., 0]))[()]  # type: ignore[no-any-return]
+
+
+def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = False) -> Multivector:
+    """Items at the scale of their kind.
+
+    Points get weight one, versors and motors are repaired (their scale, and a screw part that rounding left), all
+    else is divided by its norm. The result is of a constrained kind where every item proves to be a member: three
+    points outer-multiplied become a circle, a sum of two circles stays a trivector.
+
+    Parameters
+    ----------
+    x : Multivector
+    kind : str or Kind, optional
+        Insist on this kind: items that do not satisfy its constraints get status `INVALID` and NaN.
+    strict : bool
+        Raise `SingularError` instead of returning statuses.
+
+    Returns
+    -------
+    Multivector
+        `SINGULAR` and NaN where the norm is zero.
+    """
+    if isinstance(kind, str):
+        kind = x.algebra.kind(kind)
+    if kind is not None and kind != x.kind:
+        result = _of_kind(checks.converted(x, kind.layout), kind)
+    elif x.kind.constraints:
+        result = x
+    else:
+        result = _scaled(x)
+    if strict:
+        raise_first(result._status, "normalized")
+    return result
+
+
+def _scaled(x: Multivector) -> Multivector:
+    """x at unit scale, of the first kind on its blades whose members all items are."""
+    result: Multivector | None = None
+    for kind in checks.kinds_on(x):
+        weights = checks.linear_scale(kind)
+        scaled = _by_weight(x, weights) if weights else _repaired(x, kind)
+        if scaled is None:
+            result = result or _over_norm(x)
+            scaled = result
+        answered = ~np.isnan(scaled._data).all(-1)
+        if answered.any() and checks.holds(kind, scaled._data[answered]).all():
+            return x._make(x.algebra.type_of(kind, x.dtype), scaled._data, x._lead, scaled._status)
+    return result or _over_norm(x)
+
+
+def _of_kind(x: Multivector, kind: Kind) -> Multivector:
+    """x scaled to a kind; items that are no members are invalid."""
+    weights = checks.linear_scale(kind)
+    scaled = (_by_weight(x, weights) if weights else _repaired(x, kind)) or _over_norm(x)
+    answered = ~np.isnan(scaled._data).all(-1)
+    bad = answered & ~checks.holds(kind, scaled._data)
+    status = merged(scaled._status, np.where(bad, np.uint8(Status.INVALID), np.uint8(Status.OK)))
+    data = np.where(bad[..., None], np.nan, scaled._data).astype(x.dtype)
+    return x._make(x.algebra.type_of(kind, x.dtype), data, x._lead, status)
+
+
+def _by_weight(x: Multivector, weights: tuple[float, ...]) -> Multivector:
+    """x over the linear form that is 1 for members."""
+    row = np.array(weights, x.dtype)
+    with np.errstate(all="ignore"):
+        weight = x._data @ row
+        noise = checks.tolerance(x.dtype) * (np.abs(x._data) @ np.abs(row))
+        regular = np.abs(weight) > noise
+        data = x._data / np.where(regular, weight, np.nan)[..., None]
+    status = np.where(regular, np.uint8(Status.OK), np.uint8(Status.SINGULAR))
+    return x._make(x._type, data.astype(x.dtype), x._lead, np.asarray(status, np.uint8))
+
+
+def _repaired(x: Multivector, kind: Kind) -> Multivector | None:
+    """The nearest motor, where the kind is one of motors."""
+    if kind.blades[0] != 0 or any(blade.bit_count() & 1 for blade in kind.blades):
+        return None
+    try:
+        value: Multivector = call(x.algebra, "versors.normalise_flat", x).value
+    except GradeError:
+        return None
+    return value if value.kind == kind else None
+
+
+def _over_norm(x: Multivector) -> Multivector:
+    value: Multivector = call(x.algebra, "versors.normalise", x).value
+    return value
+
+
+def inverse(x: Multivector, method: str = "shirokov", strict: bool = False) -> Multivector:
+    """The y with x y = 1.
+
+    Versors and blades of constrained kinds need no method: their inverse is the reverse, up to sign.
+
+    Raises
+    ------
+    NotInvertibleError
+        With ``strict``, for the first item that has none; else that item is `SINGULAR` and NaN.
+    """
+    if method not in METHODS:
+        raise InputError(f"method is {method!r}; it is one of {', '.join(METHODS)}.")
+    sign = x._type.remembered("unit", lambda: _unit_square(x))
+    if sign:
+        reverse = linear.mapped(x, "reverse")
+        return reverse if sign > 0 else -reverse
+    outcome = call(x.algebra, f"inverses.{method}", x)
+    if strict:
+        raise_first(outcome.status, "inverse", NotInvertibleError)
+    return outcome.value  # type: ignore[no-any-return]
+
+
+def _unit_square(x: Multivector) -> int:
+    """+1 or -1 where x ~x is that for every member of the kind, else 0."""
+    from . import proofs
+
+    if not x.kind.constraints:
+        return 0
+    member = proofs.member(x.kind, 0)
+    square = member * ~member
+    return next((sign for sign in (1, -1) if not (square - sign).terms), 0)
+
+
+def exp(x: Multivector) -> Multivector:
+    """exp(x): in closed form for bivectors of motors, else by halving and a series."""
+    if x.grades == (2,):
+        try:
+            return call(x.algebra, "exponentials.exp_bivector", x).value  # type: ignore[no-any-return]
+        except GradeError:
+            pass
+    return _exp_series(x)
+
+
+def _exp_series(x: Multivector) -> Multivector:
+    """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra."""
+    size = float(np.nan_to_num(np.abs(x._data).sum(-1)).max(initial=0.0))
+    halvings = max(0, math.ceil(math.log2(size / SERIES_SIZE))) if size > 0 else 0
+    small = x / 2.0**halvings
+    total = small / SERIES_TERMS + 1.0
+    for k in range(SERIES_TERMS - 1, 0, -1):
+        total = (small * total) / k + 1.0
+    for _ in range(halvings):
+        total = total * total
+    return total
+
+
+def log(x: Multivector, strict: bool = False) -> Multivector:
+    """The bivector b with exp(b) = x."""
+    return _motor_function(x, "log_motor", "log", strict)
+
+
+def sqrt(x: Multivector, strict: bool = False) -> Multivector:
+    """exp(log(x)/2)."""
+    return _motor_function(x, "sqrt_motor", "sqrt", strict)
+
+
+def _motor_function(x: Multivector, formula: str, name: str, strict: bool) -> Multivector:
+    even = all(g % 2 == 0 for g in x.grades)
+    if not even or 0 not in x.grades:
+        raise NotARotorError(
+            f"{name} of a {x.kind.name} of {x.algebra.name}: it has no rotor's blades.",
+            remedy="Rotors are even, with a scalar part",
+        )
+    try:
+        outcome = call(x.algebra, f"exponentials.{formula}", x)
+    except GradeError as error:
+        raise NotARotorError(str(error)) from None
+    if strict:
+        raise_first(outcome.status, name, NotARotorError)
+    return outcome.value  # type: ignore[no-any-return]
+
+
+def reflect(x: Multivector, mirror: Multivector, strict: bool = False) -> Multivector:
+    """x reflected, or inverted, in the blade ``mirror`` (thesis 1.3.4).
+
+    Raises
+    ------
+    GradeError
+        If the mirror is not of one grade.
+    """
+    if len(mirror.grades) != 1:
+        raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Select it with .grade(k)")
+    outcome = call(x.algebra, "versors.reflect", x, mirror)
+    if strict:
+        raise_first(outcome.status, "reflect")
+    return outcome.value  # type: ignore[no-any-return]
+
+
+__all__ = ["exp", "inverse", "log", "norm", "normalized", "reflect", "sqrt"]

@@ -1,0 +1,1 @@
+"""Exchange with other packages and other bases: one module for each."""

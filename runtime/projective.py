@@ -1,0 +1,2 @@
+from .algebras import Algebra
+class ProjectiveAlgebra(Algebra): pass

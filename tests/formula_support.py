@@ -1,0 +1,152 @@
+"""What the tests of formulas share: stock algebras, random members as arrays, formulas traced and run on numbers.
+
+Oracles here are independent of the closed forms under test: a scaled and squared series for exp, homogeneous
+matrices for motions.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import bladesmith.codegen.catalogue as catalogue
+import numpy as np
+from bladesmith.codegen.algebra import Algebra
+from bladesmith.codegen.kinds import Kind, NumericSource, scalar_argument
+from bladesmith.codegen.multivector import Multivector, from_values
+from bladesmith.codegen.rings import NumericRing, PrecisionRing
+from bladesmith.codegen.spec import stock_spec_path
+from bladesmith.codegen.trace import Kernel, trace
+
+EPS = float(np.finfo(float).eps)
+Array = np.ndarray
+
+
+@cache
+def stock(name: str) -> Algebra:
+    """A stock algebra from its spec."""
+    with open(stock_spec_path(name), "rb") as file:
+        return catalogue.algebra_from_data(tomllib.load(file))
+
+
+def kind_of(algebra: Algebra, text: str) -> Kind:
+    """``motor``, ``~motor`` (its layout) or ``number``."""
+    if text == "number":
+        return scalar_argument(algebra)
+    return algebra.layout(text[1:]) if text[0] == "~" else algebra.kind(text)
+
+
+def members(kind: Kind, count: int, seed: int, scale: float = 1.0) -> Array:
+    """Random members as rows."""
+    if kind.is_scalar_argument:
+        return np.random.default_rng(seed).normal(size=count) * scale
+    x = kind.sample(NumericSource(count, seed, scale))
+    return np.stack([np.broadcast_to(v, (count,)) for v in kind.values(x)], -1)
+
+
+@cache
+def _traced(formula: Callable[..., Any], kinds: tuple[Kind, ...], algebra: Algebra) -> Kernel:
+    return trace(formula, kinds, algebra=algebra)
+
+
+class Traced:
+    """A formula declared on kinds: its kernel, and its values on arrays."""
+
+    def __init__(self, algebra: Algebra, formula: Callable[..., Any], *kinds: str) -> None:
+        self.kinds = tuple(kind_of(algebra, k) for k in kinds)
+        self.kernel = _traced(formula, self.kinds, algebra)
+        self.algebra = algebra
+
+    @property
+    def returns(self) -> Kind:
+        """Kind of the first output, as proved."""
+        return self.kernel.outputs[0].kind
+
+    def _columns(self, arrays: Sequence[Any]) -> list[list[Any]]:
+        return [
+            [np.asarray(a, float)] if k.is_scalar_argument else list(np.moveaxis(np.asarray(a, float), -1, 0))
+            for a, k in zip(arrays, self.kinds, strict=True)
+        ]
+
+    def all(self, *arrays: Any) -> list[Array]:
+        """All outputs of the formula run on NumPy; the graph is run too and must agree."""
+        columns = self._columns(arrays)
+        ring = NumericRing()
+        rows = self.kernel.reference(ring, columns)
+        graph = self.kernel.evaluate_flat([c for column in columns for c in column], ring)
+        lead = np.broadcast_shapes(*(np.shape(c) for column in columns for c in column))
+        results = []
+        for own, other in zip(rows, graph, strict=True):
+            one, two = (np.stack([np.broadcast_to(v, lead) for v in values], -1) for values in (own, other))
+            assert np.array_equal(np.isnan(one).any(-1), np.isnan(two).any(-1)), self.kernel.name
+            size = np.nanmax(np.abs(one), -1, initial=0, keepdims=True)
+            same = np.abs(one - two) <= 1e-9 * np.where(np.isfinite(size), size, 1) + 1e-300
+            assert np.all(same | np.isnan(one) | ~np.isfinite(one)), self.kernel.name
+            results.append(one)
+        return [
+            r[..., 0] if o.role == "status" or o.kind.blades == (0,) else r
+            for r, o in zip(results, self.kernel.outputs, strict=True)
+        ]
+
+    def __call__(self, *arrays: Any) -> Array:
+        """The first output."""
+        return self.all(*arrays)[0]
+
+
+def multivector(kind: Kind, rows: Any) -> Multivector:
+    """Rows as one numeric multivector."""
+    return from_values(kind.algebra, NumericRing(), kind.blades, list(np.moveaxis(np.asarray(rows, float), -1, 0)))
+
+
+def rows(kind: Kind, x: Multivector) -> Array:
+    """A numeric multivector's coefficients on a kind's blades."""
+    values = kind.values(x)
+    lead = np.broadcast_shapes(*(np.shape(v) for v in values))
+    return np.stack([np.broadcast_to(v, lead) for v in values], -1)
+
+
+# -- 50 digits and more ------------------------------------------------------------------------------------
+
+
+def precise(kind: Kind, row: Sequence[Any], ring: PrecisionRing) -> Multivector:
+    """One row as a multivector of mpmath numbers."""
+    number = ring.context.mpf
+    return from_values(kind.algebra, ring, kind.blades, [number(float(v)) for v in row])
+
+
+def series_exp(b: Multivector) -> Multivector:
+    """exp(b) by halving the argument, its power series, and squaring: nothing known of b."""
+    ring: PrecisionRing = b.ring  # type: ignore[assignment]
+    size = float(sum(abs(c) for c in b.terms.values())) or 1.0
+    halvings = max(0, math.ceil(math.log2(size)) + 10)
+    small = b * Fraction(1, 2**halvings)
+    term = total = b.constant(1)
+    for n in range(1, ring.context.dps // 3 + 4):
+        term = term * small / n
+        total = total + term
+    for _ in range(halvings):
+        total = total * total
+    return total
+
+
+# -- homogeneous matrices ----------------------------------------------------------------------------------
+
+
+def rotation_matrix(axis: Array, angle: Any) -> Array:
+    """Rodrigues' formula."""
+    axis, angle = np.asarray(axis, float), np.asarray(angle, float)
+    a = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    k = np.zeros((*a.shape[:-1], 3, 3))
+    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
+    k = k - np.swapaxes(k, -1, -2)
+    s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
+    return np.eye(3) + s * k + (1 - c) * (k @ k)
+
+
+def unit(v: Array) -> Array:
+    """v over its length."""
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
