@@ -1,7 +1,8 @@
 """Roots of a ray against an evolved surface: lost, false, largest error and time of each method.
 
-Truth is 50-digit arithmetic from the circles and the ray themselves, so that the rounding of the scalars that the
-methods start from counts as error. The peer is NumPy: batched eigenvalues of the printed companion matrices.
+Truth is 50-digit arithmetic from the circles and the ray themselves, so that the rounding of the scalars that
+the methods start from counts as error. The peer is NumPy: batched eigenvalues of the printed companion
+matrices.
 
     python benchmarks/bench_roots.py --pairs 10000 --processes 2      (about three minutes)
 """
@@ -10,6 +11,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from multiprocessing import Pool
 from pathlib import Path
 
@@ -37,21 +39,25 @@ def truth(task: tuple[str, int]) -> Truth:
         return es.as_floats(nine), es.as_floats(surface.scalars), es.reference(nine, *surface.scalars)
 
 
-def numpy_companion(rays: NDArray[np.float64], surfaces: NDArray[np.float64]) -> Found:
+def numpy_companion(rays: NDArray[np.float64], surfaces: NDArray[np.float64], some: slice) -> Found:
     """The printed method with batched numpy.linalg.eigvals."""
+    rays, surfaces = rays[some], surfaces[some]
     powers = np.zeros((len(rays), 13))
     es.call("dodecics", np.float64, len(rays), rays, surfaces, powers)
     matrices = np.zeros((len(rays), 12, 12))
     matrices[:, 0] = -powers[:, 11::-1] / powers[:, 12:]
     matrices[:, range(1, 12), range(11)] = 1
     values = np.linalg.eigvals(matrices)
-    a = np.where((np.imag(values) == 0) & (np.real(values) >= 0) & (np.real(values) <= 1), np.real(values), np.nan)
+    a = np.real(values)
+    a = np.where((np.imag(values) == 0) & (a >= 0) & (a <= 1), a, np.nan)
     b, (m0, kappa) = 1 - a, surfaces.T[:, :, None]
-    ab, s0 = a * b, a * a + b * b + a * b * m0
+    aa, ab, bb = a * a, a * b, b * b
+    s0 = aa + bb + ab * m0
     with np.errstate(invalid="ignore", divide="ignore"):
         s = np.sqrt(s0 * s0 - kappa * ab * ab)
         t = np.where(s0 >= 0, s0 + s, -kappa * ab * ab / (s - s0))
-        u, x, e = (rays[:, i, None] * b * b + rays[:, i + 1, None] * ab + rays[:, i + 2, None] * a * a for i in (0, 3, 6))
+        part = rays.T[:, :, None]
+        u, x, e = (part[i] * bb + part[i + 1] * ab + part[i + 2] * aa for i in (0, 3, 6))
         f = (t * u - 2 * ab * x + ab * ab * e / t) / (2 * s * s)
         keep = np.abs(f) < 1e-6
     return [np.sort(row[k]) for row, k in zip(a, keep, strict=True)]
@@ -71,15 +77,16 @@ def timed(solve: Callable[[slice], Found], count: int) -> tuple[Found, float]:
     return found, total / count * 1e9
 
 
-def compiled(method: str, dtype: type, samples: int, rays: NDArray[np.float64], surfaces: NDArray[np.float64]):
+def compiled(
+    method: str, dtype: type, samples: int, rays: NDArray[np.float64], surfaces: NDArray[np.float64]
+) -> tuple[Found, float]:
     """Rays through the compiled loop, without the conversion to lists."""
-    rays, surfaces = rays.astype(dtype), surfaces.astype(dtype)
+    rays, surfaces, number = rays.astype(dtype), surfaces.astype(dtype), es.METHODS[method]
     roots, counts = np.zeros((len(rays), es.MOST), dtype), np.zeros(len(rays), np.int32)
 
     def run(part: slice) -> Found:
-        n = part.stop - part.start
-        arguments = es.METHODS[method], samples, es.MOST, n, rays[part], surfaces[part], roots[part], counts[part]
-        es.call("many", dtype, *arguments)
+        n, arrays = part.stop - part.start, (x[part] for x in (rays, surfaces, roots, counts))
+        es.call("many", dtype, number, samples, es.MOST, n, *arrays)
         return []
 
     _, ns = timed(run, len(rays))
@@ -93,8 +100,8 @@ def report(name: str, wanted: list[list[float]], found: Found, ns: float) -> Non
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pairs", type=int, default=900, help="pairs of a ray and a surface, all families together")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--pairs", type=int, default=900, help="of a ray and a surface, in all")
     parser.add_argument("--processes", type=int, default=2, help="for the 50-digit reference")
     options = parser.parse_args()
     each = -(-options.pairs // len(FAMILIES))
@@ -111,7 +118,8 @@ def main() -> None:
             for method, samples in runs if dtype is np.float64 else runs[:1]:
                 title = f"  {method}{f' {samples}' if samples else ''}, {np.dtype(dtype).name}"
                 report(title, wanted, *compiled(method, dtype, samples, rays, surfaces))
-        report("  numpy eigvals, float64", wanted, *timed(lambda p: numpy_companion(rays[p], surfaces[p]), len(rays)))
+        peer = timed(partial(numpy_companion, rays, surfaces), len(rays))
+        report("  numpy eigvals, float64", wanted, *peer)
 
 
 if __name__ == "__main__":

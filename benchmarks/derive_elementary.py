@@ -57,12 +57,12 @@ def fits() -> list[Fit]:
     quarter = (mp.pi / 4) ** 2 * (1 + SLACK)
     half_ln2 = mp.log(2) / 2 * (1 + SLACK)
     log_range = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * (1 + SLACK)
-    below, above = mp.mpf(-4), mp.mpf(3) / 2
+    below, above = mp.mpf(-9), mp.mpf(3) / 2
     return [
         Fit("SIN", lambda z: stumpff(3, z), mp.mpf(0), quarter, lambda z: z / stumpff(1, z), {64: 6, 32: 3}),
         Fit("COS", lambda z: stumpff(4, z), mp.mpf(0), quarter, lambda z: z**2 / stumpff(0, z), {64: 6, 32: 3}),
-        Fit("C2", lambda w: stumpff(2, w), below, above, lambda w: 1 / stumpff(2, w), {64: 10, 32: 6}),
-        Fit("C3", lambda w: stumpff(3, w), below, above, lambda w: 1 / stumpff(3, w), {64: 9, 32: 5}),
+        Fit("C4", lambda w: stumpff(4, w), below, above, lambda w: abs(w) / stumpff(2, w), {64: 10, 32: 6}),
+        Fit("C5", lambda w: stumpff(5, w), below, above, lambda w: abs(w) / stumpff(3, w), {64: 10, 32: 5}),
         Fit(
             "EXP",
             lambda r: power_series(r, lambda n: 1 / mp.factorial(n + 2)),

@@ -15,7 +15,7 @@ _HOMES = {
     "select": "multivector", "sqrt": "multivector", "reciprocal": "multivector", "absolute": "multivector",
     "sin": "multivector", "cos": "multivector", "exp": "multivector", "log": "multivector",
     "atan2": "multivector", "stumpff0": "multivector", "stumpff1": "multivector", "stumpff2": "multivector",
-    "stumpff3": "multivector",
+    "stumpff3": "multivector", "TraceError": "errors",
 }  # fmt: skip
 __all__ = sorted(_HOMES)
 

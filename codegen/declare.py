@@ -18,7 +18,8 @@ from .binding import Argument, BoundKernel, Library
 from .differentiate import derivative_formula, derivative_kinds
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .graph import Graph
-from .kinds import Kind, numbers as numbers_kind, scalar_argument
+from .kinds import Kind, scalar_argument
+from .kinds import numbers as numbers_kind
 from .multivector import Multivector
 from .rings import NumericRing
 from .simplify import Form, Operations, chosen_form
@@ -110,6 +111,7 @@ class KernelFunction:
         self.__doc__ = formula.__doc__
         self.__name__ = name
         self._bound: dict[tuple[str, str], Any] = {}
+        self._pair: Callable[[Any, Any], Any] | None = None
 
     # -- stages --------------------------------------------------------------------------------------------
 
@@ -166,6 +168,10 @@ class KernelFunction:
     # -- calls ---------------------------------------------------------------------------------------------
 
     def __call__(self, *arguments: Any) -> Any:
+        if self._pair is not None and len(arguments) == 2:
+            result = self._pair(arguments[0], arguments[1])
+            if result is not None:
+                return result
         if any(isinstance(a, Multivector) for a in arguments):
             return self._in_formula(arguments)
         arrays, owner = self._arrays(arguments)
@@ -208,14 +214,16 @@ class KernelFunction:
         return self._wrapped(stacked[0] if len(stacked) == 1 else stacked, owner)
 
     def _lead(self, array: Any, kind: Kind) -> tuple[int, ...]:
-        return array.shape if kind.is_scalar_argument else array.shape[:-1]
+        return tuple(array.shape if kind.is_scalar_argument else array.shape[:-1])
 
     def bound(self, target: str, arrays: Sequence[Any]) -> Any:
         """The compiled function for the precision of ``arrays``, made on first use."""
         single = all(getattr(a, "dtype", None) == np.float32 for a in arrays)
         key = (target, "f32" if single else "f64")
         if key not in self._bound:
-            self._bound[key] = self._compile(target, key[1])
+            self._bound[key] = made = self._compile(target, key[1])
+            if key == ("c", "f64") and isinstance(made, BoundKernel) and made.is_pair:
+                self._pair = made.pair
         return self._bound[key]
 
     def _compile(self, target: str, precision: str) -> Any:

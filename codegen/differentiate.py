@@ -115,9 +115,8 @@ def derivative_formula(formula: Formula, names: Sequence[str], wrt: str, is_scal
     place = list(names).index(wrt)
 
     def derived(*arguments: Any) -> Any:
-        operands, direction = list(arguments), None
-        if not is_scalar:
-            direction = operands.pop()
+        operands = list(arguments)
+        direction: Any = None if is_scalar else operands.pop()
         base = operands[place].ring
         ring = DualRing(base)
         lifted = [_lift(x, ring) for x in operands]

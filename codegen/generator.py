@@ -14,8 +14,8 @@ from typing import Any
 from .algebra import Algebra, validated_identifier
 from .catalogue import algebra_from_data, data_from_algebra
 from .errors import SpecError, suggest
-from .kinds import Kind, numbers, scalar_argument, verify
 from .factor_record import Record
+from .kinds import Kind, numbers, scalar_argument, verify
 from .simplify import choose, chosen_form, record_of
 from .targets.c import symbol
 from .targets.extension import kernel_files

@@ -16,7 +16,7 @@ import numpy as np
 from .algebra import Algebra
 from .errors import KindError
 from .expression import evaluate
-from .modular import P, Lanes
+from .modular import Lanes, P
 from .multivector import Multivector, from_values, reciprocal
 from .rings import LaneRing, NumericRing, RationalRing, Ring
 
@@ -24,7 +24,8 @@ from .rings import LaneRing, NumericRing, RationalRing, Ring
 class Source(Protocol):
     """Random scalars of one ring."""
 
-    ring: Ring
+    @property
+    def ring(self) -> Ring: ...
 
     def scalar(self) -> Any: ...
 

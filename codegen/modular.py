@@ -40,7 +40,7 @@ class Lanes:
 
     def is_zero(self) -> NDArray[np.bool_]:
         """Lanes in which the value vanishes."""
-        zero = self.re == 0
+        zero: NDArray[np.bool_] = self.re == 0
         return zero if self.im is None else zero & (self.im == 0)
 
 
@@ -155,6 +155,5 @@ def comparison_pattern(index: int, count: int) -> NDArray[np.bool_]:
     """
     lanes = np.arange(count, dtype=np.uint64)
     bits = count.bit_length() - 1
-    if index < bits:
-        return (lanes >> np.uint64(index)) & np.uint64(1) == 1
-    return opaque(index + 1, [Lanes(lanes)]).re & np.uint64(1) == 1
+    drawn = lanes >> np.uint64(index) if index < bits else opaque(index + 1, [Lanes(lanes)]).re
+    return np.asarray(drawn & np.uint64(1) == 1)

@@ -173,7 +173,7 @@ class PrecisionRing:
         if name == "lt" or name == "le":
             return x < arguments[1] if name == "lt" else x <= arguments[1]
         if name in ("and", "or", "not"):
-            return {"and": lambda: x and arguments[1], "or": lambda: x or arguments[1], "not": lambda: not x}[name]()
+            return bool(_NUMPY[name](*arguments))
         if name == "reciprocal":
             return mp.nan if x == 0 else 1 / x
         if name in ("sqrt", "log") and x < 0:

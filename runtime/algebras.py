@@ -53,6 +53,7 @@ class Algebra(mathematics.Algebra):
         self.targets: dict[Any, Any] = {}
         self._types: dict[tuple[Kind, Any], Type] = {}
         self._layouts: dict[tuple[int, ...], Kind] = {}
+        self._names: dict[str, tuple[int, int]] = {}
         self._origin: tuple[Callable[..., Algebra], tuple[Any, ...]] | None = None
         super().__init__(name, vectors, metric, pseudoscalar)
 
@@ -99,6 +100,15 @@ class Algebra(mathematics.Algebra):
         if known is None:
             own = kind if kind.algebra is self else replace(kind, algebra=self)
             known = self._types[key] = Type(self, own, dtype)
+        return known
+
+    def parse_blade(self, name: str | Sequence[int]) -> tuple[int, int]:
+        """Blade and sign of a name in any order of vectors; remembered."""
+        if not isinstance(name, str):
+            return super().parse_blade(name)
+        known = self._names.get(name)
+        if known is None:
+            known = self._names[name] = super().parse_blade(name)
         return known
 
     # -- multivectors --------------------------------------------------------------------------------------
@@ -303,6 +313,12 @@ def _plain_algebra(p: int, q: int, r: int) -> Algebra:
     add_plain_kinds(new)
     new._origin = algebra, (p, q, r)
     return new
+
+
+def plain_algebra(like: Algebra) -> Algebra:
+    """The one algebra of a name, vectors and metric, with the kinds that every algebra has."""
+    data = data_from_algebra(like)
+    return _from_json_data(_hashable({**data, "kinds": {}}))
 
 
 #: Classes of the algebras that stand for a geometry, by name.

@@ -30,11 +30,19 @@ _log = logging.getLogger("bladesmith")
 
 
 class Numbers(NamedTuple):
-    """A plain operand: ``count`` numbers per item, 0 for one without an axis of its own."""
+    """A plain operand, with its name in errors.
+
+    ``key`` is 0 for one number per item, k for a row of k numbers, or a kind whose coefficients the rows are.
+    """
 
     value: Any
-    count: int
+    key: Key
     name: str
+
+    def rows(self) -> NDArray[Any]:
+        """The checked array."""
+        count = self.key if isinstance(self.key, int) else self.key.size
+        return arrays.rows(self.value, count, self.name) if count else arrays.real(self.value, self.name)
 
 
 @dataclass(frozen=True)
@@ -72,10 +80,10 @@ def call(algebra: Algebra, formula: str, *operands: Multivector | Numbers) -> Ou
     for x in operands:
         if not isinstance(x, Numbers) and x.algebra is not algebra:
             raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
-    keys = tuple(x.count if isinstance(x, Numbers) else x.kind for x in operands)
+    keys = tuple(x.key if isinstance(x, Numbers) else x.kind for x in operands)
     found = target(algebra, formula, keys)
     given = [
-        _plain(x) if isinstance(x, Numbers) else embedded(x, key) if isinstance(key, Kind) else x._data
+        x.rows() if isinstance(x, Numbers) else embedded(x, key) if isinstance(key, Kind) else x._data
         for x, key in zip(operands, found.inputs, strict=True)
     ]
     own = [x.value if isinstance(x, Numbers) else data for x, data in zip(operands, given, strict=True)]
@@ -87,10 +95,6 @@ def call(algebra: Algebra, formula: str, *operands: Multivector | Numbers) -> Ou
         _value(algebra, v, o, code) for v, o in zip(items, found.outputs, strict=True) if not o.is_status
     )
     return Outcome(values, code)
-
-
-def _plain(x: Numbers) -> NDArray[Any]:
-    return arrays.rows(x.value, x.count, x.name) if x.count else arrays.real(x.value, x.name)
 
 
 def _value(algebra: Algebra, data: NDArray[Any], result: Result, code: NDArray[np.uint8] | None) -> Any:

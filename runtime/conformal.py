@@ -1,3 +1,205 @@
-from .algebras import Algebra
-class ConformalAlgebra(Algebra): pass
-class ConformalPlane(Algebra): pass
+"""Conformal geometry: `bladesmith.cga3d` and the plane's `bladesmith.cga2d` as makers and readers of objects.
+
+Objects are direct and normalised: X^2 = +1 for point pairs, lines and circles, -1 for planes and spheres, and
+X . n_inf = -1 for points. A bad value in one item (a radius that is not positive, NaN) gives that item, single
+ones too, `Status.INVALID` and NaN; ``strict=True`` raises instead.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import classify
+from .calls import Numbers
+from .euclidean import EuclideanAlgebra, Rotor, invalidated, is_origin, parameters_class
+from .multivector import Multivector
+from .status import Status
+
+Point = parameters_class("Point", "xyz")
+FlatPoint = parameters_class("FlatPoint", "xyz")
+Direction = parameters_class("Direction", "v")
+PointPair = parameters_class("PointPair", "a", "b")
+Line = parameters_class("Line", "point", "direction")
+Circle = parameters_class("Circle", "center", "normal", "radius")
+PlaneCircle = parameters_class("Circle", "center", "radius")
+Plane = parameters_class("Plane", "normal", "offset")
+Sphere = parameters_class("Sphere", "center", "radius")
+Dilator = parameters_class("Dilator", "scale", "center")
+Transversor = parameters_class("Transversor", "t")
+
+
+class Conformal(EuclideanAlgebra):
+    """What conformal geometry is in any dimension. Positions and directions are arrays (..., d)."""
+
+    def point(self, xyz: Any, strict: bool = False) -> Multivector:
+        """X = x^2/2 n_inf + x + n0."""
+        return self.made("conformal.point", self.vector(xyz, "xyz"), strict=strict)
+
+    def point_pair(self, a: Any, b: Any, strict: bool = False) -> Multivector:
+        """A ^ B, normalised; from a to b. SINGULAR: a = b."""
+        return self.made("conformal.point_pair", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+
+    def flat_point(self, xyz: Any, strict: bool = False) -> Multivector:
+        """(x + n0) ^ n_inf."""
+        return self.made("conformal.flat_point", self.vector(xyz, "xyz"), strict=strict)
+
+    def direction(self, v: Any, strict: bool = False) -> Multivector:
+        """v ^ n_inf, not normalised."""
+        return self.made("conformal.direction", self.vector(v, "v"), strict=strict)
+
+    def line(self, point: Any, direction: Any, strict: bool = False) -> Multivector:
+        """Line through a point along a direction. INVALID: the direction is zero."""
+        operands = self.vector(point, "point"), self.vector(direction, "direction")
+        return self.made("conformal.line", *operands, strict=strict)
+
+    def line_through(self, a: Any, b: Any, strict: bool = False) -> Multivector:
+        """A ^ B ^ n_inf, normalised: from a to b. SINGULAR: a = b."""
+        return self.made("conformal.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+
+    def circle_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
+        """A ^ B ^ C, normalised, in the orientation of the points (on a line: the line). SINGULAR: two coincide."""
+        return self._through("circle_through", (a, b, c), strict)
+
+    def _through(self, name: str, points: tuple[Any, ...], strict: bool) -> Multivector:
+        operands = [self.vector(p, label) for p, label in zip(points, "abcd", strict=False)]
+        return self.made(f"conformal.{name}", *operands, strict=strict)
+
+    def dilator(self, scale: Any, center: Any = 0, strict: bool = False) -> Multivector:
+        """Scaling about a centre. INVALID: the scale is not positive."""
+        number = Numbers(scale, 0, "scale")
+        if is_origin(center):
+            return self.made("conformal.dilator", number, strict=strict)
+        return self.made("conformal.homothety", number, self.vector(center, "center"), strict=strict)
+
+    def transversor(self, t: Any, strict: bool = False) -> Multivector:
+        """1 - t n0: inversion, translation by t, inversion."""
+        return self.made("conformal.transversor", self.vector(t, "t"), strict=strict)
+
+    def classify(self, x: Multivector) -> Any:
+        """What each item is: "circle", "line", ..., "imaginary sphere", "not a blade"; a str, or an array of them."""
+        return classify.conformal(self, x)
+
+    # -- readers -------------------------------------------------------------------------------------------
+
+    def _read_point(self, x: Multivector) -> Any:
+        return self.read(Point, "conformal.point_parameters", x)
+
+    def _read_flat_point(self, x: Multivector) -> Any:
+        return self.read(FlatPoint, "conformal.flat_point_parameters", x)
+
+    def _read_direction(self, x: Multivector) -> Any:
+        return self.read(Direction, "conformal.direction_parameters", x)
+
+    def _read_point_pair(self, x: Multivector) -> Any:
+        return self.read(PointPair, "conformal.point_pair_parameters", x)
+
+    def _read_dilator(self, x: Multivector) -> Any:
+        """cosh(g/2) + sinh(g/2) noni: their sum is the root of the scale, their difference its inverse."""
+        c, k = x["1"], x["noni"]
+        with np.errstate(all="ignore"):
+            scale = (c + k) / (c - k)
+            center = np.stack([x[f"e{i + 1}ni"] / np.where(k == 0, 1, k) for i in range(self.space)], -1)
+        status = np.where((k == 0) & np.isfinite(c), np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
+        status = status if x.kind.name == "homothety" else None
+        return self.named(Dilator, (scale, center), x, status)
+
+    def _read_transversor(self, x: Multivector) -> Any:
+        return self.named(Transversor, (np.stack([-x[f"e{i + 1}no"] for i in range(self.space)], -1),), x)
+
+
+class ConformalAlgebra(Conformal):
+    """Conformal geometry of space, Cl(4,1,0) on e1 e2 e3 n0 n_inf."""
+
+    readers = {
+        "point": "_read_point", "flat_point": "_read_flat_point", "direction": "_read_direction",
+        "point_pair": "_read_point_pair", "line": "_read_line", "circle": "_read_circle", "plane": "_read_plane",
+        "sphere": "_read_sphere", "translator": "translator_parameters", "rotor": "rotor_parameters",
+        "motor": "motor_parameters", "dilator": "_read_dilator", "homothety": "_read_dilator",
+        "transversor": "_read_transversor",
+    }  # fmt: skip
+
+    def circle(self, center: Any, normal: Any, radius: Any, strict: bool = False) -> Multivector:
+        """Circle, counter-clockwise about its normal. INVALID: the normal is zero, or the radius not positive."""
+        operands = self.vector(center, "center"), self.vector(normal, "normal"), Numbers(radius, 0, "radius")
+        return self.made("conformal.circle", *operands, strict=strict)
+
+    def plane(self, normal: Any, offset: Any, strict: bool = False) -> Multivector:
+        """Plane normal . x = offset; the normal need not be unit. INVALID: it is zero."""
+        operands = self.vector(normal, "normal"), Numbers(offset, 0, "offset")
+        return self.made("conformal.plane", *operands, strict=strict)
+
+    def plane_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
+        """A ^ B ^ C ^ n_inf, normalised, in the orientation of the points. SINGULAR: they are on a line."""
+        return self._through("plane_through", (a, b, c), strict)
+
+    def sphere(self, center: Any, radius: Any, strict: bool = False) -> Multivector:
+        """Outward sphere. INVALID: the radius is not positive."""
+        operands = self.vector(center, "center"), Numbers(radius, 0, "radius")
+        return self.made("conformal.sphere", *operands, strict=strict)
+
+    def sphere_through(self, a: Any, b: Any, c: Any, d: Any, strict: bool = False) -> Multivector:
+        """A ^ B ^ C ^ D, normalised, in the orientation of the points. SINGULAR: they are on a circle."""
+        return self._through("sphere_through", (a, b, c, d), strict)
+
+    def _read_line(self, x: Multivector) -> Any:
+        return self.read(Line, "conformal.line_parameters", x)
+
+    def _read_circle(self, x: Multivector) -> Any:
+        return self.read(Circle, "conformal.circle_parameters", x)
+
+    def _read_plane(self, x: Multivector) -> Any:
+        return self.read(Plane, "conformal.plane_parameters", x)
+
+    def _read_sphere(self, x: Multivector) -> Any:
+        return self.read(Sphere, "conformal.sphere_parameters", x, orientation=2)
+
+
+class ConformalPlane(Conformal):
+    """Conformal geometry of the plane, Cl(3,1,0) on e1 e2 n0 n_inf."""
+
+    readers = {
+        "point": "_read_point", "point_pair": "_read_point_pair", "circle": "_read_circle", "motor": "motor_parameters",
+    }  # fmt: skip
+
+    def circle(self, center: Any, radius: Any, strict: bool = False) -> Multivector:
+        """Circle, counter-clockwise. INVALID: the radius is not positive."""
+        operands = self.vector(center, "center"), Numbers(radius, 0, "radius")
+        return self.made("conformal.sphere", *operands, strict=strict)
+
+    def rotor(self, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:  # type: ignore[override]
+        """Rotation about a point, counter-clockwise."""
+        at = np.zeros(2) if is_origin(point) else point
+        operands = Numbers(angle, 0, "angle"), self.vector(at, "point")
+        return self.made("motions.planar_rotor", *operands, strict=strict)
+
+    def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:
+        """Unit motor from homogeneous matrices (..., 3, 3)."""
+        m: NDArray[Any] = np.asarray(matrix, float)
+        turned = self.rotor(np.arctan2(m[..., 1, 0], m[..., 0, 0]))
+        moved = self.translator(np.ascontiguousarray(m[..., :2, 2])) * turned
+        columns = m[..., :2, :2]
+        defect = np.abs(np.swapaxes(columns, -1, -2) @ columns - np.eye(2)).max((-1, -2))
+        bad = (defect > 1e-3) | (np.linalg.det(columns) < 0)
+        return invalidated(moved.normalized(), bad)
+
+    def _read_circle(self, x: Multivector) -> Any:
+        return self.read(PlaneCircle, "conformal.sphere_parameters", x, orientation=2)
+
+    def motor_parameters(self, x: Multivector) -> Any:
+        """Angle in (-pi, pi] and fixed point of a motion; for a translation the point is NaN, with `SINGULAR`."""
+        matrix = self.matrix(x)
+        angle = np.arctan2(matrix[..., 1, 0], matrix[..., 0, 0])
+        t = matrix[..., :2, 2]
+        with np.errstate(all="ignore"):
+            across = np.stack([-t[..., 1], t[..., 0]], -1) / np.tan(angle / 2)[..., None]
+            point = np.where((angle != 0)[..., None], (t + across) / 2, np.nan)
+        status = np.where(angle == 0, np.uint8(Status.SINGULAR), np.uint8(Status.OK))
+        return self.named(PlaneRotor, (angle, point), x, status)
+
+
+PlaneRotor = parameters_class("Rotor", "angle", "point")
+
+__all__ = ["Conformal", "ConformalAlgebra", "ConformalPlane", "Rotor"]

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import checks, linear
-from .calls import call, merged, raise_first
+from .calls import Outcome, call, merged, raise_first, target
 from .codegen.errors import GradeError, InputError, NotARotorError, NotInvertibleError
 from .codegen.kinds import Kind
+from .general import product_table
 from .status import Status
 
 if TYPE_CHECKING:
@@ -36,8 +37,8 @@ def norm(x: Multivector) -> NDArray[Any]:
 def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = False) -> Multivector:
     """Items at the scale of their kind.
 
-    Points get weight one, versors and motors are repaired (their scale, and a screw part that rounding left), all
-    else is divided by its norm. The result is of a constrained kind where every item proves to be a member: three
+    Points get weight one; what is near a motor or a line becomes the nearest one (scale and screw part); all else
+    is divided by its norm. The result is of a constrained kind where every item proves to be a member: three
     points outer-multiplied become a circle, a sum of two circles stays a trivector.
 
     Parameters
@@ -51,7 +52,7 @@ def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = Fa
     Returns
     -------
     Multivector
-        `SINGULAR` and NaN where the norm is zero.
+        `SINGULAR` and NaN where the norm is zero, `IMAGINARY` where the square has the wrong sign for the kind.
     """
     if isinstance(kind, str):
         kind = x.algebra.kind(kind)
@@ -105,14 +106,17 @@ def _by_weight(x: Multivector, weights: tuple[float, ...]) -> Multivector:
 
 
 def _repaired(x: Multivector, kind: Kind) -> Multivector | None:
-    """The nearest motor, where the kind is one of motors."""
-    if kind.blades[0] != 0 or any(blade.bit_count() & 1 for blade in kind.blades):
+    """The nearest member of the kind, where a formula provably gives one: motors, lines, planes, spheres."""
+    if not x._type.remembered(("repairs", kind), lambda: _is_repaired(x, kind)):
         return None
+    return call(x.algebra, "versors.normalise_flat", x).value  # type: ignore[no-any-return]
+
+
+def _is_repaired(x: Multivector, kind: Kind) -> bool:
     try:
-        value: Multivector = call(x.algebra, "versors.normalise_flat", x).value
+        return target(x.algebra, "versors.normalise_flat", (x.kind,)).outputs[0].kind == kind
     except GradeError:
-        return None
-    return value if value.kind == kind else None
+        return False
 
 
 def _over_norm(x: Multivector) -> Multivector:
@@ -136,10 +140,51 @@ def inverse(x: Multivector, method: str = "shirokov", strict: bool = False) -> M
     if sign:
         reverse = linear.mapped(x, "reverse")
         return reverse if sign > 0 else -reverse
-    outcome = call(x.algebra, f"inverses.{method}", x)
+    outcome = by_matrix(x) if method == "matrix" else call(x.algebra, f"inverses.{method}_inverse", x)
     if strict:
         raise_first(outcome.status, "inverse", NotInvertibleError)
     return outcome.value  # type: ignore[no-any-return]
+
+
+def by_matrix(x: Multivector) -> Outcome:
+    """Inverse through the matrix of y -> x y on the blades that products of x reach (thesis 1.2.5)."""
+    matrix, blades = _left_matrix(x)
+    unit = np.zeros((*x.shape, len(blades), 1), x.dtype)
+    unit[..., blades.index(0), :] = 1
+    finite = np.isfinite(x._data).all(-1)
+    safe = np.where(finite[..., None, None], matrix, 0)
+    with np.errstate(all="ignore"):
+        row_scale = np.abs(safe).max(-1, keepdims=True)
+        scaled = safe / np.where(row_scale > 0, row_scale, 1)
+        regular = finite & (np.linalg.cond(scaled, 1) < 1 / checks.tolerance(x.dtype))
+        eye = np.eye(len(blades), dtype=x.dtype)
+        data = np.linalg.solve(np.where(regular[..., None, None], safe, eye), unit)[..., 0]
+    status = np.where(regular, Status.OK, np.where(finite, Status.SINGULAR, Status.INVALID)).astype(np.uint8)
+    data = np.where(regular[..., None], data, np.nan).astype(x.dtype)
+    out = x.algebra.type_of(x.algebra.layout_of(blades), x.dtype)
+    return Outcome((x._make(out, data, x.shape, status),), status)
+
+
+def _left_matrix(x: Multivector) -> tuple[NDArray[Any], tuple[int, ...]]:
+    """The matrix of y -> x y, and its blades: those that the powers of x can have."""
+    blades, entries = x._type.remembered("left matrix", lambda: _matrix_entries(x))
+    rows, columns, sources, weights = entries
+    matrix = np.zeros((*x.shape, len(blades), len(blades)), x.dtype)
+    np.add.at(matrix, (..., rows, columns), x._data[..., sources] * weights.astype(x.dtype))
+    return matrix, blades
+
+
+def _matrix_entries(x: Multivector) -> tuple[tuple[int, ...], tuple[NDArray[Any], ...]]:
+    algebra, reached = x.algebra, {0}
+    while True:
+        found = reached.union(*(product_table(algebra, "geometric", x._type.blades, algebra.order(reached)).blades,))
+        if found == reached:
+            break
+        reached = found
+    blades = algebra.order(reached)
+    table = product_table(algebra, "geometric", x._type.blades, blades, blades)
+    rows = np.repeat(np.arange(len(blades)), np.diff(table.starts))
+    return blades, (rows, table.right, table.left, table.weights)
 
 
 def _unit_square(x: Multivector) -> int:

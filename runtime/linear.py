@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import proofs
+from . import arrays, proofs
 from .codegen.algebra import grade
 from .codegen.errors import AlgebraMismatchError, BladeError, suggest
 from .dispatch import broadcast
@@ -121,8 +121,11 @@ def _places(source: Type, target: Type) -> Any:
     return np.array(index, np.int64)
 
 
-def scaled(x: Multivector, factor: NDArray[Any], divide: bool = False) -> Multivector:
+def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
     """Items times (or divided by) numbers that broadcast with them; nothing is known of the result."""
+    if isinstance(value, float | int) and not divide:
+        return x._make(x._type.free, x._data * value, x._lead)
+    factor = arrays.real(value, "the factor")
     dtype = x.dtype if factor.dtype == x.dtype or factor.ndim == 0 else F64
     data = x._data if x.dtype == dtype else x._data.astype(dtype)
     number = factor.astype(dtype)[..., None]
@@ -163,7 +166,7 @@ def blade_in(algebra: Any, key: Any) -> tuple[int, int]:
     from .typed import Blade
 
     if isinstance(key, Blade):
-        if key not in algebra.blade_set:
+        if key >> algebra.dimension:
             raise BladeError(f"{key!r} is not a blade of {algebra.name}.")
         return int(key), 1
     if isinstance(key, str):

@@ -178,7 +178,7 @@ class Multivector:
     def _scaled(self, factor: Any, divide: bool = False) -> Multivector:
         if isinstance(factor, str | bytes | dict | set) or factor is None:
             return NotImplemented
-        return linear.scaled(self, arrays.real(factor, "the factor"), divide)
+        return linear.scaled(self, factor, divide)
 
     def __rmul__(self, other: Number) -> Multivector:
         return self._scaled(other)

@@ -1,7 +1,7 @@
 """The one place that shares work over threads: a range [0, n) in chunks over a pool.
 
-Compiled loops take a range [begin, end) and release the GIL; nothing here knows what they do. A call from inside
-a chunk runs serially, so that nothing is ever shared twice.
+Compiled loops take a range [begin, end) and release the GIL; nothing here knows what they do. A call from
+inside a chunk runs serially, so that nothing is ever shared twice.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[i
 def _threaded(
     part: Part, ranges: Iterator[tuple[int, int]], threads: int, progress: Callable[[int], None] | None
 ) -> None:
-    """Keep every thread busy with one chunk and one waiting; the rest is not handed out, so it can be dropped."""
+    """Two chunks for each thread, one running and one waiting; the rest stays here and can be dropped."""
     pool = ThreadPoolExecutor(threads, thread_name_prefix="bladesmith")
     pending: dict[Future[None], int] = {}
     try:

@@ -4,9 +4,9 @@ The table of signs, stated once. Ours on the left, `clifford`'s on the right:
 
 - vectors: no = (e- - e+)/2, ni = e+ + e-, with e+ = e4, e- = e5 of Cl(4,1); the PGA's e0 .. e3 by name.
 - dual: X* = X I5 is minus its dual(), which is X I5^-1 (I5^2 = -1).
-- meet in CGA: X v Y = (X* ^ Y*) I5 is minus its vee(): two duals give no sign, undualising by I5 instead of I5^-1 one.
-- PGA: I = e1230 = -e0123. J(X) = -(its right complement), J^-1(X) = -(its left complement), hence a join is minus
-  its vee(), at every grade.
+- meet in CGA: X v Y = (X* ^ Y*) I5 is its vee() times (-1)^((5-r)(5-s)) for grades r, s: its complements change the
+  order of two odd factors.
+- PGA: I = e1230 = -e0123. J is minus its right complement, J^-1 minus its left one, hence a join minus its vee().
 
 Its products are taken from its multiplication tables: its compiled functions take seconds to warm up.
 """
@@ -23,8 +23,13 @@ from bladesmith.codegen.algebra import Algebra, outer_sign
 #: Our vectors on clifford's orthonormal ones, for labels that differ.
 NULL_VECTORS = {"no": {"+": -0.5, "-": 0.5}, "ni": {"+": 1.0, "-": 1.0}}
 DUAL_SIGN = -1
-MEET_SIGN = -1
-PGA_JOIN_SIGN = -1
+COMPLEMENT_SIGN = -1
+JOIN_SIGN = -1
+
+
+def meet_sign(dimension: int, r: int, s: int) -> int:
+    """Our meet of grades r and s over clifford's vee, where the metric is not degenerate."""
+    return -1 if (dimension - r) * (dimension - s) % 2 else 1
 
 
 class Oracle:

@@ -1,7 +1,7 @@
-"""What the tests and the benchmark of roots.h, companion.h and evolved.h share: the compiled headers and a reference.
+"""What the tests and the benchmark of the root finders share: roots.h and its kin, compiled, and a reference.
 
-The reference has nothing in common with them: geometric algebra on the orthonormal basis, mpmath's roots of the
-octic, and the condition f at 50 digits. The kernels that the headers ask for are in evolved_standin.h, by hand.
+The reference has nothing in common with them: geometric algebra on the orthonormal basis, mpmath's roots of
+the octic, and the condition f at 50 digits. The kernels that the headers ask for are in evolved_standin.h.
 """
 
 from functools import cache
@@ -24,8 +24,8 @@ SAME = mpf(10) ** -25  # at 50 digits: an imaginary part or a relative value of 
 
 CDEF = "".join(
     f"""
-    void many_{tag}(int method, int samples, int most, int n, const {S} *rays, const {S} *surfaces, {S} *roots,
-                    int *counts);
+    void many_{tag}(int method, int samples, int most, int n, const {S} *rays, const {S} *surfaces,
+                    {S} *roots, int *counts);
     void dodecics_{tag}(int n, const {S} *rays, const {S} *surfaces, {S} *powers);
     int eigenvalues_{tag}(int n, const {S} *powers, {S} *re, {S} *im);
     {S} value_{tag}(int which, const {S} *ray, const {S} *surface, {S} a);
@@ -36,7 +36,7 @@ CDEF = "".join(
 @cache
 def library():
     source = '#include "platform.h"\n' + "".join(
-        f'#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n'
+        f"#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n"
         '#include "instance.h"\n#include "standin.h"\n'
         for bits in (64, 32)
     )
@@ -61,7 +61,7 @@ def solve(method, rays, surfaces, dtype=np.float64, samples=64, most=MOST):
     return [row[: max(count, 0)] for row, count in zip(roots, counts, strict=True)], counts
 
 
-# -- geometric algebra of e1 e2 e3 e+ e- on dicts {bitmask: coefficient}, and the surface, at any precision ------
+# -- geometric algebra of e1 e2 e3 e+ e- on dicts {bitmask: coefficient}, and the surface ------------------
 
 
 def sign(a, b):
@@ -170,7 +170,7 @@ class Surface:
         return scalar(y, y)
 
 
-# -- the reference -----------------------------------------------------------------------------------------------
+# -- the reference -----------------------------------------------------------------------------------------
 
 
 def convolve(p, q):
@@ -217,7 +217,7 @@ def condition(nine, m0, kappa, a):
 
 
 def majorant(nine, m0, kappa, a):
-    """The sum of the absolute values of all terms of the condition, to which its rounding error is relative."""
+    """Sum of the absolute values of all terms of the condition, to which its rounding error is relative."""
     return condition([(-1 if i // 3 == 1 else 1) * abs(x) for i, x in enumerate(nine)], m0, kappa, a)[0]
 
 

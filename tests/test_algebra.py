@@ -5,13 +5,14 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from bladesmith.codegen.algebra import Algebra, orthonormal, outer_sign
 from bladesmith.codegen.errors import BladeError, KindError, SignatureError
 from bladesmith.codegen.kinds import RationalSource
 from bladesmith.codegen.multivector import Multivector, from_values
 from bladesmith.codegen.rings import RationalRing
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 CGA = Algebra("c", ["1", "2", "3", "no", "ni"], [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
 

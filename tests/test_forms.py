@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.bounds import BoundRing
 from bladesmith.codegen.catalogue import algebra_from_data
 from bladesmith.codegen.errors import SpecError

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.binding import BoundKernel, Library
 from bladesmith.codegen.bounds import BoundRing
 from bladesmith.codegen.catalogue import STOCK, algebra_from_data

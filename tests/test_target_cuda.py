@@ -16,15 +16,18 @@ import pytest
 from bladesmith.codegen.binding import BoundKernel, Library
 from bladesmith.codegen.build import ExtensionSource
 from bladesmith.codegen.build import load as load_extension
-from bladesmith.codegen.errors import CompileError, InputError, MissingExtraError
+from bladesmith.codegen.errors import CompileError, InputError, MissingExtraError, SpecError
 from bladesmith.codegen.machine import instances
+from bladesmith.codegen.programs.scene import EVERYTHING, needs, scene_program
 from bladesmith.codegen.targets import nvrtc
 from bladesmith.codegen.targets.cuda import (
+    DRIVER_OPTIONS,
     MAIN,
     bind,
     compile_source,
     cuda_source,
     device_arch,
+    scene_source,
     self_contained,
     with_headers,
 )
@@ -100,6 +103,24 @@ def test_every_gpu_gets_an_architecture_that_the_compiler_knows() -> None:
     assert nvrtc.version() >= (12, 2) and 75 in known
     assert device_arch(known[-1]) == f"sm_{known[-1]}"
     assert device_arch(999) == f"compute_{known[-1]}"
+
+
+@pytest.mark.parametrize("arch", ["compute_75", "compute_90"])
+def test_the_driver_of_scenes_compiles_without_a_warning(arch: str) -> None:
+    compiled = compile_source(scene_source(scene_program(EVERYTHING).files), arch, DRIVER_OPTIONS)
+    assert compiled.log == ""
+    ptx = compiled.image.decode()
+    loops = {"first", "all", "render"}
+    assert set(re.findall(r"\.entry scene_(\w+)_launch_f(?:32|64)_scalar\(", ptx)) == loops
+    assert not re.search(r"\bfma\.|\.approx|\.ftz", re.sub(r"//.*", "", ptx))
+
+
+def test_a_small_scene_has_small_text() -> None:
+    files = scene_source(scene_program(needs(["sphere"], pictures=False)).files)
+    compiled = compile_source(files, options=DRIVER_OPTIONS)
+    assert compiled.log == "" and b"render" not in compiled.image and b"evolved" not in compiled.image
+    with pytest.raises(SpecError, match="bs_source_hash"):
+        scene_source({"kernels.c": "int main(void) { return 0; }"})
 
 
 # -- the text, run -------------------------------------------------------------------------------------

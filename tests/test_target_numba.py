@@ -118,6 +118,8 @@ def test_compiled_gives_the_bits_of_c(
         operand.setflags(write=False)
     assert_same_as_c(fast(*operands), expected, name)  # and nothing is compiled again
     assert len(fast._batches[np.dtype(dtype)].signatures) == 1
+    again = NumbaKernel(fast.library, name, *interface(KERNELS[name]))
+    assert again(*operands) is not None and len(fast._batches[np.dtype(dtype)].signatures) == 1
     shared = shared_last(operands)
     assert_same_as_c(fast(*shared), compiled_c(name)(*shared), name)
 
@@ -137,6 +139,8 @@ def test_shapes_broadcast_and_are_checked(compiled: bool) -> None:
     assert grid.shape == (2, 3, 5)
     assert np.array_equal(grid[1, 2], move(motor[5], point[0]))
     assert move(motor[:0], point[0]).shape == (0, 5)
+    shifted = np.frombuffer(b"." + point.tobytes(), np.float64, offset=1).reshape(6, 5)
+    assert np.array_equal(move(motor, shifted), move(motor, point), equal_nan=True)
     with pytest.raises(ShapeError, match="last axis must have 8"):
         move(motor[:, :7], point)
     with pytest.raises(InputError, match="takes 2 arrays"):

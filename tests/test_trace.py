@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from bladesmith import codegen
 from bladesmith.codegen.algebra import Algebra
 from bladesmith.codegen.catalogue import STOCK, algebra_from_data

@@ -9,16 +9,10 @@ from __future__ import annotations
 
 from ..multivector import Multivector, exp, log, select, sqrt
 from ..trace import Result, named, row
-
-
-def no(x: Multivector) -> Multivector:
-    """The origin."""
-    return x.basis("no")
-
-
-def ni(x: Multivector) -> Multivector:
-    """The point at infinity."""
-    return x.basis("ni")
+from .conformal import infinity as ni
+from .conformal import origin as no
+from .conformal import point
+from .euclidean import euclidean_part as euclidean
 
 
 def zero(x: Multivector) -> Multivector:
@@ -31,23 +25,12 @@ def dot(x: Multivector, y: Multivector) -> Multivector:
     return x.scalar_product(y)
 
 
-def euclidean(x: Multivector) -> Multivector:
-    """The part of a vector in e1, e2, e3."""
-    kept = {x.algebra.parse_blade(name)[0] for name in ("e1", "e2", "e3")}
-    return x.new({blade: value for blade, value in x.terms.items() if blade in kept})
-
-
 def unit(x: Multivector) -> Multivector:
     """A Euclidean vector over its length."""
     return x / sqrt(dot(x, x))
 
 
-# -- constructors --------------------------------------------------------------------------------------------
-
-
-def point(x: Multivector) -> Multivector:
-    """F(x) = x^2/2 n_inf + x + n0 (4.1)."""
-    return dot(x, x) / 2 * ni(x) + x + no(x)
+# -- objects, of any weight --------------------------------------------------------------------------------
 
 
 def line(origin: Multivector, direction: Multivector) -> Multivector:
@@ -66,12 +49,12 @@ def dual_sphere(center: Multivector, square: Multivector) -> Multivector:
 
 
 def circle(center: Multivector, normal: Multivector, radius: Multivector) -> Multivector:
-    """The unit circle that turns counter-clockwise about its normal: sphere v plane, dual sphere* ^ plane*."""
+    """The unit circle that turns counter-clockwise about its normal, the dual of sphere* ^ plane*."""
     sphere = dual_sphere(center, radius * radius) / radius
     return (sphere ^ dual_plane(normal, dot(normal, center))).undual()
 
 
-# -- meets ---------------------------------------------------------------------------------------------------
+# -- meets -------------------------------------------------------------------------------------------------
 
 
 def plane_hit(origin: Multivector, direction: Multivector, normal: Multivector, offset: Multivector) -> Result:
@@ -96,7 +79,7 @@ def pair_points(pair: Multivector) -> tuple[Multivector, Multivector]:
 
 
 def pair_parameters(pair: Multivector, origin: Multivector, direction: Multivector) -> list[Multivector]:
-    """Parameters t of a ray's point pair on a sphere about the local origin, the foot of which is its middle."""
+    """Parameters t of a ray's points on a sphere about the origin; the origin's foot is their middle."""
     square = dot(direction, direction)
     middle = -dot(origin, direction) / square
     half = sqrt(dot(pair, pair)) / square
@@ -131,7 +114,7 @@ def disc_hit(
     return row([t, dot(meet, meet)], "t_square"), named("local", relative + t * direction)
 
 
-# -- reflection and light ------------------------------------------------------------------------------------
+# -- reflection and light ----------------------------------------------------------------------------------
 
 
 def reflect_in_plane(ray: Multivector, plane: Multivector) -> Multivector:
@@ -169,7 +152,7 @@ def facing(normal: Multivector, direction: Multivector) -> Multivector:
 def light_terms(
     position: Multivector, normal: Multivector, direction: Multivector, light: Multivector, shininess: Multivector
 ) -> tuple[Result, Result]:
-    """Vector from a position to a light, and the factors of Lambert's law and of Blinn's and Phong's highlight.
+    """Vector from a position to a light, and the factors of Lambert's law and of Blinn's highlight.
 
     Both are 0 where the light is behind the surface.
     """
@@ -183,7 +166,7 @@ def light_terms(
     return named("towards", towards), row([select(lambert > 0, lambert, nothing), highlight], "factors")
 
 
-# -- camera --------------------------------------------------------------------------------------------------
+# -- camera ------------------------------------------------------------------------------------------------
 
 
 def camera_direction(motor: Multivector, lens: tuple[Multivector, ...], pixel: tuple[Multivector, ...]) -> Multivector:

@@ -1,8 +1,8 @@
-"""Surfaces evolved linearly between two circles: constants, the conditions for a ray to meet them, and normals.
+"""Surfaces evolved linearly between two circles: constants, conditions for a ray to meet them, normals.
 
 C' = a C1 + b C2 with b = 1 - a, C1 C2 + C2 C1 = m0 + M4, kappa = M4^2, D_i = M4 C_i. The square of C' is
-S0 + S4 with S0 = a^2 + b^2 + a b m0 and S4 = a b M4, its norm s = sqrt(S0^2 - kappa a^2 b^2). The circle itself
-is, up to a positive weight, (t - S4) C' with t = S0 + s. Every function of (a, b) is homogeneous.
+S0 + S4 with S0 = a^2 + b^2 + a b m0 and S4 = a b M4, its norm s = sqrt(S0^2 - kappa a^2 b^2). The circle
+itself is, up to a positive weight, (t - S4) C' with t = S0 + s. Every function of (a, b) is homogeneous.
 """
 
 from __future__ import annotations
@@ -13,12 +13,16 @@ from math import comb
 from ..homogeneous import coefficients, parameters, polynomial
 from ..multivector import Multivector, select, sqrt
 from ..trace import Result, named, row
-from .rays import circle, dot, dual_sphere, euclidean, line, ni, no, pair_parameters, point, unit, zero
+from .conformal import infinity as ni
+from .conformal import origin as no
+from .conformal import point
+from .euclidean import euclidean_part as euclidean
+from .rays import circle, dot, dual_sphere, line, pair_parameters, unit, zero
 
 Scalars = Sequence[Multivector]
 
 
-# -- constants of one surface --------------------------------------------------------------------------------
+# -- constants of one surface --------------------------------------------------------------------------
 
 
 def evolved_constants(
@@ -34,7 +38,7 @@ def evolved_constants(
     return named("c1", c1), named("c2", c2), named("d1", d1), named("d2", d2), scalars
 
 
-# -- constants of one ray and one surface ----------------------------------------------------------------------
+# -- constants of one ray and one surface --------------------------------------------------------------
 
 
 def evolved_ray(
@@ -50,7 +54,7 @@ def evolved_ray(
     return row([*u, *x, *e], "scalars")
 
 
-# -- polynomials -----------------------------------------------------------------------------------------------
+# -- polynomials ---------------------------------------------------------------------------------------
 
 
 def evolved_octic(ray: Scalars, surface: Scalars) -> Result:
@@ -101,7 +105,7 @@ def _powers(bernstein: Scalars) -> list[Multivector]:
     return powers
 
 
-# -- the condition that is not squared -------------------------------------------------------------------------
+# -- the condition that is not squared -----------------------------------------------------------------
 
 
 def evolved_condition(ray: Scalars, surface: Scalars, a: Multivector, b: Multivector) -> Result:
@@ -139,7 +143,7 @@ def evolved_norm(surface: Scalars, a: Multivector, b: Multivector) -> tuple[Mult
     return select(s0 >= 0, s0 + s, -quad / (s - s0)), s, s0
 
 
-# -- the point and the normal ----------------------------------------------------------------------------------
+# -- the point and the normal --------------------------------------------------------------------------
 
 
 def evolved_circle(
@@ -168,9 +172,9 @@ def evolved_point(
     origin: Multivector, direction: Multivector, surface: Scalars, a: Multivector, b: Multivector,
     c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
 ) -> tuple[Result, Result]:  # fmt: skip
-    """Where the ray meets the plane of the circle at a root: (t, squared cosine to the circle's axis), position.
+    """Where a ray meets the plane of a root's circle: (t, squared cosine to the circle's axis), position.
 
-    At a root the meet Y = L v C is null and the hit point itself. Its n0 part is the cosine times the weights.
+    At a root the meet Y = L v C is null and the hit point itself. Its n0 part is the cosine times weights.
     """
     round_ = evolved_circle(surface, a, b, c1, c2, d1, d2)
     meet = line(origin, direction) & round_
@@ -244,8 +248,8 @@ def evolved_normal(
 ) -> Multivector:  # fmt: skip
     """Unit normal at a position on the surface (4.17 to 4.25).
 
-    Two tangent lines: L_C along the circle, and L_T along dX = X . Omega, Omega = C dC. The weight of C and its
-    rate do not matter: they add a scalar to C dC.
+    Two tangent lines: L_C along the circle, and L_T along dX = X . Omega, Omega = C dC. The weight of C
+    and its rate do not matter: they add a scalar to C dC.
     """
     arguments = surface, a, b, c1, c2, d1, d2
     round_, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)

@@ -1,7 +1,7 @@
-"""Programs: what a scene, a model pair or a mechanism needs, as a list of kernels and the driver around them.
+"""Programs: what a scene, a model pair or a mechanism needs, as a list of kernels and the driver around it.
 
-A program is text. It depends on what there is (which kinds of surface, which features), never on numbers: those
-are arguments of the compiled driver, so that an animation compiles once.
+A program is text. It depends on what there is (which kinds of surface, which features), never on numbers:
+those are arguments of the compiled driver, so that an animation compiles once.
 """
 
 from __future__ import annotations
@@ -100,9 +100,15 @@ class Program:
         return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers)
 
 
-def program(name: str, declared: Sequence[Declared], template: str, cdef: str, headers: Sequence[str],
-            values: Mapping[str, object]) -> Program:  # fmt: skip
-    """Print the kernels, as their formulas were written (no search of forms), and fill the driver's template."""
+def program(
+    name: str,
+    declared: Sequence[Declared],
+    template: str,
+    cdef: str,
+    headers: Sequence[str],
+    values: Mapping[str, object],
+) -> Program:
+    """Print the kernels as their formulas were written (no search of forms) and fill the driver's template."""
     kernels = in_dependency_order(traced(d) for d in dict.fromkeys(declared))
     functions = [c_function(staged(k)) for k in kernels]
     files = {

@@ -41,7 +41,7 @@ class SurfaceKind:
     roots : int
         The most points that one line can have on it.
     layout : tuple of (str, int)
-        Names and lengths of the parts of the row of constants, for those that something besides the driver reads.
+        Names and lengths of the parts of the row of constants, where Python reads them too.
     """
 
     name: str
@@ -107,7 +107,18 @@ _PICTURE = (
     Declared(rays.light_terms, ("position", "unit", "unit", "position", "number")),
 )
 _REFLECTION = (Declared(rays.reflected_direction, ("position", "unit")),)
-_HEADERS = ("platform.h", "instance.h", "instance_end.h", "scene_common.h", "scene_ray.h", "scene_trace.h", "scene_loops.h")
+_HEADERS = (
+    "platform.h",
+    "instance.h",
+    "instance_end.h",
+    "scene_common.h",
+    "scene_ray.h",
+    "scene_trace.h",
+    "scene_loops.h",
+)
+
+
+FLAGS = ("pictures", "reflection", "checker", "single")
 
 
 @dataclass(frozen=True)
@@ -136,9 +147,7 @@ class SceneNeeds:
         return (
             set(other.kinds) <= set(self.kinds)
             and set(other.methods) <= set(self.methods)
-            and (self.pictures, self.reflection, self.checker, self.single)
-            >= (other.pictures, other.reflection, other.checker, other.single)
-            and all(getattr(self, f) >= getattr(other, f) for f in ("pictures", "reflection", "checker", "single"))
+            and all(getattr(self, flag) >= getattr(other, flag) for flag in FLAGS)
         )
 
 
@@ -166,8 +175,7 @@ def needs(
         if kind not in SURFACES:
             raise SceneError(f"there is no kind of surface {kind!r}{suggest(kind, SURFACES)}.")
     for method in methods:
-        if method not in METHODS:
-            raise SceneError(f"there is no method {method!r}{suggest(method, METHODS)}; there are {', '.join(METHODS)}.")
+        _check_method(method)
     used = tuple(k for k in SURFACES if k in kinds)
     choice = any(SURFACES[k].methods for k in used)
     chosen = tuple(m for m in METHODS if m in methods) if choice else ()
@@ -212,6 +220,11 @@ def _title(wanted: SceneNeeds) -> str:
 
 def with_method(wanted: SceneNeeds, method: str) -> SceneNeeds:
     """The same needs with another way to find roots."""
-    if method not in METHODS:
-        raise SceneError(f"there is no method {method!r}{suggest(method, METHODS)}; there are {', '.join(METHODS)}.")
+    _check_method(method)
     return replace(wanted, methods=(method,)) if wanted.methods else wanted
+
+
+def _check_method(method: str) -> None:
+    if method not in METHODS:
+        known = ", ".join(METHODS)
+        raise SceneError(f"there is no method {method!r}{suggest(method, METHODS)}; there are {known}.")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from ..errors import SpecError
 from ..simplify import chosen_form
 from ..templating import render, template_text
 from ..trace import Kernel
@@ -20,6 +21,10 @@ from .printer import interface
 
 #: The file that is compiled; the others are included by it.
 MAIN = "kernels.cu"
+#: For drivers: their loops are written for C, and carry no words of CUDA.
+DRIVER_OPTIONS = ("--device-as-default-execution-space",)
+#: In programs, the first line of the functions that the host calls, which a GPU has no use for.
+_HOST_PART = "const char *bs_source_hash(void)"
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"[^\n]*$', re.MULTILINE)
 
 
@@ -45,6 +50,22 @@ def cuda_source(kernels: Sequence[Kernel], title: str = "") -> dict[str, str]:
         "kernels.h": render("c/kernels.h.j2", **values),
         "launch.h": render("cuda/launch.h.j2", **values),
     }
+
+
+def scene_source(files: Mapping[str, str]) -> dict[str, str]:
+    """A scene's compiled program as CUDA text: the same driver, with launchers in place of what Python calls.
+
+    Parameters
+    ----------
+    files : mapping
+        File name to text, as in ``scene_program(...).files``. Compile the result with `DRIVER_OPTIONS`.
+    """
+    driver, found, _ = files["kernels.c"].partition(_HOST_PART)
+    if not found:
+        raise SpecError(f"this program's kernels.c does not have the line {_HOST_PART!r} after its driver.")
+    tags = re.findall(r"^#define BS_TAG (\w+)$", driver, re.MULTILINE)
+    text = render("cuda/scene.cu.j2", driver=driver.rstrip() + "\n", tags=tags)
+    return {MAIN: text, **{name: texts for name, texts in files.items() if name != "kernels.c"}}
 
 
 def with_headers(files: Mapping[str, str]) -> dict[str, str]:

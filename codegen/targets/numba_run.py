@@ -11,7 +11,7 @@ import linecache
 from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import import_module
-from threading import Lock
+from threading import RLock
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -85,15 +85,20 @@ class NumbaLibrary:
     ----------
     source : str
         As printed by `numba_source`.
-    compiled : bool, optional
-        False: run on columns with NumPy alone. Default: compile where numba is installed.
+    compiled : bool
+        False: run on columns, with NumPy alone.
+
+    Raises
+    ------
+    MissingExtraError
+        If ``compiled`` and numba is not installed.
     """
 
     def __init__(self, source: str, compiled: bool = True) -> None:
         self.source = source
         self.compiled = compiled
         self._modules: dict[np.dtype[Any], ModuleType] = {}
-        self._lock = Lock()
+        self._lock = RLock()
         if compiled:
             _numba()
 
@@ -103,6 +108,19 @@ class NumbaLibrary:
             if dtype not in self._modules:
                 self._modules[dtype] = load(self.source, dtype, self.compiled)
             return self._modules[dtype]
+
+    def batch(self, symbol: str, dtype: np.dtype[Any], inputs: int, outputs: Sequence[Argument]) -> Any:
+        """The compiled loop of one kernel; its only signature takes writable and read-only inputs alike."""
+        types = _numba().types
+        scalar = types.float64 if dtype == np.float64 else types.float32
+        row = types.Array(scalar, 2, "C", readonly=True)
+        outs = [types.Array(types.uint8 if o.is_status else scalar, 2, "C") for o in outputs]
+        with self._lock:
+            batch = getattr(self.module(dtype), f"{symbol}_batch")
+            if not batch.signatures:
+                batch.compile(types.void(types.intp, types.intp, *outs, *([row, types.intp] * inputs)))
+                batch.disable_compile()
+            return batch
 
 
 class NumbaKernel(Binding):
@@ -134,40 +152,31 @@ class NumbaKernel(Binding):
         if not self.library.compiled:
             share(self._on_columns(dtype, ins, outs, steps), n)
             return
-        batch = self._batches.get(dtype) or self._compile(dtype)
-        operands = [*outs, *(value for pair in zip(ins, steps, strict=True) for value in pair)]
+        batch = self._batches.get(dtype)
+        if batch is None:
+            batch = self.library.batch(self.symbol, dtype, len(self.inputs), self.outputs)
+            self._batches[dtype] = batch
+        aligned = [a if a.flags.aligned else a.copy() for a in ins]  # as the signature has it
+        operands = [*outs, *(value for pair in zip(aligned, steps, strict=True) for value in pair)]
         share(lambda begin, end: batch(begin, end, *operands), n)
-
-    def _compile(self, dtype: np.dtype[Any]) -> Any:
-        """Compile the loop for one precision. One signature serves writable and read-only inputs alike."""
-        types = _numba().types
-        scalar = types.float64 if dtype == np.float64 else types.float32
-        row = types.Array(scalar, 2, "C", readonly=True)
-        outs = [types.Array(types.uint8 if o.is_status else scalar, 2, "C") for o in self.outputs]
-        batch = getattr(self.library.module(dtype), f"{self.symbol}_batch")
-        batch.compile(types.void(types.intp, types.intp, *outs, *([row, types.intp] * len(self.inputs))))
-        batch.disable_compile()
-        self._batches[dtype] = batch
-        return batch
 
     def _on_columns(
         self, dtype: np.dtype[Any], ins: Sequence[Array], outs: Sequence[Array], steps: Sequence[int]
     ) -> Callable[[int, int], None]:
         kernel = getattr(self.library.module(dtype), self.symbol)
 
+        def chunk(items: slice) -> None:
+            columns: list[Any] = []
+            for array, step in zip(ins, steps, strict=True):
+                columns.extend(np.ascontiguousarray(array[items].T) if step else array[0])
+            returned = kernel(*columns)
+            for out, values in zip(outs, (returned,) if len(outs) == 1 else returned, strict=True):
+                for j, value in enumerate(values):
+                    out[items, j] = value
+
         def part(begin: int, end: int) -> None:
-            for first in range(begin, end, CHUNK):
-                items = slice(first, min(first + CHUNK, end))
-                columns: list[Any] = []
-                for array, step in zip(ins, steps, strict=True):
-                    columns.extend(np.ascontiguousarray(array[items].T) if step else array[0])
-                returned = kernel(*columns)
-                for out, values in zip(outs, (returned,) if len(outs) == 1 else returned, strict=True):
-                    for j, value in enumerate(values):
-                        out[items, j] = value
-
-        def quietly(begin: int, end: int) -> None:
             with np.errstate(all="ignore"):  # of a selection, both branches are computed
-                part(begin, end)
+                for first in range(begin, end, CHUNK):
+                    chunk(slice(first, min(first + CHUNK, end)))
 
-        return quietly
+        return part

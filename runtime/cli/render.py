@@ -44,9 +44,7 @@ def command(
     loaded = Scene.load(scene)
     shown = sys.stderr.isatty() if progress is None else progress
     start = time.perf_counter()
-    image = loaded.render(
-        width, height, threads, shown, method=method, samples=samples, antialias=antialias
-    )
+    image = loaded.render(width, height, threads, shown, method=method, samples=samples, antialias=antialias)
     save_image(output, image)
     if progress is not False:
         rows, columns = image.shape[:2]

@@ -29,7 +29,7 @@ class IntervalRing:
     """Pairs (low, high) of arrays; what cannot be bounded becomes infinite. Rounding is left to `SAFETY`."""
 
     def constant(self, value: Fraction) -> Interval:
-        x = np.float64(value.numerator / value.denominator)
+        x = np.asarray(value.numerator / value.denominator)
         return x, x
 
     def combine(self, terms: Terms) -> Interval:
@@ -109,4 +109,3 @@ def evolved_bound(scalars: Array, circles: Array) -> tuple[Array, float]:
 
 
 __all__ = ["IntervalRing", "evolved_bound"]
-

@@ -87,7 +87,7 @@ class Camera:
         return self.focal_length, x_max, self.y_max
 
     def rays(self, width: int, height: int) -> tuple[Array, Array]:
-        """Origins and unit directions, (height, width, 3) each, through the pixels' centres; row 0 is the top."""
+        """Origins and unit directions (height, width, 3) through the pixels' centres; row 0 is the top."""
         ring, algebra = NumericRing(), cga3d()
 
         def scalar(x: Any) -> Multivector:
@@ -122,16 +122,16 @@ def _motor_of(position: Array, axes: Array) -> Array:
 
 
 def _quaternion(m: Array) -> tuple[float, float, float, float]:
-    """Cosine and axis times sine of half the angle; the largest of the four is found first, so nothing cancels."""
+    """Cosine and axis times sine of half the angle; from the largest of the four, so nothing cancels."""
     four = np.array([1 + np.trace(m), *(1 + 2 * m[i, i] - np.trace(m) for i in range(3))])
     k = int(np.argmax(four))
     q = np.empty(4)
     if k == 0:
         q[:] = [four[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
     else:
-        i, j, l = k - 1, k % 3, (k + 1) % 3
-        q[0] = m[l, j] - m[j, l]
-        q[1 + i], q[1 + j], q[1 + l] = four[k], m[j, i] + m[i, j], m[l, i] + m[i, l]
+        i, j, n = k - 1, k % 3, (k + 1) % 3
+        q[0] = m[n, j] - m[j, n]
+        q[1 + i], q[1 + j], q[1 + n] = four[k], m[j, i] + m[i, j], m[n, i] + m[i, n]
     q = q / np.sqrt(q @ q)
     q = -q if q[0] < 0 else q
     return float(q[0]), float(q[1]), float(q[2]), float(q[3])

@@ -125,7 +125,13 @@ class BoundScene:
         return rays, lead
 
     def _run(
-        self, function: Callable[..., None], rays: list[Any], n: int, results: Mapping[str, Array], roots: int, threads: int | None
+        self,
+        function: Callable[..., None],
+        rays: list[Any],
+        n: int,
+        results: Mapping[str, Array],
+        roots: int,
+        threads: int | None,
     ) -> None:
         ffi = self.engine.ffi
         hits = ffi.new("bs_hits *")
@@ -151,8 +157,8 @@ class BoundScene:
     def all(self, origins: Array, directions: Array, roots: int, threads: int | None = None) -> dict[str, Array]:
         """All points of lines on the scene's only surface: t, point, normal, alpha, count, status.
 
-        Arrays have room for ``roots`` points of each line, or for the most that there are. More than two are rare,
-        and memory that is never read costs more than the geometry: lines that have more are asked again.
+        Arrays have room for the most that there are. More than two are rare, and memory that is never read
+        costs more than the geometry: lines that have more are asked again.
         """
         found = self._all(origins, directions, min(roots, FEW_ROOTS), threads)
         most = int(np.max(found["count"], initial=0))
@@ -162,11 +168,15 @@ class BoundScene:
         lead = found["count"].shape
         crowded = found["count"] > room
         again = self._all(
-            np.broadcast_to(origins, (*lead, 3))[crowded], np.broadcast_to(directions, (*lead, 3))[crowded], most, threads
+            np.broadcast_to(origins, (*lead, 3))[crowded],
+            np.broadcast_to(directions, (*lead, 3))[crowded],
+            most,
+            threads,
         )
         for name, array in self._floats((*lead, most)).items():
-            array[...] = np.nan
-            array[..., :room, *[slice(None)] * (array.ndim - len(lead) - 1)] = found[name]
+            array.fill(np.nan)
+            rows = array.reshape(math.prod(lead), most, -1)
+            rows[:, :room] = found[name].reshape(math.prod(lead), room, -1)
             array[crowded] = again[name]
             found[name] = array
         return found
@@ -185,9 +195,7 @@ class BoundScene:
         shapes = {"t": lead, "alpha": lead, "point": (*lead, 3), "normal": (*lead, 3)}
         return {name: np.empty(shape, self.dtype) for name, shape in shapes.items()}
 
-    def render(
-        self, width: int, height: int, threads: int | None, progress: Callable[[int], None] | None
-    ) -> Array:
+    def render(self, width: int, height: int, threads: int | None, progress: Callable[[int], None] | None) -> Array:
         """The picture, (height, width, 3); ``progress`` is told how many pixels were newly done."""
         image = np.empty((height, width, 3), self.dtype)
         buffer = self.engine.ffi.from_buffer(image)
@@ -203,7 +211,7 @@ class BoundScene:
 
 @cache
 def engine_for(needs: SceneNeeds) -> Engine:
-    """The program for these needs: compiled now, before, or, without a compiler, the one that the package carries."""
+    """The program for these needs; without a compiler, the one for everything that the package carries."""
     program = scene_program(needs)
     try:
         module = load(program.extension())

@@ -1,11 +1,11 @@
-"""Scenes: a camera, lights and surfaces, compiled to one driver that holds what they need and nothing else."""
+"""Scenes: a camera, lights and surfaces, compiled to one driver that holds what they need, and no more."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -118,7 +118,7 @@ class Scene:
 
         return load_scene(path)
 
-    # -- what is compiled --------------------------------------------------------------------------------------
+    # -- what is compiled -------------------------------------------------------------------------------
 
     @cached_property
     def needs(self) -> SceneNeeds:
@@ -151,7 +151,7 @@ class Scene:
         if key not in self._bound:
             wanted = with_method(self.needs, method)
             if single:
-                wanted = needs(wanted.kinds, wanted.methods, reflection=wanted.reflection, checker=wanted.checker, single=True)
+                wanted = replace(wanted, single=True)
             engine = self._engine(wanted)
             rows: dict[str, list[tuple[int, Array]]] = {}
             for i, surface in enumerate(self.surfaces):
@@ -170,7 +170,7 @@ class Scene:
             )
         return self._bound[key]
 
-    # -- what it is for ----------------------------------------------------------------------------------------
+    # -- what it is for ---------------------------------------------------------------------------------
 
     def intersect(
         self, origins: Any, directions: Any, method: str = "isolate", samples: int = 64, threads: int | None = None
@@ -227,15 +227,15 @@ class Scene:
         (height, width, 3) array
             Row 0 is the top.
         """
-        size = [_whole(v, name, MAX_SIDE) for v, name in ((self._setting(width, "width", WIDTH), "width"),
-                                                          (self._setting(height, "height", HEIGHT), "height"))]  # fmt: skip
-        grid = _whole(self._setting(antialias, "antialias", 1), "antialias", MAX_GRID)
-        bound = self._ready(method, samples, dtype, self.camera.constants(size[0], size[1]), grid)
+        columns = self._setting(width, "width", WIDTH, MAX_SIDE)
+        rows = self._setting(height, "height", HEIGHT, MAX_SIDE)
+        grid = self._setting(antialias, "antialias", 1, MAX_GRID)
+        bound = self._ready(method, samples, dtype, self.camera.constants(columns, rows), grid)
         with ExitStack() as stack:
-            return bound.render(size[0], size[1], threads, _progress(progress, size[0] * size[1], stack))
+            return bound.render(columns, rows, threads, _progress(progress, columns * rows, stack))
 
-    def _setting(self, value: int | None, name: str, default: int) -> int:
-        return self.settings.get(name, default) if value is None else value
+    def _setting(self, value: int | None, name: str, default: int, most: int) -> int:
+        return _whole(self.settings.get(name, default) if value is None else value, name, most)
 
 
 def _whole(value: Any, name: str, most: int) -> int:
@@ -244,9 +244,7 @@ def _whole(value: Any, name: str, most: int) -> int:
     return int(value)
 
 
-def _progress(
-    wanted: bool | Callable[[int, int], None], total: int, stack: ExitStack
-) -> Callable[[int], None] | None:
+def _progress(wanted: bool | Callable[[int, int], None], total: int, stack: ExitStack) -> Callable[[int], None] | None:
     if wanted is False or wanted is None:
         return None
     if wanted is True:

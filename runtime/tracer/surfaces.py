@@ -1,6 +1,6 @@
 """Surfaces of scenes: their parameters, checked once, and the points of rays on one of them.
 
-A kind is a class with a name that the scene compiler knows, and a row of parameters; all geometry is compiled.
+A kind is a class with a name that the scene compiler knows and a row of parameters; geometry is compiled.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _across(normal: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Intersections:
-    """All points of lines on a surface, each line's in the order of t, padded with NaN to the most that there are.
+    """All points of lines on a surface, each line's in the order of t; NaN fills up to the most there are.
 
     Attributes
     ----------
@@ -132,7 +132,14 @@ class Surface:
         return None
 
     def constants(self, engine: Engine) -> Array:
-        """The row that the driver reads."""
+        """The row that the driver reads; the same from every program, so made once."""
+        kept = self.__dict__.get("_constants")
+        if kept is None:
+            kept = self.__dict__["_constants"] = self._prepared(engine)
+        row: Array = kept
+        return row
+
+    def _prepared(self, engine: Engine) -> Array:
         return engine.prepare(self.kind, self.parameters)
 
     def _bound(self, method: str, samples: int, single: bool) -> BoundScene:
@@ -319,7 +326,7 @@ class EvolvedCircles(Surface):
         local = [((c.center - center) / size, c.normal, c.radius / size) for c in self.circles]
         return np.array([*center, size, 1 / size, *(x for c, n, r in local for x in (*c, *n, r))])
 
-    def constants(self, engine: Engine) -> Array:
+    def _prepared(self, engine: Engine) -> Array:
         row = engine.prepare(self.kind, self.parameters)
         kind = SURFACES[self.kind]
         bound, scalars, circles = (kind.slice(name) for name in ("bound", "scalars", "circles"))

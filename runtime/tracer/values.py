@@ -1,7 +1,7 @@
-"""Checked numbers from users: finite vectors, unit normals, positive lengths; and CGA objects read back into them.
+"""Checked numbers from users: finite vectors, unit normals, positive lengths; CGA objects read into them.
 
-Errors are `SceneError`s that name the value. Objects may be given by parameters or by coefficients (anything with
-``.values``, or an array): far from the origin parameters keep more digits.
+Errors are `SceneError`s that name the value. Objects may be given by parameters or by coefficients (anything
+with ``.values``, or an array): far from the origin parameters keep more digits.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.formulas import rays, surfaces
+from ..codegen.formulas import conformal
 from ..codegen.multivector import Multivector, from_values
 from ..codegen.programs import cga3d
 from ..codegen.rings import NumericRing
+from ..codegen.trace import Result
 from ..errors import SceneError
 
 Array = NDArray[np.float64]
@@ -83,7 +84,7 @@ def unit(value: Any, name: str) -> Array:
     return v / np.sqrt(v @ v)
 
 
-# -- objects of the algebra ------------------------------------------------------------------------------------
+# -- objects of the algebra ----------------------------------------------------------------------------
 
 
 def coefficients(value: Any, kind: str) -> Array | None:
@@ -98,47 +99,51 @@ def coefficients(value: Any, kind: str) -> Array | None:
     return array if array.shape == (cga3d().kind(kind).size,) else None
 
 
-def _multivector(values: Array, kind: str) -> Multivector:
-    return from_values(cga3d(), NumericRing(), cga3d().kind(kind).blades, list(values))
+#: Sign of X^2 for real objects.
+_SQUARE = {"plane": -1.0, "sphere": -1.0, "circle": 1.0}
 
 
-def _vector(x: Multivector) -> Array:
-    return np.array([x[name].scalar() for name in ("e1", "e2", "e3")], np.float64)
+def _unit_object(values: Array, kind: str) -> Multivector:
+    """The object of these coefficients, scaled to X^2 = +1 or -1."""
+    x = from_values(cga3d(), NumericRing(), cga3d().kind(kind).blades, list(finite(values, f"the {kind}")))
+    square = _SQUARE[kind] * float((x * x).scalar())
+    if not square > TINY:
+        raise SceneError(f"the {kind} is imaginary, or of norm zero.")
+    return x / _number(np.sqrt(square))
+
+
+def _number(value: float) -> Multivector:
+    return from_values(cga3d(), NumericRing(), (0,), [value])
+
+
+def _read(result: Result, what: str) -> Array:
+    """A parameter that a formula read: a vector or a number."""
+    x = result.value
+    names = ("e1", "e2", "e3") if 1 in x.grades else ("1",)
+    array = np.array([x[name].scalar() for name in names], np.float64)
+    if not np.all(np.isfinite(array)):
+        raise SceneError(what)
+    return array
 
 
 def read_plane(values: Array) -> tuple[Array, float]:
     """Unit normal and offset of a plane."""
-    dual = _multivector(finite(values, "the plane"), "plane").dual()
-    normal, offset = _vector(dual), float(dual["ni"].scalar())
-    length = float(np.linalg.norm(normal))
-    if length < TINY:
-        raise SceneError("the plane has no normal.")
-    return normal / length, offset / length
+    normal, offset = conformal.plane_parameters(_unit_object(values, "plane"))
+    return unit(_read(normal, "the plane has no normal."), "normal"), float(_read(offset, "")[0])
 
 
 def read_sphere(values: Array) -> tuple[Array, float]:
     """Centre and radius of a sphere of either orientation."""
-    dual = _multivector(finite(values, "the sphere"), "sphere").dual()
-    weight = float(dual["no"].scalar())
-    if abs(weight) < TINY:
-        raise SceneError("the sphere is a plane.")
-    center = _vector(dual) / weight
-    square = float(rays.dot(dual, dual).scalar()) / weight**2
-    if square <= 0:
-        raise SceneError("the sphere is imaginary.")
-    return center, float(np.sqrt(square))
+    center, radius, *_ = conformal.sphere_parameters(_unit_object(values, "sphere"))
+    fault = "the sphere is a plane."
+    return _read(center, fault), float(_read(radius, fault)[0])
 
 
 def read_circle(values: Array) -> Circle:
     """Centre, normal and radius of a circle."""
-    circle = _multivector(finite(values, "the circle"), "circle")
-    normal = -_vector((circle ^ rays.ni(circle)).dual())
-    if float(np.linalg.norm(normal)) < TINY:
-        raise SceneError("the circle is a line.")
-    square = float(surfaces.circle_square(circle).scalar())
-    if square <= 0:
-        raise SceneError("the circle is imaginary.")
-    return Circle(_vector(surfaces.circle_center(circle)), unit(normal, "normal"), float(np.sqrt(square)))
+    center, normal, radius, _ = conformal.circle_parameters(_unit_object(values, "circle"))
+    fault = "the circle is a line."
+    return Circle(_read(center, fault), unit(_read(normal, fault), "normal"), float(_read(radius, fault)[0]))
 
 
 def circle(value: Any, name: str) -> Circle:

@@ -112,11 +112,11 @@ BS_INLINE int FN(companion_eigenvalues)(S *re, S *im, FN(companion_matrix) *h, i
             const S half = K(0.5) * (m[last - 1][last - 1] - m[last][last]), mean = K(0.5) * sum + h->shift;
             const S square = half * half + m[last][last - 1] * m[last - 1][last];
             const S root = BS_SQRT1(square < 0 ? -square : square);
-            const S far = half < 0 ? half - root : half + root;
-            /* Real: the larger root of the shifted quadratic, and the other from the product. */
-            re[found] = square < 0 ? mean : m[last][last] + h->shift + far, im[found++] = square < 0 ? root : K(0);
-            re[found] = square < 0 ? mean : m[last][last] + h->shift - (far == 0 ? K(0) : m[last][last - 1] * m[last - 1][last] / far);
-            im[found++] = square < 0 ? -root : K(0);
+            /* Real: distances from the last diagonal entry, the larger one, and the other from their product. */
+            const S far = half < 0 ? half - root : half + root, apart = m[last][last - 1] * m[last - 1][last];
+            const S near = far == 0 ? K(0) : -apart / far, base = m[last][last] + h->shift;
+            re[found] = square < 0 ? mean : base + far, im[found++] = square < 0 ? root : K(0);
+            re[found] = square < 0 ? mean : base + near, im[found++] = square < 0 ? -root : K(0);
             last -= 2, steps = 0;
             continue;
         }

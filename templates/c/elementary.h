@@ -2,7 +2,7 @@
  * vectors and CUDA, and gives the same bits on all of them (no contraction, no library call; but NaN has many).
  *
  *   SIN COS EXP LOG SINH COSH (x), ATAN2(y, x)    at most 2 ulp, all arguments
- *   STUMPFF0 .. STUMPFF3 (w)                      c_k(w) = sum over n of (-w)^n / (2n + k)!, at most 8 ulp
+ *   STUMPFF0 .. STUMPFF5 (w)                      c_k(w) = sum over n of (-w)^n / (2n + k)!, at most 8 ulp
  *   FN(sincos)(x, &s, &c), FN(sinhcosh)(x, &s, &c), FN(stumpff)(w, &c0, &c1, &c2, &c3)
  *
  * Methods and measured errors: docs/elementary.md. Constants: benchmarks/derive_elementary.py. The only branch is
@@ -31,14 +31,14 @@
 #define BS_COS /* relative error 2^-63.9 */ \
     0x1.555555555554bp-5, -0x1.6c16c16c15016p-10, 0x1.a01a019c8f4dbp-16, -0x1.27e4f7f1b6a14p-22, \
     0x1.1ee9dbecb79d9p-29, -0x1.8fa695c162261p-37
-#define BS_C2 /* relative error 2^-56.1 */ \
-    0x1p-1, -0x1.5555555555555p-5, 0x1.6c16c16c16c17p-10, -0x1.a01a01a01a09cp-16, \
-    0x1.27e4fb778912p-22, -0x1.1eed8efee4a4dp-29, 0x1.93974af3436b7p-37, -0x1.ae7f50d06a796p-45, \
-    0x1.680dc23b5952ep-53, -0x1.f2443eb35bd67p-62
-#define BS_C3 /* relative error 2^-53.8 */ \
-    0x1.5555555555555p-3, -0x1.1111111111112p-7, 0x1.a01a01a01a0a3p-13, -0x1.71de3a556a5bcp-19, \
-    0x1.ae64567e6e50cp-26, -0x1.612461ab4f88bp-33, 0x1.ae7f462b82937p-41, -0x1.9510d792fddedp-49, \
-    0x1.37675e4abc3cp-57
+#define BS_C4 /* relative error 2^-55.3 */ \
+    0x1.5555555555555p-5, -0x1.6c16c16c16c18p-10, 0x1.a01a01a01a04bp-16, -0x1.27e4fb778872bp-22, \
+    0x1.1eed8effa9694p-29, -0x1.93974ab77a0b2p-37, 0x1.ae7f26bb98d3ap-45, -0x1.682cefdbfb008p-53, \
+    0x1.e3f86fc34c998p-62, -0x1.21050be12755cp-70
+#define BS_C5 /* relative error 2^-56.7 */ \
+    0x1.1111111111111p-7, -0x1.a01a01a01a01ap-13, 0x1.71de3a556c748p-19, -0x1.ae64567f5343ep-26, \
+    0x1.6124613a94caep-33, -0x1.ae7f3e9296891p-41, 0x1.952c66d90fe04p-49, -0x1.2f4d4ce6e8219p-57, \
+    0x1.70e12dc1f01c4p-66, -0x1.9015bffb9429fp-75
 #define BS_EXP /* relative error 2^-56.3 */ \
     0x1.000000000000ap-1, 0x1.55555555554fap-3, 0x1.55555555508a1p-5, 0x1.1111111127c87p-7, \
     0x1.6c16c1842204bp-10, 0x1.a01a012a0de64p-13, 0x1.a0199a22544f1p-16, 0x1.71df2618d1aeap-19, \
@@ -82,12 +82,12 @@
     0x1.555546p-3, -0x1.110778p-7, 0x1.995402p-13
 #define BS_COS /* relative error 2^-33.0 */ \
     0x1.55554ap-5, -0x1.6c0c28p-10, 0x1.99e806p-16
-#define BS_C2 /* relative error 2^-27.3 */ \
-    0x1p-1, -0x1.555556p-5, 0x1.6c16c8p-10, -0x1.a01908p-16, \
-    0x1.27c342p-22, -0x1.2a916ap-29
-#define BS_C3 /* relative error 2^-24.9 */ \
-    0x1.555556p-3, -0x1.111116p-7, 0x1.a01894p-13, -0x1.71bf7ap-19, \
-    0x1.bf967p-26
+#define BS_C4 /* relative error 2^-26.4 */ \
+    0x1.555556p-5, -0x1.6c16cp-10, 0x1.a019eep-16, -0x1.27efp-22, \
+    0x1.1d6d58p-29, -0x1.bf5486p-37
+#define BS_C5 /* relative error 2^-26.3 */ \
+    0x1.11111p-7, -0x1.a01a14p-13, 0x1.71e8bp-19, -0x1.ac2de8p-26, \
+    0x1.87d376p-33
 #define BS_EXP /* relative error 2^-27.9 */ \
     0x1.fffffcp-2, 0x1.555492p-3, 0x1.5558fp-5, 0x1.1239a8p-7, \
     0x1.6a24eep-10
@@ -111,10 +111,11 @@
 #define BS_PER_HALF_PI K(0x1.45f306p-1)
 #define BS_PER_LN2 K(0x1.715476p+0)
 #endif
-#define BS_NEAR_BELOW K(-4.0)                /* Stumpff functions: between, polynomials in w itself */
+#define BS_NEAR_BELOW K(-9.0)                /* Stumpff functions: between, polynomials in w itself */
 #define BS_NEAR_ABOVE K(1.5)
 #define BS_SMALL_SCALE (BS_MANTISSA + 2)     /* subnormal numbers are scaled by this power of two */
 #define BS_INFINITY K(BS_HUGE_VALUE)
+#define BS_SIXTH K(1.0 / 6.0)
 
 #define SIN(x) FN(sin)(x)
 #define COS(x) FN(cos)(x)
@@ -127,6 +128,8 @@
 #define STUMPFF1(w) FN(stumpff1)(w)
 #define STUMPFF2(w) FN(stumpff2)(w)
 #define STUMPFF3(w) FN(stumpff3)(w)
+#define STUMPFF4(w) FN(stumpff4)(w)
+#define STUMPFF5(w) FN(stumpff5)(w)
 
 /* Even and odd terms by themselves: two short chains of operations instead of a long one. */
 BS_INLINE V FN(horner)(V z, const S *terms, int count)
@@ -149,8 +152,8 @@ BS_INLINE V FN(horner)(V z, const S *terms, int count)
     }
 BS_POLYNOMIAL(sine_terms, BS_SIN)     /* (r - sin r)/r^3 in z = r^2, |r| <= pi/4 */
 BS_POLYNOMIAL(cosine_terms, BS_COS)   /* (cos r - 1 + z/2)/z^2 */
-BS_POLYNOMIAL(stumpff2_terms, BS_C2)  /* c2, -4 <= z <= 3/2 */
-BS_POLYNOMIAL(stumpff3_terms, BS_C3)  /* c3, -4 <= z <= 3/2 */
+BS_POLYNOMIAL(stumpff4_terms, BS_C4)  /* c4(z), -9 <= z <= 3/2 */
+BS_POLYNOMIAL(stumpff5_terms, BS_C5)  /* c5(z) */
 BS_POLYNOMIAL(exp_terms, BS_EXP)      /* (exp r - 1 - r)/r^2, |r| <= ln2/2 */
 BS_POLYNOMIAL(log_terms, BS_LOG)      /* (2 artanh s - 2 s)/s^3 in z = s^2, |s| <= 0.172 */
 BS_POLYNOMIAL(atan_terms, BS_ATAN)    /* (q - arctan q)/q^3 in z = q^2, |q| <= 1/2 */
@@ -376,9 +379,9 @@ BS_INLINE void FN(sinhcosh)(V x, V *sinh_x, V *cosh_x)
     M near = LT(size, K(1));
     n = SELECT(near, SPLAT(0), n);
     V r = FN(reduce_by)(size, n, ln2, SPLAT(0), &low);
-    V z = r * r, minus = -z;
-    V c = z * FN(stumpff2_terms)(minus) - r * low; /* cosh r = 1 + c, sinh r = r + s */
-    V s = r * (z * FN(stumpff3_terms)(minus)) - low * (K(1) + c);
+    V z = r * r, minus = -z; /* cosh r = 1 + c, sinh r = r + s */
+    V c = z * (K(0.5) + z * FN(stumpff4_terms)(minus)) - r * low;
+    V s = r * (z * (BS_SIXTH + z * FN(stumpff5_terms)(minus))) - low * (K(1) + c);
     V far_cosh, far_sinh;
     FN(from_powers)(n, r, c, s, &far_cosh, &far_sinh);
     *cosh_x = SELECT(near, K(1) + c, far_cosh);
@@ -428,20 +431,21 @@ BS_INLINE V FN(atan2)(V y, V x)
 
 /* With t = sqrt|w|: c0, c1 are cos t, sin t/t for w > 0 and cosh t, sinh t/t for w < 0. Both cases reduce t to r, by
  * pi/2 or by ln2, and both then need c0(z) = 1 - z c2(z) and r c1(z) = r - r z c3(z) at z = r^2 or -r^2: one pair of
- * polynomials. Near zero they are taken at w itself. The root is taken to twice the precision. Elsewhere
- * c2 = (1 - c0)/w, or c1^2/(1 + c0) where c0 > 0 would cancel (it does again at each full turn), c3 = (1 - c1)/w. */
-BS_INLINE void FN(stumpff)(V w, V *c0, V *c1, V *c2, V *c3)
+ * polynomials, for c4 in c2 = 1/2 - z c4 and for c5 in c3 = 1/6 - z c5. Near zero they are taken at w itself. The root
+ * is taken to twice the precision. Elsewhere c2 = (1 - c0)/w, which cancels at each full turn, where c0 > 0:
+ * s^2/(w (1 + c0)) there, s = sin t; c3 = (1 - c1)/w. The last two cancel a little more than they should: see below. */
+BS_INLINE void FN(stumpff_six)(V w, V *c)
 {
     const S lowest = -BS_SINH_LARGEST * BS_SINH_LARGEST;
     w = SELECT(LT(w, lowest), SPLAT(lowest), w);
     M hyperbolic = LT(w, K(0)), near = AND(GT(w, BS_NEAR_BELOW), LT(w, BS_NEAR_ABOVE));
-    V size = ABS(w), root = SQRT(size), inverse = K(1) / root;
+    V size = ABS(w), root = SQRT(size);
     M far = GT(root, BS_NEAR); /* never where hyperbolic */
 
     V cut = root * BS_SPLITTER, first = cut - (cut - root), second = root - first, square = root * root;
     V error = ((first * first - square) + K(2) * first * second) + second * second;
-    V tail = ((size - square) - error) * (K(0.5) * inverse); /* the true root is root + tail */
-    tail = SELECT(far, SPLAT(0), tail);
+    V relative_tail = ((size - square) - error) / (K(2) * size); /* the true root is root (1 + this) */
+    V tail = SELECT(far, SPLAT(0), root * relative_tail);
 
     const V step[] = {
         SELECT(hyperbolic, SPLAT(BS_LN2_1), SPLAT(BS_HALF_PI_1)),
@@ -458,30 +462,43 @@ BS_INLINE void FN(stumpff)(V w, V *c0, V *c1, V *c2, V *c3)
 
     V r = angle.high, low = angle.low, signed_r = SELECT(hyperbolic, -r, r);
     V z = SELECT(near, w, signed_r * r), bend = SELECT(near, SPLAT(0), signed_r * low);
-    V near2 = FN(stumpff2_terms)(z), near3 = FN(stumpff3_terms)(z), z3 = z * near3;
-    V less = z * near2 - bend, c = K(1) - less; /* cos r or cosh r */
-    V bent = r * z3 + low * c, s = r - bent;     /* sin r or sinh r */
+    V near4 = FN(stumpff4_terms)(z), near2 = K(0.5) - z * near4;
+    V near5 = FN(stumpff5_terms)(z), near3 = BS_SIXTH - z * near5, z3 = z * near3;
+    V less = z * near2 - bend, cosine = K(1) - less;   /* cos r or cosh r */
+    V bent = r * z3 + low * cosine, sine = r - bent;   /* sin r or sinh r */
     M odd = BIT0(angle.quadrant);
-    V far0 = FN(change_sign)(SELECT(odd, s, c), (I)((UI)angle.quadrant + 1));
-    V far1 = FN(change_sign)(SELECT(odd, c, s), angle.quadrant);
+    V far0 = FN(change_sign)(SELECT(odd, sine, cosine), (I)((UI)angle.quadrant + 1));
+    V far_sine = FN(change_sign)(SELECT(odd, cosine, sine), angle.quadrant);
     V cosh_root, sinh_root;
     FN(from_powers)(n, r, -less, -bent, &cosh_root, &sinh_root);
     far0 = SELECT(hyperbolic, cosh_root, far0);
-    far1 = SELECT(hyperbolic, sinh_root, far1) * inverse;
+    far_sine = SELECT(hyperbolic, sinh_root, far_sine);
+    V far1 = far_sine / root;
+    far1 = far1 - far1 * relative_tail;
     M turned = AND(NOT(hyperbolic), GT(far0, K(0)));
-    V far2 = SELECT(turned, far1 * far1, K(1) - far0) / SELECT(turned, K(1) + far0, w);
+    V far2 = SELECT(turned, far_sine * far_sine, K(1) - far0) / SELECT(turned, w * (K(1) + far0), w);
+    V far3 = (K(1) - far1) / w;
 
-    *c0 = SELECT(near, c, far0);
-    *c1 = SELECT(near, K(1) - z3, far1);
-    *c2 = SELECT(near, near2, far2);
-    *c3 = SELECT(near, near3, (K(1) - far1) / w);
+    c[0] = SELECT(near, cosine, far0);
+    c[1] = SELECT(near, K(1) - z3, far1);
+    c[2] = SELECT(near, near2, far2);
+    c[3] = SELECT(near, near3, far3);
+    c[4] = SELECT(near, near4, (K(0.5) - far2) / w);
+    c[5] = SELECT(near, near5, (BS_SIXTH - far3) / w);
+}
+
+BS_INLINE void FN(stumpff)(V w, V *c0, V *c1, V *c2, V *c3)
+{
+    V c[6];
+    FN(stumpff_six)(w, c);
+    *c0 = c[0], *c1 = c[1], *c2 = c[2], *c3 = c[3];
 }
 
 #define BS_STUMPFF(k)                                   \
     BS_INLINE V FN(stumpff##k)(V w)                     \
     {                                                   \
-        V c[4];                                         \
-        FN(stumpff)(w, &c[0], &c[1], &c[2], &c[3]);     \
+        V c[6];                                         \
+        FN(stumpff_six)(w, c);                          \
         return c[k];                                    \
     }
 BS_STUMPFF(0)
@@ -490,10 +507,25 @@ BS_STUMPFF(2)
 BS_STUMPFF(3)
 #undef BS_STUMPFF
 
+/* c4 and c5, which derivatives need, from a quarter of the argument: all terms are positive. */
+BS_INLINE V FN(stumpff4)(V w)
+{
+    V c[6];
+    FN(stumpff_six)(K(0.25) * w, c);
+    return K(0.125) * (c[3] * (K(1) + c[1]));
+}
+
+BS_INLINE V FN(stumpff5)(V w)
+{
+    V c[6];
+    FN(stumpff_six)(K(0.25) * w, c);
+    return K(0.0625) * ((c[4] + c[5]) + c[2] * c[3]);
+}
+
 #undef BS_ATAN
 #undef BS_BIAS
-#undef BS_C2
-#undef BS_C3
+#undef BS_C4
+#undef BS_C5
 #undef BS_COS
 #undef BS_EXP
 #undef BS_EXP_LARGEST
@@ -525,6 +557,7 @@ BS_STUMPFF(3)
 #undef BS_SHIFTER
 #undef BS_SIN
 #undef BS_SINH_LARGEST
+#undef BS_SIXTH
 #undef BS_SMALLEST
 #undef BS_SMALL_SCALE
 #undef BS_SPLITTER

@@ -15,7 +15,7 @@
      BS_EVOLVED_VANISHES  f is zero for all alpha: the ray meets every circle (it lies in the surface or in the
                           circles' common plane, or passes through a point shared by both circles);
      BS_EVOLVED_INVALID   something is not finite.
-   Ends: 0 and 1 belong to the surface, with the 16 roundings that a root there may be off. Tangency: two roots that
+   Ends: 0 and 1 belong to the surface, with the BS_ROOTS_MARGIN roundings that a root there may be off. Tangency: two roots that
    arithmetic tells apart are two, a touching one (f is zero to rounding without a sign change) is reported once; a
    ray in the plane of one circle is of that kind, with Y = 0. Where the interpolant is imaginary nothing is found. */
 
@@ -130,8 +130,8 @@ BS_INLINE int FN(evolved_isolate)(S *roots, int max_roots, const S *ray9, const 
     const S size_e = FN(evolved_size)(problem.octic + 6), size_k = BS_ABS1(problem.surface[1]);
     const S half_m = K(0.5) * BS_ABS1(surface2[0]), size_s = half_m > 1 ? half_m : K(1);
     const S last = K(0.5) * (size_k * size_u + size_e);
-    const S bound = K(4) * (size_s * size_u + K(0.5) * size_x) * (size_s * size_e + K(0.5) * size_k * size_x) + last * last;
-    const S noise = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * bound;
+    const S first = (size_s * size_u + K(0.5) * size_x) * (size_s * size_e + K(0.5) * size_k * size_x);
+    const S noise = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * (K(4) * first + last * last);
     S sum = 0;
     int plus = 0, minus = 0;
     for (int i = 0; i < 9; i++) {
@@ -208,9 +208,10 @@ BS_INLINE int FN(evolved_sampled)(S *roots, int max_roots, const S *ray9, const 
         }
         const S f2 = FN(evolved_meet_square)(ray9, surface2, a, K(1) - a);
         if (run > 0 && (f1 < 0) != (f2 < 0) && count < max_roots) {
-            const S t = run > 1 ? FN(evolved_quadratic)(f0, f1, f2, 1)
-                                : FN(evolved_quadratic)(f1, f2, FN(evolved_meet_square)(ray9, surface2, next, K(1) - next), 0) + K(1);
-            roots[count++] = a + (t - K(2)) * step;
+            const int first = run == 1; /* no neighbour before: take the one behind */
+            const S f3 = first ? FN(evolved_meet_square)(ray9, surface2, next, K(1) - next) : K(0);
+            const S t = first ? FN(evolved_quadratic)(f1, f2, f3, 0) : FN(evolved_quadratic)(f0, f1, f2, 1) - K(1);
+            roots[count++] = a + (t - K(1)) * step;
         }
         f0 = f1, f1 = f2, run++;
     }

@@ -45,3 +45,5 @@
 #undef STUMPFF1
 #undef STUMPFF2
 #undef STUMPFF3
+#undef STUMPFF4
+#undef STUMPFF5

@@ -8,6 +8,7 @@
 #define BLADESMITH_PLATFORM_H
 
 #if defined(__CUDACC_RTC__) /* no libc under NVRTC; its mathematical functions are built in */
+typedef unsigned char uint8_t;
 typedef int int32_t;
 typedef unsigned int uint32_t;
 typedef long long int64_t;

@@ -26,11 +26,12 @@
 #define BS_ROOTS_SHORT(T) ((T)(sizeof(T) == 4 ? 0.015625 : 0.000244140625))
 /* Cube root of the unit roundoff: a third-order step from here is exact. */
 #define BS_ROOTS_NEAR(T) ((T)(sizeof(T) == 4 ? 0.00390625 : 4.76837158203125e-6))
-/* All in unit roundoffs. NOISE: errors of p's coefficients, relative to the caller's bound; about 60 when they are
-   made, the rest is for the halvings and for MARGIN. MARGIN: how far outside [0, 1] a root still counts, because it
-   was rounded there. TOUCH: error of f relative to its bound, some ten roundings. */
-enum { BS_ROOTS_NOISE = 96, BS_ROOTS_MARGIN = 8, BS_ROOTS_TOUCH = 16 };
+/* All in unit roundoffs. MARGIN: how far outside [0, 1] a root still counts, because it was rounded there. NOISE:
+   errors of p's coefficients relative to the caller's bound, some ten when they are made and as many by halving; the
+   rest, 8 MARGIN, is what p changes by outside its interval. TOUCH: error of f relative to its bound. */
+enum { BS_ROOTS_NOISE = 288, BS_ROOTS_MARGIN = 32, BS_ROOTS_TOUCH = 16 };
 /* STEPS is out of reach: bisection alone ends after 53. PROBES: places where f is asked in a wide run. */
+#define BS_ROOTS_GOLDEN 0.3819660112501051
 enum { BS_ROOTS_STEPS = 128, BS_ROOTS_PROBES = 32, BS_ROOTS_STACK = 28 };
 #endif
 
@@ -157,18 +158,51 @@ BS_INLINE S ROOTS(slope)(const S *c, S r)
     return w[0];
 }
 
-/* Roots of f in a wide run on which p is noise: p vanishes, and f may. Sign changes between the probes. */
+/* Whether f at a, of value fa, is zero to rounding. */
+BS_INLINE int ROOTS(touches)(const ROOTS_DATA *d, S a, S fa)
+{
+    return BS_ABS1(fa) <= K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(d, a, K(1) - a);
+}
+
+/* f has like signs at lo and hi and is nearest to zero at a known point between. Two roots if it crosses there, one
+   if it touches. Golden section search. */
+BS_COLD void ROOTS(dip)(ROOTS(search) *s, S lo, S f_lo, S middle, S f_middle, S hi, S f_hi)
+{
+    for (int step = 0; step < BS_ROOTS_STEPS && (f_middle < 0) == (f_lo < 0); step++) {
+        const int left = middle - lo > hi - middle;
+        const S x = middle + K(BS_ROOTS_GOLDEN) * (left ? lo - middle : hi - middle), fx = ROOTS(at)(s->data, x);
+        const int nearer = (fx < 0) != (f_lo < 0) || BS_ABS1(fx) < BS_ABS1(f_middle);
+        if (left == nearer)
+            hi = left ? middle : x, f_hi = left ? f_middle : fx;
+        else
+            lo = left ? x : middle, f_lo = left ? fx : f_middle;
+        middle = nearer ? x : middle, f_middle = nearer ? fx : f_middle;
+        if (hi - lo <= BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S))
+            break;
+    }
+    if ((f_middle < 0) != (f_lo < 0)) {
+        ROOTS(append)(s, ROOTS(refine)(s->data, lo, f_lo, middle, f_middle));
+        ROOTS(append)(s, ROOTS(refine)(s->data, middle, f_middle, hi, f_hi));
+    } else if (ROOTS(touches)(s->data, middle, f_middle)) {
+        ROOTS(append)(s, middle);
+    }
+}
+
+/* Roots of f in a wide run, on which p does not help: from the sign changes and the dips between probes. */
 BS_COLD void ROOTS(probe)(ROOTS(search) *s, const ROOTS(piece) *run)
 {
-    S a = run->lo, fa = run->f_lo;
+    S x[3] = {run->lo, run->lo, run->lo}, f[3] = {run->f_lo, run->f_lo, run->f_lo};
     int zeros = 0;
     for (int i = 1; i <= BS_ROOTS_PROBES; i++) {
-        const S b = i < BS_ROOTS_PROBES ? run->lo + (run->hi - run->lo) * (K(i) / K(BS_ROOTS_PROBES)) : run->hi;
-        const S fb = i < BS_ROOTS_PROBES ? ROOTS(at)(s->data, b) : run->f_hi;
-        zeros += !(BS_ABS1(fb) > K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(s->data, b, K(1) - b));
-        if ((fa < 0) != (fb < 0))
-            ROOTS(append)(s, ROOTS(refine)(s->data, a, fa, b, fb));
-        a = b, fa = fb;
+        for (int j = 0; j < 2; j++)
+            x[j] = x[j + 1], f[j] = f[j + 1];
+        x[2] = i < BS_ROOTS_PROBES ? run->lo + (run->hi - run->lo) * (K(i) / K(BS_ROOTS_PROBES)) : run->hi;
+        f[2] = i < BS_ROOTS_PROBES ? ROOTS(at)(s->data, x[2]) : run->f_hi;
+        zeros += ROOTS(touches)(s->data, x[2], f[2]);
+        if ((f[1] < 0) != (f[2] < 0))
+            ROOTS(append)(s, ROOTS(refine)(s->data, x[1], f[1], x[2], f[2]));
+        else if (i > 1 && (f[0] < 0) == (f[1] < 0) && BS_ABS1(f[1]) <= BS_ABS1(f[0]) && BS_ABS1(f[1]) <= BS_ABS1(f[2]))
+            ROOTS(dip)(s, x[0], f[0], x[1], f[1], x[2], f[2]);
     }
     s->vanishes = s->vanishes || zeros == BS_ROOTS_PROBES;
 }
@@ -195,12 +229,12 @@ BS_COLD void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S *c
     if ((fx < 0) != (run->f_lo < 0)) {
         ROOTS(append)(s, ROOTS(refine)(s->data, run->lo, run->f_lo, x, fx));
         ROOTS(append)(s, ROOTS(refine)(s->data, x, fx, run->hi, run->f_hi));
-    } else if (BS_ABS1(fx) <= K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(s->data, x, K(1) - x)) {
+    } else if (ROOTS(touches)(s->data, x, fx)) {
         ROOTS(append)(s, x);
     }
 }
 
-/* Append the roots of f in [begin, end], rising. c: p's Bernstein coefficients on it; noise: bound of their errors. */
+/* Append the roots of f in [begin, end], rising. c: p's Bernstein coefficients on it; noise: what their errors reach. */
 BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S end)
 {
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);

@@ -1,0 +1,135 @@
+"""What geometric objects multivectors are, item by item: names from squares, flatness and grades.
+
+Each test is relative to what rounding can leave of the very sum that it looks at (`checks.tolerance`), so neither
+weight nor distance from the origin decides.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .calls import call
+from .checks import tolerance
+from .codegen.errors import AlgebraMismatchError
+
+if TYPE_CHECKING:
+    from .algebras import Algebra
+    from .multivector import Multivector
+
+Names = NDArray[np.object_]
+NOT_A_BLADE = "not a blade"
+#: Round, flat, imaginary, of radius zero, at infinity; and the sign of the square of real objects. By dimension of
+#: the space and grade.
+CONFORMAL = {
+    (3, 2): (("point pair", "flat point", "imaginary point pair", "tangent vector", "direction"), 1),
+    (3, 3): (("circle", "line", "imaginary circle", "tangent plane", "direction of planes"), 1),
+    (3, 4): (("sphere", "plane", "imaginary sphere", "sphere of radius zero", "direction of space"), -1),
+    (2, 2): (("point pair", "flat point", "imaginary point pair", "tangent vector", "direction"), 1),
+    (2, 3): (("circle", "line", "imaginary circle", "circle of radius zero", "direction of the plane"), 1),
+}
+ROUND, FLAT, IMAGINARY, TANGENT, IDEAL = range(5)
+
+
+def conformal(algebra: Algebra, x: Multivector) -> Any:
+    """Names of objects of CGA."""
+    return _by_grade(algebra, x, _conformal_grade)
+
+
+def projective(algebra: Algebra, x: Multivector) -> Any:
+    """Names of objects of plane-based geometry."""
+    return _by_grade(algebra, x, _projective_grade)
+
+
+def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
+    if x.algebra is not algebra:
+        raise AlgebraMismatchError(f"x belongs to {x.algebra.name}, not to {algebra.name}.")
+    flat = x.reshape(-1)
+    limit = tolerance(x.dtype)
+    with np.errstate(all="ignore"):
+        sizes = np.stack([np.abs(flat.grade(g)._data).sum(-1) for g in x.grades], -1)
+        total = sizes.sum(-1)
+        present = sizes > limit * total[:, None]
+    names = np.full(flat.shape, NOT_A_BLADE, object)
+    names[~np.isfinite(total)] = "invalid"
+    names[total == 0] = "zero"
+    single = np.isfinite(total) & (present.sum(-1) == 1)
+    for i, g in enumerate(x.grades):
+        mine = single & present[:, i]
+        if mine.any():
+            part = flat[mine].grade(g)
+            names[mine] = named(algebra, part, g, limit)
+    several = np.isfinite(total) & (present.sum(-1) > 1)
+    if several.any() and all(g % 2 == 0 for g in x.grades):
+        names[several] = _motions(algebra, flat[several])
+    return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
+
+
+def _conformal_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> Names:
+    if g in (0, algebra.dimension):
+        return np.full(x.shape, "scalar" if g == 0 else "pseudoscalar", object)
+    measured = call(algebra, "classification.invariants", x).value
+    square, square_size, others, others_size, flatness, incidence, size, _ = np.moveaxis(measured, -1, 0)
+    sign = np.where(np.abs(square) <= limit * square_size, 0, np.sign(square)).astype(int)
+    is_flat = flatness <= limit * size
+    if g == 1:
+        return _vectors(x, sign, incidence <= limit * size, limit)
+    words, real = CONFORMAL[algebra.dimension - 2, g]
+    choice = np.full(x.shape, ROUND)
+    choice[is_flat] = FLAT
+    choice[sign == -real] = IMAGINARY
+    choice[sign == 0] = TANGENT
+    choice[(sign == 0) & is_flat] = IDEAL
+    names = np.array(words, object)[choice]
+    names[others > limit * others_size] = NOT_A_BLADE
+    return names
+
+
+def _vectors(x: Multivector, sign: NDArray[np.int_], is_dual_flat: NDArray[np.bool_], limit: float) -> Names:
+    """Points, and the duals of what space has: a vector is always a blade."""
+    names = np.where(sign > 0, "dual sphere", np.where(sign < 0, "imaginary dual sphere", "point")).astype(object)
+    names[is_dual_flat] = "dual plane"
+    names[is_dual_flat & (sign == 0)] = "point at infinity"
+    if x.algebra.dimension == 4:
+        names = np.array([str(n).replace("sphere", "circle").replace("plane", "line") for n in names], object)
+    return names
+
+
+def _projective_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> Names:
+    words = {
+        0: ("scalar", "scalar"),
+        1: ("plane", "plane at infinity"),
+        2: ("line", "line at infinity"),
+        3: ("point", "direction"),
+        4: ("pseudoscalar", "pseudoscalar"),
+    }[g]
+    ideal = np.array([blade & 1 for blade in x._type.blades], bool)
+    size = np.abs(x._data).sum(-1)
+    at_infinity = np.abs(x._data[:, ~ideal]).sum(-1) <= limit * size
+    names = np.where(at_infinity, words[1], words[0]).astype(object)
+    if g == 2:
+        defect = np.abs((x ^ x)._data).sum(-1)
+        with np.errstate(all="ignore"):
+            terms = 2 * np.abs(x._data[:, ideal]).sum(-1) * np.abs(x._data[:, ~ideal]).sum(-1)
+        names[defect > limit * terms] = NOT_A_BLADE
+    return names
+
+
+def _motions(algebra: Algebra, x: Multivector) -> Names:
+    """Unit versors among even multivectors: the smallest kind of motion that holds the item."""
+    names = np.full(x.shape, NOT_A_BLADE, object)
+    kinds = [k for k in algebra.kinds.values() if k.constraints and k.blades[0] == 0]
+    from .checks import holds
+    from .linear import embedded
+
+    size = np.abs(x._data).sum(-1)
+    for kind in sorted(kinds, key=lambda k: -k.size):
+        rest = [i for i, blade in enumerate(x._type.blades) if blade not in set(kind.blades)]
+        inside = np.abs(x._data[:, rest]).sum(-1) <= tolerance(x.dtype) * size
+        if inside.any():
+            mine = inside.copy()
+            mine[inside] = holds(kind, embedded(x[inside], kind))
+            names[mine] = kind.name.replace("_", " ")
+    return names

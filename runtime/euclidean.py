@@ -1,0 +1,257 @@
+"""What CGA and PGA share as geometries: motors from parameters and matrices, and parameters back as named tuples.
+
+The mathematics is in `codegen.formulas`; here arrays are checked, statuses completed and results named.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import arrays
+from .algebras import Algebra
+from .calls import Numbers, Outcome, call, merged, raise_first
+from .codegen.errors import GradeError, InputError, KindError, ShapeError
+from .multivector import Multivector
+from .status import Status
+from .text import statuses
+
+
+class Parameters(tuple[Any, ...]):
+    """Named fields that a constructor takes, with ``orientation`` (+1 or -1) and ``status`` beside them."""
+
+    orientation: Any
+    status: Any
+
+
+def parameters_class(name: str, *fields: str) -> Any:
+    """A named tuple that can carry attributes besides its fields."""
+    base = namedtuple(name, fields)  # type: ignore[misc]
+    return type(name, (base,), {"__doc__": f"{name}: {', '.join(fields)}.", "__module__": __name__})
+
+
+Translator = parameters_class("Translator", "t")
+Rotor = parameters_class("Rotor", "axis", "angle", "point")
+Motor = parameters_class("Motor", "axis", "angle", "point", "advance")
+
+
+class EuclideanAlgebra(Algebra):
+    """An algebra whose versors move Euclidean space. Vectors of space are arrays (..., d); angles are radians."""
+
+    #: Module of formulas for the objects.
+    formulas = ""
+
+    @property
+    def space(self) -> int:
+        """Dimension of the space: 3, or 2 in the plane."""
+        return self.kind("euclidean").size
+
+    # -- calls ---------------------------------------------------------------------------------------------
+
+    def vector(self, value: Any, name: str) -> Numbers:
+        """Operand: Euclidean vectors."""
+        return Numbers(value, self.kind("euclidean"), name)
+
+    def made(self, formula: str, *operands: Multivector | Numbers, strict: bool = False) -> Multivector:
+        """The object that a formula makes; items that are not finite are INVALID and NaN all over.
+
+        Raises
+        ------
+        SingularError
+            With ``strict``, for the first item without an object.
+        """
+        outcome = call(self, formula, *operands)
+        x: Multivector = outcome.value
+        x = finite(x)
+        if strict:
+            raise_first(x._status, formula.rpartition(".")[2])
+        return x
+
+    def read(
+        self, kind: Any, formula: str, x: Multivector, orientation: Any = None
+    ) -> Any:
+        """Named parameters from a formula's results."""
+        outcome = call(self, formula, x)
+        fields = [v[..., 0] if v.shape[-1:] == (1,) else v for v in map(plain, outcome.values)]
+        if orientation is not None:
+            orientation = fields.pop(orientation)
+        return self.named(kind, fields, x, outcome.status, orientation)
+
+    def named(
+        self, kind: Any, fields: Sequence[Any], x: Multivector, status: Any = None, orientation: Any = None
+    ) -> Any:
+        """A named tuple with orientation and status."""
+        result = kind(*(field[()] for field in fields))
+        known = merged(x._status, status)
+        result.orientation = (np.ones(x.shape, x.dtype) if orientation is None else orientation)[()]
+        result.status = statuses(known, x.shape)
+        return result
+
+    # -- motors --------------------------------------------------------------------------------------------
+
+    def translator(self, t: Any, strict: bool = False) -> Multivector:
+        """Translation by the vector t."""
+        return self.made("motions.translator", self.vector(t, "t"), strict=strict)
+
+    def rotor(self, axis: Any, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:
+        """Rotation by ``angle``, counter-clockwise about ``axis`` through ``point``. INVALID: the axis is zero."""
+        operands = self.vector(axis, "axis"), Numbers(angle, 0, "angle")
+        if is_origin(point):
+            return self.made("motions.rotor", *operands, strict=strict)
+        return self.made("motions.rotor_about", *operands, self.vector(point, "point"), strict=strict)
+
+    def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:
+        """Unit motor with <R>_0 >= 0 from homogeneous matrices (..., 4, 4), or rotation matrices (..., 3, 3).
+
+        INVALID: the matrix is no rigid motion (to 1e-3; the rotation is made orthonormal within that).
+        """
+        m = arrays.real(matrix, "the matrix")
+        d = self.space
+        if m.ndim < 2 or m.shape[-2:] not in ((d, d), (d + 1, d + 1)):
+            raise ShapeError(f"the matrix has shape {m.shape}; it ends in ({d}, {d}) or ({d + 1}, {d + 1}).")
+        columns = [self.vector(np.ascontiguousarray(m[..., :d, j]), "a column") for j in range(m.shape[-1])]
+        name = "motions.rotor_from_matrix" if len(columns) == d else "motions.motor_from_matrix"
+        x = self.made(name, *columns)
+        if len(columns) > d:
+            bad = (m[..., d, :d] != 0).any(-1) | (m[..., d, d] != 1)
+            x = invalidated(x, bad)
+        if strict:
+            raise_first(x._status, "motor_from_matrix")
+        return x
+
+    def matrix(self, x: Multivector) -> NDArray[Any]:
+        """Homogeneous matrix (..., 4, 4) of a unit motor.
+
+        Raises
+        ------
+        KindError
+            If x is not a motor, rotor or translator.
+        """
+        motor = self.as_motor(x)
+        entries: NDArray[Any] = call(self, "motions.motor_to_matrix", motor).value
+        return entries.reshape(*x.shape, self.space + 1, self.space + 1)
+
+    def as_motor(self, x: Multivector) -> Multivector:
+        """x as a unit motor, its constraints checked."""
+        if x.algebra is not self or 0 not in x.grades:
+            raise KindError(f"a {x.kind.name} of {x.algebra.name} is not a motor of {self.name}.")
+        names = [n for n in ("rotor", "translator", "motor") if n in self.kinds and self.kind(n) == x.kind]
+        return x if names else x.as_kind("motor")
+
+    def motor_parameters(self, x: Multivector) -> Any:
+        """Screw of a unit motor: unit axis, angle in [0, 2 pi), point of the axis nearest the origin, advance.
+
+        The advance is the translation along the axis. Of a translation the axis is its direction and the angle 0;
+        of the identity (NOT_UNIQUE) the last basis vector.
+        """
+        motor = self.as_motor(x).as_kind("motor")
+        logarithm = motor.log()
+        matrix = self.matrix(motor)
+        status = logarithm._status
+        plane = _plane_vector(logarithm, self.space)
+        half = np.linalg.norm(plane, axis=-1)
+        t = matrix[..., : self.space, self.space]
+        shift = np.linalg.norm(t, axis=-1)
+        with np.errstate(all="ignore"):
+            axis = np.where((half > 0)[..., None], plane / half[..., None], t / shift[..., None])
+            rest = (half == 0) & (shift == 0)
+            axis[rest] = np.eye(self.space, dtype=x.dtype)[-1]
+            advance = (axis * t).sum(-1)
+            across = t - advance[..., None] * axis
+            # the nearest point c of the axis is moved by `across`: (1 - rotation) c = across, c perpendicular to it
+            point = (across + np.cross(axis, across) / np.tan(half)[..., None]) / 2
+        point = np.where((half > 0)[..., None], point, 0.0).astype(x.dtype)
+        status = merged(status, np.where(rest, np.uint8(Status.NOT_UNIQUE), np.uint8(0)))
+        return self.named(Motor, (axis, 2 * half, point, advance), x, status)
+
+    def rotor_parameters(self, x: Multivector) -> Any:
+        """Axis, angle and a point of the axis of a rotation about the origin."""
+        found = self.motor_parameters(x)
+        result = Rotor(found.axis, found.angle, found.point)
+        result.orientation, result.status = found.orientation, found.status
+        return result
+
+    def translator_parameters(self, x: Multivector) -> Any:
+        """The vector of a translation."""
+        matrix = self.matrix(x)
+        return self.named(Translator, (np.ascontiguousarray(matrix[..., : self.space, self.space]),), x)
+
+    # -- parameters ----------------------------------------------------------------------------------------
+
+    #: Kind to the method that reads its parameters.
+    readers: Mapping[str, str] = {}
+
+    def parameters(self, x: Multivector) -> Any:
+        """What the constructor of this kind of object took, as a named tuple with the same fields.
+
+        Radii are positive; ``.orientation`` is +1 or -1 (only a sphere can be turned inside out), ``.status`` that
+        of each item. Objects of an unknown kind are normalised first.
+
+        Raises
+        ------
+        KindError
+            If x is of no kind that has parameters.
+        """
+        if x.algebra is not self:
+            raise InputError(f"x belongs to {x.algebra.name}; ask that algebra for its parameters.")
+        name = next((n for n in self.readers if self.kind(n) == x.kind), None)
+        if name is None:
+            x = self._known(x)
+            name = x.kind.name
+        return getattr(self, self.readers[name])(x)
+
+    def _known(self, x: Multivector) -> Multivector:
+        """x normalised to the smallest kind with parameters that holds it."""
+        own = {b for b, column in zip(x._type.blades, np.moveaxis(x._data, -1, 0), strict=True) if column.any()}
+        fitting = [self.kind(n) for n in self.readers if own <= set(self.kind(n).blades)]
+        for kind in sorted(fitting, key=lambda k: k.size):
+            candidate = x.as_kind(kind.layout, check=False)
+            unit = candidate.normalized() if kind.constraints else candidate
+            if unit.kind == kind:
+                return unit
+        raise KindError(
+            f"this {x.kind.name} of {self.name} is of no kind that has parameters.",
+            remedy=f"They are those of: {', '.join(self.readers)}; see classify()",
+        )
+
+
+def is_origin(point: Any) -> bool:
+    """Whether ``point=0`` was left as it is."""
+    return np.ndim(point) == 0 and not isinstance(point, str) and point == 0
+
+
+def plain(value: Any) -> NDArray[Any]:
+    """Coefficients of a result, multivector or array."""
+    return value._data if isinstance(value, Multivector) else value
+
+
+def finite(x: Multivector) -> Multivector:
+    """Items with a coefficient that is not finite become INVALID, unless their status says why already."""
+    with np.errstate(all="ignore"):
+        if np.isfinite(x._data.sum()) or np.isfinite(x._data).all():
+            return x
+    return invalidated(x, ~np.isfinite(x._data).all(-1))
+
+
+def invalidated(x: Multivector, bad: NDArray[np.bool_]) -> Multivector:
+    """NaN and INVALID in some items."""
+    if not bad.any():
+        return x
+    known = np.zeros(x.shape, np.uint8) if x._status is None else x._status
+    status = np.where(bad & (known == Status.OK), np.uint8(Status.INVALID), known)
+    data = np.where(bad[..., None], x.dtype.type(np.nan), x._data)
+    return x._make(x._type, data, x.shape, np.asarray(status, np.uint8))
+
+
+def _plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
+    """Axis times half the angle, from b = -angle/2 (a I3) + ...: in space e23, -e13, e12 of a I3."""
+    if dimension != 3:
+        raise GradeError("axes of rotation are those of space; in the plane there is a point.")
+    return np.stack([-logarithm["e23"], logarithm["e13"], -logarithm["e12"]], -1)
+
+
+__all__ = ["EuclideanAlgebra", "Motor", "Outcome", "Rotor", "Translator", "finite", "parameters_class"]

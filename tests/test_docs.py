@@ -1,0 +1,41 @@
+"""Every Python example of README.md and docs/ runs, in order, one namespace per page; specs are read as specs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return [text for name, text in _BLOCK.findall(page.read_text(encoding="utf-8")) if name == language]
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda p: p.name)
+def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    namespace: dict[str, object] = {"__name__": "example"}
+    for number, text in enumerate(blocks(page, "python")):
+        exec(compile(text, f"{page.name}, example {number + 1}", "exec"), namespace)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    missing = [link for link in _LINK.findall(page.read_text(encoding="utf-8")) if not (page.parent / link).exists()]
+    assert not missing
+
+
+def test_the_spec_of_the_docs_generates() -> None:
+    from bladesmith.codegen.generator import generate
+    from bladesmith.codegen.spec import SpecFile
+    from bladesmith.codegen.toml.document import Document
+
+    (text,) = blocks(ROOT / "docs" / "specs.md", "toml")
+    files = generate(Document("specs.md", text, SpecFile).contents.model_dump(exclude_none=True))
+    assert "pga2d_geometric_motor_motor" in files["kernels.h"]

@@ -1,0 +1,117 @@
+"""The checked-in sources are what the generator writes; specs with bad names never get that far."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module, resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bladesmith.codegen.binding import Library
+from bladesmith.codegen.catalogue import STOCK, algebra_from_data
+from bladesmith.codegen.declare import bind
+from bladesmith.codegen.errors import BladesmithError, SpecError
+from bladesmith.codegen.flags import compiled_files, source_hash
+from bladesmith.codegen.generator import declared_kernels, generate, plain_spec
+from bladesmith.codegen.kinds import NumericSource
+from bladesmith.codegen.spec import load_spec, stock_spec_path
+from bladesmith.codegen.targets.c import symbol
+from bladesmith.codegen.trace import trace
+
+GENERATED = Path(str(resources.files("bladesmith.generated")))
+TEMPLATES = Path(str(resources.files("bladesmith.templates")))
+
+
+@pytest.mark.parametrize("name", STOCK)
+def test_regenerating_gives_the_same_bytes(name: str) -> None:
+    folder = GENERATED / name
+    files = generate(load_spec(stock_spec_path(name)), json.loads((folder / "forms.json").read_text("utf-8")))
+    for file, text in files.items():
+        assert (folder / file).read_text("utf-8") == text, f"{name}/{file} differs: run `bladesmith generate`"
+
+
+@pytest.mark.parametrize("name", STOCK)
+def test_installed_extensions_are_of_these_sources(name: str) -> None:
+    library = Library(import_module(f"bladesmith.generated.{name}._kernels"))
+    installed = library.ffi.string(library.lib.bs_source_hash()).decode()
+    assert installed == source_hash(compiled_files(GENERATED / name, TEMPLATES / "c"))
+
+
+def test_generated_files_stay_small() -> None:
+    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 2_000_000
+
+
+@pytest.mark.parametrize("pqr", [(2, 0, 1), (1, 3, 0), (4, 2, 0)])
+def test_a_plain_signature_generates(pqr: tuple[int, int, int]) -> None:
+    files = generate(plain_spec(*pqr, "plain"))
+    assert "plain_geometric_vector_vector" in files["kernels.h"]
+    assert json.loads(files["manifest.json"])["algebra"]["name"] == "plain"
+
+
+BAD: list[dict[str, Any]] = [
+    {"name": "a b"},
+    {"name": "x\n#include <evil>"},
+    {"vectors": ["1", "1"]},
+    {"vectors": ["1", "e;"]},
+    {"metric": [["1", "7", 1]]},
+    {"kinds": {"my kind": {"grades": [1]}}},
+    {"kinds": {"k": {"grades": [1], "constraints": ["x * x - 1"]}}},
+    {"kinds": {"k": {"blades": ["e99"]}}},
+    {"kinds": {"k": {}}},
+    {"kernels": [{"formula": "os.system", "operands": [["vector"]]}]},
+    {"kernels": [{"formula": "products.nothing", "operands": [["vector", "vector"]]}]},
+    {"kernels": [{"formula": "products.Multivector", "operands": [["vector", "vector"]]}]},
+    {"kernels": [{"formula": "products.geometric", "operands": [["vectr", "vector"]]}]},
+    {"kernels": [{"formula": "products.geometric", "operands": [["vector", "vector"]], "name": "a-b"}]},
+    {"kernels": [{"formula": "products.geometric", "operands": [["vector", "vector"], ["vector", "vector"]]}]},
+    {"kernels": [{"formula": "../products.geometric", "operands": [["vector", "vector"]]}]},
+]
+
+
+@pytest.mark.parametrize("change", BAD, ids=str)
+def test_bad_specs_are_refused(change: dict[str, Any]) -> None:
+    good = {"name": "good", "vectors": ["1", "2"], "metric": [["1", "1", 1]]}
+    generate(good)
+    with pytest.raises(BladesmithError) as caught:
+        generate({**good, **change})
+    assert str(caught.value).endswith((".", "?"))
+
+
+def test_a_spec_file_is_checked_with_line_and_key(tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text('name = "a"\nvectors = ["1"]\n\n[kinds.k]\ngradez = [1]\n')
+    with pytest.raises(SpecError, match=r"line 5.*gradez.*grades"):
+        load_spec(path)
+
+
+@pytest.mark.parametrize(("algebra", "kind", "blade"), [("cga3d", "point", "e1"), ("pga3d", "point", "e012")])
+def test_reduced_kernels_off_the_constraint(algebra: str, kind: str, blade: str) -> None:
+    """With |M ~M - 1| = d, a reduced kernel is off by at most a stated multiple of d times the size of the result."""
+    spec = load_spec(stock_spec_path(algebra))
+    home = algebra_from_data(spec)
+    _, name, formula, kinds = next(
+        entry for entry in declared_kernels(home, spec["kernels"]) if entry[1] == f"sandwich_motor_{kind}"
+    )
+    kernel = trace(formula, kinds, name, algebra=home)
+    compiled = bind(Library(import_module(f"bladesmith.generated.{algebra}._kernels")), kernel, symbol(kernel))
+    source = NumericSource(500, 11)
+    motor, x = (np.stack([np.broadcast_to(v, (500,)) for v in k.values(k.sample(source))], -1) for k in kinds)
+    for size in (1e-12, 1e-9, 1e-6, 1e-3):
+        off = motor * (1 + size * np.random.default_rng(1).normal(size=(500, 1)))
+        written = np.stack(kernel.reference(source.ring, [list(off.T), list(x.T)])[0], -1)
+        squares = off * off
+        away = np.abs(_square(home, kinds[0].blades, squares) - 1)
+        scale = np.abs(written).max(-1)
+        error = np.abs(compiled(off, x) - written).max(-1)
+        assert np.all(error <= 4 * (away + 1e-13) * scale), f"{size}: {np.max(error / (away * scale))}"
+
+
+def _square(home: Any, blades: tuple[int, ...], squares: np.ndarray) -> np.ndarray:
+    """<M ~M>_0 from squared coefficients; blades with a null vector do not count."""
+    total = np.zeros(len(squares))
+    for j, b in enumerate(blades):
+        sign = sum(w for c, w in home.product(b, b) if c == 0)
+        total += float(sign) * (-1 if b.bit_count() & 2 else 1) * squares[:, j]
+    return total
