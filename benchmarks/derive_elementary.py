@@ -227,29 +227,52 @@ def c_block(bits: int) -> str:
     return "\n".join(lines)
 
 
-def python_block() -> str:
-    """The same for numba, float64 only."""
+PYTHON_NAMES = {
+    "SIN": "sine",
+    "COS": "cosine",
+    "C4": "stumpff4",
+    "C5": "stumpff5",
+    "EXP": "exponential",
+    "LOG": "logarithm",
+    "ATAN": "arctangent",
+    "HALF_PI": "half_pi",
+    "LN2": "ln2",
+    "LN2_PAIR": "ln2_pair",
+    "QUARTER_PI": "quarter_pi",
+    "PER_HALF_PI": "per_half_pi",
+    "PER_LN2": "per_ln2",
+}
+
+
+def python_block(bits: int) -> str:
+    """The same as arguments of `Constants`."""
+    exact = f"_float{bits}"
     lines = []
-    for fit in fits():
-        coefficients, _ = polynomial(fit, 64)
-        texts = ", ".join(f'"{hexadecimal(c)}"' for c in coefficients)
-        lines.append(f"_{fit.name} = _exact({texts})")
-    for name, values in constants(64).items():
-        texts = ", ".join(f'"{hexadecimal(v)}"' for v in values)
-        lines.append(f"_{name} = _exact({texts})")
+    named = [(fit.name, polynomial(fit, bits)[0]) for fit in fits()] + list(constants(bits).items())
+    for name, values in named:
+        if bits == 64 and name in ("HALF_PI", "LN2"):
+            values = [*values, 0.0]
+        texts = [f'"{hexadecimal(value)}"' for value in values]
+        if len(texts) == 1:
+            lines.append(f"    {PYTHON_NAMES[name]}={exact}({texts[0]})[0],")
+        elif len(texts) <= 4:
+            lines.append(f"    {PYTHON_NAMES[name]}={exact}({', '.join(texts)}),")
+        else:
+            lines.append(f"    {PYTHON_NAMES[name]}={exact}(")
+            lines += ["        " + ", ".join(texts[i : i + 4]) + "," for i in range(0, len(texts), 4)]
+            lines.append("    ),")
     return "\n".join(lines)
 
 
 def main() -> None:
     """Print what belongs into the two files."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--bits", type=int, choices=(32, 64), help="only this precision's C block")
+    parser.add_argument("--bits", type=int, choices=(32, 64), help="only this precision's blocks")
     chosen = parser.parse_args().bits
     for bits in (64, 32) if chosen is None else (chosen,):
-        print(f"/* {bits} bits */\n{c_block(bits)}\n")
-    if chosen is None:
-        print(python_block(), "\n")
-        print(",\n".join(f"0x{word:016x}" for word in two_over_pi(19)))
+        print(f"/* {bits} bits */\n{c_block(bits)}\n\n# {bits} bits\n{python_block(bits)}\n")
+    words = [f"0x{word:016x}" for word in two_over_pi(19)]
+    print(",\n".join(", ".join(words[i : i + 4]) for i in range(0, len(words), 4)))
 
 
 if __name__ == "__main__":

@@ -69,9 +69,9 @@ class Algebra(mathematics.Algebra):
     # -- blades, kinds and types ---------------------------------------------------------------------------
 
     @cached_property
-    def blades(self) -> tuple[Blade, ...]:  # type: ignore[override]
+    def blades(self) -> tuple[Blade, ...]:
         """All basis blades in storage order."""
-        return tuple(self.named_blades[blade] for blade in mathematics.Algebra.blades.func(self))  # type: ignore[attr-defined]
+        return tuple(self.named_blades[blade] for blade in mathematics.Algebra.blades.func(self))
 
     @cached_property
     def named_blades(self) -> Mapping[int, Blade]:
@@ -99,13 +99,14 @@ class Algebra(mathematics.Algebra):
         known = self._types.get(key)
         if known is None:
             own = kind if kind.algebra is self else replace(kind, algebra=self)
+            own = self.layout_of(own.blades) if own.is_layout else own  # equal layouts may have several names
             known = self._types[key] = Type(self, own, dtype)
         return known
 
-    def parse_blade(self, name: str | Sequence[int]) -> tuple[int, int]:
+    def parse_blade(self, name: str | Sequence[int | str]) -> tuple[int, int]:  # labels are words too
         """Blade and sign of a name in any order of vectors; remembered."""
         if not isinstance(name, str):
-            return super().parse_blade(name)
+            return super().parse_blade(name)  # type: ignore[arg-type]
         known = self._names.get(name)
         if known is None:
             known = self._names[name] = super().parse_blade(name)
@@ -317,8 +318,8 @@ def _plain_algebra(p: int, q: int, r: int) -> Algebra:
 
 def plain_algebra(like: Algebra) -> Algebra:
     """The one algebra of a name, vectors and metric, with the kinds that every algebra has."""
-    data = data_from_algebra(like)
-    return _from_json_data(_hashable({**data, "kinds": {}}))
+    new: Algebra = _from_json_data(_hashable({**data_from_algebra(like), "kinds": {}}))
+    return new
 
 
 #: Classes of the algebras that stand for a geometry, by name.

@@ -102,8 +102,8 @@ class Conformal(EuclideanAlgebra):
         with np.errstate(all="ignore"):
             scale = (c + k) / (c - k)
             center = np.stack([x[f"e{i + 1}ni"] / np.where(k == 0, 1, k) for i in range(self.space)], -1)
-        status = np.where((k == 0) & np.isfinite(c), np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
-        status = status if x.kind.name == "homothety" else None
+        anywhere = (k == 0) & (x.kind.name == "homothety")  # scale 1 about any centre
+        status = np.where(anywhere, np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
         return self.named(Dilator, (scale, center), x, status)
 
     def _read_transversor(self, x: Multivector) -> Any:

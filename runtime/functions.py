@@ -22,6 +22,8 @@ from .status import Status
 if TYPE_CHECKING:
     from .multivector import Multivector
 
+#: The nearest motor, line, plane or sphere.
+NEAREST = "versors.normalise_flat"
 #: Methods of the general inverse (thesis 1.2.5).
 METHODS = ("shirokov", "hitzer", "matrix")
 #: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
@@ -71,21 +73,30 @@ def _scaled(x: Multivector) -> Multivector:
     """x at unit scale, of the first kind on its blades whose members all items are."""
     result: Multivector | None = None
     for kind in checks.kinds_on(x):
-        weights = checks.linear_scale(kind)
-        scaled = _by_weight(x, weights) if weights else _repaired(x, kind)
+        scaled = _for_kind(x, kind)
         if scaled is None:
-            result = result or _over_norm(x)
-            scaled = result
+            scaled = result = _over_norm(x) if result is None else result
         answered = ~np.isnan(scaled._data).all(-1)
         if answered.any() and checks.holds(kind, scaled._data[answered]).all():
             return x._make(x.algebra.type_of(kind, x.dtype), scaled._data, x._lead, scaled._status)
-    return result or _over_norm(x)
+    return _over_norm(x) if result is None else result
+
+
+def _for_kind(x: Multivector, kind: Kind) -> Multivector | None:
+    """x scaled in the way of one kind: by its weight, or to its nearest member; None where its norm has to do."""
+    weights = checks.linear_scale(kind)
+    if weights:
+        return _by_weight(x, weights)
+    if not x._type.remembered(("repairs", kind), lambda: _is_repaired(x, kind)):
+        return None
+    return call(x.algebra, NEAREST, x).value  # type: ignore[no-any-return]
 
 
 def _of_kind(x: Multivector, kind: Kind) -> Multivector:
     """x scaled to a kind; items that are no members are invalid."""
-    weights = checks.linear_scale(kind)
-    scaled = (_by_weight(x, weights) if weights else _repaired(x, kind)) or _over_norm(x)
+    scaled = _for_kind(x, kind)
+    if scaled is None:
+        scaled = _over_norm(x)
     answered = ~np.isnan(scaled._data).all(-1)
     bad = answered & ~checks.holds(kind, scaled._data)
     status = merged(scaled._status, np.where(bad, np.uint8(Status.INVALID), np.uint8(Status.OK)))
@@ -105,16 +116,9 @@ def _by_weight(x: Multivector, weights: tuple[float, ...]) -> Multivector:
     return x._make(x._type, data.astype(x.dtype), x._lead, np.asarray(status, np.uint8))
 
 
-def _repaired(x: Multivector, kind: Kind) -> Multivector | None:
-    """The nearest member of the kind, where a formula provably gives one: motors, lines, planes, spheres."""
-    if not x._type.remembered(("repairs", kind), lambda: _is_repaired(x, kind)):
-        return None
-    return call(x.algebra, "versors.normalise_flat", x).value  # type: ignore[no-any-return]
-
-
 def _is_repaired(x: Multivector, kind: Kind) -> bool:
     try:
-        return target(x.algebra, "versors.normalise_flat", (x.kind,)).outputs[0].kind == kind
+        return target(x.algebra, NEAREST, (x.kind,)).outputs[0].kind == kind
     except GradeError:
         return False
 
@@ -140,10 +144,28 @@ def inverse(x: Multivector, method: str = "shirokov", strict: bool = False) -> M
     if sign:
         reverse = linear.mapped(x, "reverse")
         return reverse if sign > 0 else -reverse
-    outcome = by_matrix(x) if method == "matrix" else call(x.algebra, f"inverses.{method}_inverse", x)
+    outcome = by_matrix(x) if method == "matrix" else _by_adjugate(x, method)
     if strict:
         raise_first(outcome.status, "inverse", NotInvertibleError)
     return outcome.value  # type: ignore[no-any-return]
+
+
+def _by_adjugate(x: Multivector, method: str) -> Outcome:
+    """Shirokov's or Hitzer's inverse: a stock kernel where there is one, else the formula on these very products."""
+    from .codegen.formulas import inverses
+
+    formula = f"inverses.{method}"
+    if x.algebra.stock is not None and formula in x.algebra.stock.entries:
+        return call(x.algebra, formula, x)
+    adjugate: Any = {"shirokov": inverses.shirokov_adjugate, "hitzer": inverses.hitzer_adjugate}[method](x)  # type: ignore[arg-type]
+    with np.errstate(all="ignore"):
+        value = adjugate / x.scalar_product(adjugate)["1"]
+        residual = np.abs((x * value - 1)._data).sum(-1)
+        finite = np.isfinite(x._data).all(-1)
+        regular = finite & (residual <= float(inverses.RESIDUAL))
+    status = np.where(regular, Status.OK, np.where(finite, Status.SINGULAR, Status.INVALID)).astype(np.uint8)
+    data = np.where(regular[..., None], value._data, np.nan).astype(x.dtype)
+    return Outcome((x._make(value._type, data, x.shape, status),), status)
 
 
 def by_matrix(x: Multivector) -> Outcome:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -123,8 +124,8 @@ def _places(source: Type, target: Type) -> Any:
 
 def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
     """Items times (or divided by) numbers that broadcast with them; nothing is known of the result."""
-    if isinstance(value, float | int) and not divide:
-        return x._make(x._type.free, x._data * value, x._lead)
+    if isinstance(value, float | int | Fraction) and not divide:
+        return x._make(x._type.free, x._data * float(value), x._lead)
     factor = arrays.real(value, "the factor")
     dtype = x.dtype if factor.dtype == x.dtype or factor.ndim == 0 else F64
     data = x._data if x.dtype == dtype else x._data.astype(dtype)

@@ -8,7 +8,7 @@ their own (norms, inverses, exponentials) are in `functions`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -385,6 +385,22 @@ class Multivector:
     def to_matrix(self) -> NDArray[Any]:
         """The 4 x 4 matrix of a motor, or of another versor that keeps points points."""
         return self.algebra.matrix(self)
+
+    # -- as formulas see it --------------------------------------------------------------------------------
+
+    @property
+    def terms(self) -> dict[int, NDArray[Any]]:
+        """Coefficients by blade, as the code generator's multivectors have them: formulas in GA notation run on both."""
+        return {blade: self._data[..., i] for i, blade in enumerate(self._type.blades)}
+
+    def constant(self, value: float) -> Multivector:
+        """A scalar of the same algebra and precision."""
+        return self.algebra.scalar(float(value), self.dtype)
+
+    def scaled(self, weight: Callable[[int], float]) -> Multivector:
+        """Each blade's coefficient times a number that depends on the blade."""
+        weights = np.array([float(weight(blade)) for blade in self._type.blades], self.dtype)
+        return self._make(self._type.free, self._data * weights, self._lead)
 
     # -- items ---------------------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 import zipfile
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -142,15 +143,10 @@ def _algebra(entry: dict[str, Any]) -> Algebra:
     """The stock or orthonormal algebra of this metric, else a plain one: kinds never come from a file."""
     name = validated_identifier(entry["algebra"], "the algebra's name")
     new = Algebra(name, [str(v) for v in entry["vectors"]], _metric(entry), entry["pseudoscalar"])
-    if name in STOCK:
-        known = algebras.stock_algebra(name)
-    else:
-        known = algebras.algebra(*new.signature)
+    known = algebras.stock_algebra(name) if name in STOCK else algebras.algebra(*new.signature)
     same = (known.vectors, known.metric, known.pseudoscalar_sign) == (new.vectors, new.metric, new.pseudoscalar_sign)
     return known if same else algebras.plain_algebra(new)
 
 
 def _metric(entry: dict[str, Any]) -> list[list[Any]]:
-    from fractions import Fraction
-
     return [[Fraction(str(g)) for g in row] for row in entry["metric"]]

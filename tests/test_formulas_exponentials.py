@@ -36,11 +36,11 @@ def bivectors(name: str) -> tuple[Array, Array, Array]:
     """Bivectors b of motors, their angles 2 |b| and the lengths of their translations."""
     kind = stock(name).kind("twist")
     rng = np.random.default_rng(21)
-    count = 240
+    count = 160
     angle = np.exp(rng.uniform(np.log(1e-16), np.log(2 * np.pi), count))
-    angle[:40] = rng.uniform(0.1, 6.2, 40)
-    angle[40:60] = np.pi + np.array([-1, 1] * 10) * 10.0 ** rng.uniform(-16, -1, 20)
-    angle[60:90] = 2 * np.pi - 10.0 ** rng.uniform(-8, -1, 30)
+    angle[:30] = rng.uniform(0.1, 6.2, 30)
+    angle[30:50] = np.pi + np.array([-1, 1] * 10) * 10.0 ** rng.uniform(-16, -1, 20)
+    angle[50:70] = 2 * np.pi - 10.0 ** rng.uniform(-8, -1, 20)
     length = 10.0 ** rng.uniform(-12, 6, count)
     length[::7] = 0.0
     rotation, translation = split(kind)
@@ -152,11 +152,8 @@ def test_full_turns_are_a_documented_choice(name: str) -> None:
         root, status = Traced(algebra, exponentials.sqrt_motor, kind).all(turn)
         assert np.all(status == Status.NOT_UNIQUE)
         assert np.allclose(root, Traced(algebra, exponentials.exp_bivector, "twist")(log / 2), atol=1e-15)
-    assert np.allclose(rows(twist, multivector(twist, log[:1])["e12"] * algebra_like(twist).basis("e12")), [-np.pi, *[0] * 5])
-
-
-def algebra_like(kind: Kind) -> Any:
-    return multivector(kind, np.ones((1, kind.size)))
+    about_e3 = [-np.pi if algebra.blade_name(blade) == "e12" else 0.0 for blade in twist.blades]
+    assert np.allclose(log[0], about_e3)
 
 
 @pytest.mark.parametrize("name", SPATIAL)

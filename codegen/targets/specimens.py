@@ -5,7 +5,6 @@ Small on purpose, except where size is the point.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -86,11 +85,8 @@ def arguments(kernel: Kernel, count: int, seed: int = 1, dtype: Any = np.float64
 def _members(kind: Kind, source: NumericSource) -> Any:
     if kind.is_scalar_argument:
         return source.scalar()
-    values: Sequence[Any]
-    if kind.form == "numbers":
-        values = [source.scalar() for _ in range(kind.size)]
-    else:
-        values = kind.values(kind.sample(source))
+    is_row = kind.form == "numbers"
+    values = [source.scalar() for _ in kind.blades] if is_row else kind.values(kind.sample(source))
     return np.stack([np.broadcast_to(v, (source.count,)) for v in values], -1)
 
 

@@ -1,10 +1,10 @@
 /* All roots of a polynomial as the eigenvalues of its companion matrix: balancing, then QR steps with two implicit
-   shifts on the Hessenberg form, eigenvalues only. The printed method's solver, what numpy.roots does through LAPACK.
+   shifts on the Hessenberg form, eigenvalues only. The printed method's solver, as numpy.roots has it from LAPACK.
    One inclusion makes one instance for the scalar type S. */
 
 #ifndef BS_COMPANION_CONSTANTS
 #define BS_COMPANION_CONSTANTS
-/* PATIENCE: QR steps for one eigenvalue before giving up; every FRESH steps without success the shift is changed. */
+/* PATIENCE: QR steps for one eigenvalue before giving up; after FRESH steps without success the shift changes. */
 enum { BS_COMPANION_DEGREE = 12, BS_COMPANION_PATIENCE = 60, BS_COMPANION_FRESH = 10 };
 #define BS_COMPANION_UNIT(T) ((T)(sizeof(T) == 4 ? 1.1920928955078125e-7 : 2.220446049250313e-16))
 /* A shift that is no eigenvalue of a corner of the matrix, relative to its last two subdiagonal entries. */

@@ -1,7 +1,7 @@
 /* Where a ray meets a surface evolved linearly between two circles: alpha in [0, 1], 1 at the first circle. Three
    methods with one signature; control flow only. The including file provides, made from formulas,
      void FN(evolved_octic)(S *out9, const S *ray9, const S *surface2)
-         p_k of p = sum p_k a^k b^(8-k) = kappa times the product of both branches of the condition
+         p_k of p = sum p_k a^k b^(8-k), the product of both branches of the condition over a^2 b^2
      S FN(evolved_condition)(const S *ray9, const S *surface2, S a, S b)
          the condition without denominators, 2 D t f = t (t u - 2 a b x) + a^2 b^2 e, with D no less than zero
      S FN(evolved_meet_square)(const S *ray9, const S *surface2, S a, S b)
@@ -15,16 +15,18 @@
      BS_EVOLVED_VANISHES  f is zero for all alpha: the ray meets every circle (it lies in the surface or in the
                           circles' common plane, or passes through a point shared by both circles);
      BS_EVOLVED_INVALID   something is not finite.
-   Ends: 0 and 1 belong to the surface, with the BS_ROOTS_MARGIN roundings that a root there may be off. Tangency: two roots that
-   arithmetic tells apart are two, a touching one (f is zero to rounding without a sign change) is reported once; a
-   ray in the plane of one circle is of that kind, with Y = 0. Where the interpolant is imaginary nothing is found. */
+   Ends: 0 and 1 belong to the surface, with BS_ROOTS_MARGIN roundings by which a root there may be off. Tangency: a
+   root where f is zero to rounding without a change of sign is reported once; two roots are two wherever f has the
+   other sign between them. A ray in the plane of one circle touches in this sense: there the meet Y vanishes, and
+   the ray may hit twice or not at all. Where the interpolant is imaginary (circles of one sphere, oppositely
+   turned) nothing is found. */
 
 #ifndef BS_EVOLVED_CONSTANTS
 #define BS_EVOLVED_CONSTANTS
 enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2 };
 #define BS_EVOLVED_FILTER 1e-6 /* the printed threshold on |f| */
-/* M4 of two unit circles carries a few roundings, relative to 1 and m0: up to this many it is zero. */
-#define BS_EVOLVED_COSPHERICAL 16
+/* M4 of cospherical circles in a frame of their size was made of up to 21 roundings, relative to 1 and m0. */
+#define BS_EVOLVED_COSPHERICAL 32
 /* The interpolant is real to rounding only that many roundings inside the ends of an imaginary gap. */
 #define BS_EVOLVED_HOLE 16
 #endif
@@ -34,7 +36,7 @@ typedef struct {
     const S *octic; /* the ray of which p is made: another one where the circles are cospherical */
 } FN(evolved_problem);
 
-/* The sum of the absolute values of the terms of the condition: itself, for the ray of which no term is negative. */
+/* Sum of the absolute values of the condition's terms: itself, for the ray of which no term is negative. */
 BS_INLINE S FN(evolved_bound)(const FN(evolved_problem) *d, S a, S b)
 {
     S ray[9];
@@ -80,8 +82,8 @@ BS_INLINE S FN(evolved_rounding)(const S *surface2)
 }
 
 /* 1 if the interpolant is imaginary for gap[0] < alpha < gap[1], else 0 and an empty gap from 1 to 0. With
-   kappa = k^2 >= 0, Sigma has the real eigenvalues a^2 + b^2 + a b (m0 -+ k), and the smaller one is negative between
-   its two roots, of product 1. */
+   kappa = k^2 >= 0, Sigma has the real eigenvalues a^2 + b^2 + a b (m0 -+ k). The smaller one is negative between
+   two roots in b/a of product 1. (Of real circles only cospherical ones have m0 - k < -2, with k = 0.) */
 BS_INLINE int FN(evolved_gap)(S *gap, const S *surface2)
 {
     const S rounding = FN(evolved_rounding)(surface2), kappa = surface2[1];
@@ -98,8 +100,8 @@ BS_INLINE int FN(evolved_gap)(S *gap, const S *surface2)
     return 1;
 }
 
-/* Cospherical circles, M4 = 0 to rounding: both branches are one, S0 u - a b x, and p vanishes. With a small constant
-   in place of e, p is that branch times S0. Fills ray and octic, and returns 1 if so. */
+/* Cospherical circles, M4 = 0 to rounding: both branches are one, S0 u - a b x, and p vanishes. With a small
+   constant in place of e, p is that branch times S0. Fills ray, octic and surface, and returns 1 if so. */
 BS_INLINE int FN(evolved_cospherical)(S *ray, S *octic, S *surface, const S *ray9, const S *surface2)
 {
     const S rounding = FN(evolved_rounding)(surface2), size_u = FN(evolved_size)(ray9), unit = BS_ROOTS_UNIT(S);
@@ -180,8 +182,8 @@ BS_INLINE int FN(evolved_companion)(S *roots, int max_roots, const S *ray9, cons
     return count;
 }
 
-/* Root between from and from + 1, where the values have unlike signs, of the quadratic through (0, f0), (1, f1) and
-   (2, f2); of the secant where the quadratic is not finite. */
+/* Root between from and from + 1, where the values have unlike signs, of the quadratic through (0, f0), (1, f1)
+   and (2, f2); of the secant where the quadratic is not finite. */
 BS_INLINE S FN(evolved_quadratic)(S f0, S f1, S f2, int from)
 {
     const S c2 = K(0.5) * (f0 + f2) - f1, c1 = f1 - f0 - c2, square = c1 * c1 - K(4) * c2 * f0;

@@ -8,14 +8,14 @@
      ROOTS_DEGREE              n
      ROOTS_DATA                type of a problem, handed on to f as a const pointer
      ROOTS_CONDITION(d, a, b)  f at a, with b = 1 - a, or any positive continuous multiple of it
-     ROOTS_BOUND(d, a, b)      sum of the absolute values of its terms there, to which its rounding error is relative
+     ROOTS_BOUND(d, a, b)      sum of the absolute values of its terms there: its rounding error is relative to it
      ROOTS_NOISE(d, a, b)      sum of the absolute values of p's terms, rising in a and b, b not bound to 1 - a
 
-   A piece of [0, 1] is dropped when p has one certain sign on it, or at most one root and f no sign change. It holds
-   one root when f changes sign and p has at most two roots. Otherwise it is halved. So no tolerance tells true from
-   false. One is needed where p drowns in its own rounding errors, because roots of p lie closer together than about
-   the square root of the unit roundoff: there f is asked at the extremum of p (ROOTS(settle)), and where f only
-   touches zero, to rounding, the touching root is reported once. */
+   A piece of [0, 1] is dropped when p has one certain sign on it, or at most one root and f no sign change. It
+   holds one root when f changes sign and p has at most two roots. Otherwise it is halved. So no tolerance tells
+   true from false. One is needed where p drowns in its own rounding errors, because roots of p lie closer together
+   than about the square root of the unit roundoff: there f is asked at the extremum of p (ROOTS(settle)), and where
+   f only touches zero, to rounding, the touching root is reported once. */
 
 #ifndef BS_ROOTS_CONSTANTS
 #define BS_ROOTS_CONSTANTS
@@ -27,8 +27,8 @@
 /* Cube root of the unit roundoff: a third-order step from here is exact. */
 #define BS_ROOTS_NEAR(T) ((T)(sizeof(T) == 4 ? 0.00390625 : 4.76837158203125e-6))
 /* All in unit roundoffs. MARGIN: how far outside [0, 1] a root still counts, because it was rounded there. NOISE:
-   errors of p's coefficients relative to the caller's bound, some ten when they are made and as many by halving; the
-   rest, 8 MARGIN, is what p changes by outside its interval. TOUCH: error of f relative to its bound. */
+   errors of p's coefficients relative to the caller's bound, some ten when they are made and as many by halving;
+   the rest, 8 MARGIN, is what p changes by outside its interval. TOUCH: error of f relative to its bound. */
 enum { BS_ROOTS_NOISE = 288, BS_ROOTS_MARGIN = 32, BS_ROOTS_TOUCH = 16 };
 /* STEPS is out of reach: bisection alone ends after 53. PROBES: places where f is asked in a wide run. */
 #define BS_ROOTS_GOLDEN 0.3819660112501051
@@ -98,10 +98,10 @@ BS_INLINE int ROOTS(variations)(const S *c, S noise, int *unsure)
     return changes;
 }
 
-/* The root between lo and hi, where f has unlike signs. a is the last point, b the nearest one with the other sign of
-   f, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's test), else
-   bisection; one division. The secant through a and c tells the interpolation's error: when that is a rounding, and
-   not by chance far from the root, the next value of f could not add anything. */
+/* The root between lo and hi, where f has unlike signs. a is the last point, b the nearest one with f of the other
+   sign, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's test),
+   else bisection; one division. The secant through a and c tells the interpolation's error: when that is a
+   rounding, and not by chance far from the root, the next value of f could not add anything. */
 BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi)
 {
     const S tolerance = K(2) * BS_ROOTS_UNIT(S), scale = K(1) / (f_hi - f_lo);
@@ -164,6 +164,12 @@ BS_INLINE int ROOTS(touches)(const ROOTS_DATA *d, S a, S fa)
     return BS_ABS1(fa) <= K(BS_ROOTS_TOUCH) * BS_ROOTS_UNIT(S) * ROOTS_BOUND(d, a, K(1) - a);
 }
 
+/* Whether the middle one of three values is nearest to zero. */
+BS_INLINE int ROOTS(dips)(S before, S middle, S after)
+{
+    return BS_ABS1(middle) <= BS_ABS1(before) && BS_ABS1(middle) <= BS_ABS1(after);
+}
+
 /* f has like signs at lo and hi and is nearest to zero at a known point between. Two roots if it crosses there, one
    if it touches. Golden section search. */
 BS_COLD void ROOTS(dip)(ROOTS(search) *s, S lo, S f_lo, S middle, S f_middle, S hi, S f_hi)
@@ -201,7 +207,7 @@ BS_COLD void ROOTS(probe)(ROOTS(search) *s, const ROOTS(piece) *run)
         zeros += ROOTS(touches)(s->data, x[2], f[2]);
         if ((f[1] < 0) != (f[2] < 0))
             ROOTS(append)(s, ROOTS(refine)(s->data, x[1], f[1], x[2], f[2]));
-        else if (i > 1 && (f[0] < 0) == (f[1] < 0) && BS_ABS1(f[1]) <= BS_ABS1(f[0]) && BS_ABS1(f[1]) <= BS_ABS1(f[2]))
+        else if (i > 1 && (f[0] < 0) == (f[1] < 0) && ROOTS(dips)(f[0], f[1], f[2]))
             ROOTS(dip)(s, x[0], f[0], x[1], f[1], x[2], f[2]);
     }
     s->vanishes = s->vanishes || zeros == BS_ROOTS_PROBES;
@@ -226,15 +232,14 @@ BS_COLD void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S *c
     if ((g_lo < 0) != (g_hi < 0))
         x = begin + width * (lo + (hi - lo) * (g_lo / (g_lo - g_hi)));
     const S fx = ROOTS(at)(s->data, x);
-    if ((fx < 0) != (run->f_lo < 0)) {
-        ROOTS(append)(s, ROOTS(refine)(s->data, run->lo, run->f_lo, x, fx));
-        ROOTS(append)(s, ROOTS(refine)(s->data, x, fx, run->hi, run->f_hi));
-    } else if (ROOTS(touches)(s->data, x, fx)) {
+    const int crosses = (fx < 0) != (run->f_lo < 0);
+    if (!crosses && ROOTS(touches)(s->data, x, fx))
         ROOTS(append)(s, x);
-    }
+    else if (crosses || (x > run->lo && x < run->hi && ROOTS(dips)(run->f_lo, fx, run->f_hi)))
+        ROOTS(dip)(s, run->lo, run->f_lo, x, fx, run->hi, run->f_hi);
 }
 
-/* Append the roots of f in [begin, end], rising. c: p's Bernstein coefficients on it; noise: what their errors reach. */
+/* Append the roots of f in [begin, end], rising. c: p's Bernstein coefficients there, with errors up to noise. */
 BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S end)
 {
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);

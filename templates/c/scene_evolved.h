@@ -77,6 +77,8 @@ typedef struct {
   const S *direction;
   const S *roots;
   int root_count;
+  S flat_t[BS_HITS_MOST], flat_a[BS_HITS_MOST]; /* points found by evolved_flat_hits */
+  int flat_count;
 } FN(evolved_meeting);
 
 BS_INLINE void FN(evolved_offer)(FN(search) *search, const FN(evolved_meeting) *m, S t, S a, const S *position)
@@ -90,9 +92,21 @@ BS_INLINE void FN(evolved_offer)(FN(search) *search, const FN(evolved_meeting) *
   }
 }
 
+/* 1 if the nearest root to a is this one, and no other root has found the same point: each point counts once. */
+BS_INLINE int FN(evolved_own)(FN(evolved_meeting) *m, int root, S t, S a)
+{
+  const S settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
+  for (int i = 0; i < m->root_count; i++)
+    if (ABS(m->roots[i] - a) < ABS(m->roots[root] - a) - settled) return 0;
+  for (int i = 0; i < m->flat_count; i++)
+    if (ABS(m->flat_t[i] - t) <= settled * (K(1) + ABS(t)) && ABS(m->flat_a[i] - a) <= settled) return 0;
+  m->flat_t[m->flat_count] = t, m->flat_a[m->flat_count++] = a;
+  return 1;
+}
+
 /* Hits of a ray that lies near the plane of the circle of a root, where the meet vanishes: its points on the circle's
-   sphere, refined. Each solution belongs to the root that is nearest to it; a root that only touches has two. */
-BS_OWN void FN(evolved_flat_hits)(FN(search) *search, const FN(evolved_meeting) *m, int root)
+   sphere, refined. A root that only touches has two. */
+BS_OWN void FN(evolved_flat_hits)(FN(search) *search, FN(evolved_meeting) *m, int root)
 {
   const S *const surface = m->k + FN(EVOLVED_SURFACE), *const c = m->k + FN(EVOLVED_CIRCLES);
   S a = m->roots[root], b = K(1) - a, start[2];
@@ -108,10 +122,7 @@ BS_OWN void FN(evolved_flat_hits)(FN(search) *search, const FN(evolved_meeting) 
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S), settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
     if (!(a >= -margin && a <= K(1) + margin && ABS(step[1]) < settled)) continue;
     a = a < 0 ? K(0) : a > 1 ? K(1) : a;
-    int nearest = 1;
-    for (int i = 0; i < m->root_count; i++)
-      if (i != root && ABS(m->roots[i] - a) < ABS(m->roots[root] - a)) nearest = 0;
-    if (!nearest || (side == 1 && start[0] == start[1])) continue;
+    if (!FN(evolved_own)(m, root, t, a)) continue;
     for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
     FN(evolved_offer)(search, m, t, a, position);
   }
@@ -137,7 +148,7 @@ BS_OWN void FN(evolved_circles_hits)(FN(search) *search, const S *k, const FN(ra
   const S *const bound = k + FN(EVOLVED_BOUND), *const unit = k + FN(EVOLVED_SCALE);
   S scalars[9], roots[BS_ROOTS_MOST];
   FN(evolved_meeting) m;
-  m.k = k, m.direction = ray->direction, m.roots = roots;
+  m.k = k, m.direction = ray->direction, m.roots = roots, m.flat_count = 0;
   for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
   if (bound[3] < BS_FAR) {
     S span[2], first[3], last[3];

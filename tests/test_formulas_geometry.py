@@ -1,0 +1,434 @@
+"""Objects and motions of CGA and PGA against plain vector geometry and homogeneous matrices."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bladesmith.codegen.formulas import blades, classification, conformal, motions, products, projective
+from bladesmith.codegen.status import Status
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from formula_support import EPS, Array, Traced, members, multivector, rotation_matrix, rows, stock, unit
+
+CGA, PGA, PLANE = stock("cga3d"), stock("pga3d"), stock("cga2d")
+V, N = "euclidean", "number"
+COUNT = 200
+SPATIAL = pytest.mark.parametrize("algebra", [CGA, PGA], ids=lambda a: a.name)
+
+
+def vectors(seed: int, *, scale: float = 1.0, size: int = 3, count: int = 1) -> Any:
+    values = np.random.default_rng(seed).normal(size=(count, COUNT, size)) * scale
+    return values[0] if count == 1 else values
+
+
+def positive(seed: int) -> Array:
+    return np.random.default_rng(seed).uniform(0.1, 3, COUNT)
+
+
+def outer_of_points(*points: Array, flat: bool = False) -> Array:
+    """A ^ B ^ ..., plainly, as rows of the kind with all blades of that grade."""
+    point = CGA.kind("point")
+    total = multivector(point, Traced(CGA, conformal.point, V)(points[0]))
+    for p in points[1:]:
+        total = total ^ multivector(point, Traced(CGA, conformal.point, V)(p))
+    if flat:
+        total = total ^ total.basis("ni")
+    kinds = {2: "bivector", 3: "trivector", 4: "quadvector", 5: "pseudoscalar"}
+    return rows(CGA.kind(kinds[total.grades[0]]), total)
+
+
+def widened(kind: str, values: Array, grade: str) -> Array:
+    return rows(CGA.kind(grade), multivector(CGA.kind(kind), values))
+
+
+# -- CGA objects -------------------------------------------------------------------------------------------------
+
+
+def test_points() -> None:
+    a, b = vectors(1, count=2)
+    point = Traced(CGA, conformal.point, V)
+    assert point.returns == CGA.kind("point")
+    distance = Traced(CGA, products.inner, "point", "point")(point(a), point(b))
+    assert np.allclose(distance, -np.sum((a - b) ** 2, 1) / 2, atol=1e-14)
+    found, status = Traced(CGA, conformal.point_parameters, "~point").all(-2.5 * point(a))
+    assert np.all(status == Status.OK) and np.allclose(found, a, rtol=4 * EPS)
+    _, status = Traced(CGA, conformal.point_parameters, "~point").all(np.array([[0, 0, 0, 0, 1.0]]))
+    assert np.all(status == Status.SINGULAR)
+
+
+def test_flat_points_and_directions() -> None:
+    a = vectors(2)
+    flat = Traced(CGA, conformal.flat_point, V)
+    assert flat.returns == CGA.kind("flat_point")
+    point = multivector(CGA.kind("point"), Traced(CGA, conformal.point, V)(a))
+    assert np.allclose(flat(a), rows(CGA.kind("flat_point"), point ^ point.basis("ni")), atol=0)
+    assert np.array_equal(Traced(CGA, conformal.flat_point_parameters, "flat_point")(flat(a)), a)
+    direction = Traced(CGA, conformal.direction, V)
+    assert np.array_equal(direction(a), a)
+    assert np.array_equal(Traced(CGA, conformal.direction_parameters, "direction")(direction(a)), a)
+
+
+def test_point_pairs() -> None:
+    a, b = vectors(3, count=2)
+    pair, status = Traced(CGA, conformal.point_pair, V, V).all(a, b)
+    assert Traced(CGA, conformal.point_pair, V, V).returns == CGA.kind("point_pair")
+    assert np.all(status == Status.OK)
+    expected = outer_of_points(a, b) / (np.sum((b - a) ** 2, 1) / 2)[:, None]
+    assert np.allclose(pair, expected, rtol=1e-12, atol=1e-12 * np.max(np.abs(expected)))
+    found = Traced(CGA, conformal.point_pair_parameters, "point_pair").all(pair)
+    assert np.allclose(found[0], a, atol=1e-12) and np.allclose(found[1], b, atol=1e-12)
+    nothing, status = Traced(CGA, conformal.point_pair, V, V).all(a, a)
+    assert np.all(np.isnan(nothing)) and np.all(status == Status.SINGULAR)
+
+
+def test_close_point_pairs_far_away_keep_their_ends() -> None:
+    """The printed (4.5) loses 9e-7 at a separation of 1e-5; centre and half vector keep the rounding of the storage."""
+    center, axis = vectors(4), unit(vectors(5))
+    for offset, separation, allowed in ((1.0, 1e-5, 1e-9), (1e3, 1.0, 1e-8)):
+        a, b = center * offset - axis * separation / 2, center * offset + axis * separation / 2
+        pair = Traced(CGA, conformal.point_pair, V, V)(a, b)
+        found = Traced(CGA, conformal.point_pair_parameters, "point_pair").all(pair)
+        assert max(np.max(np.abs(found[0] - a)), np.max(np.abs(found[1] - b))) < allowed
+
+
+def test_lines() -> None:
+    p, d, q = vectors(6, count=3)
+    line, status = Traced(CGA, conformal.line, V, V).all(p, d)
+    assert Traced(CGA, conformal.line, V, V).returns == CGA.kind("line")
+    assert np.all(status == Status.OK)
+    m = unit(d)
+    expected = outer_of_points(p, p + m, flat=True)
+    assert np.allclose(widened("line", line, "trivector"), expected, atol=1e-13)
+    point, direction = Traced(CGA, conformal.line_parameters, "line").all(line)
+    assert np.allclose(direction, m, atol=1e-15) and np.allclose(point, p - np.sum(p * m, 1)[:, None] * m, atol=1e-14)
+    through = Traced(CGA, conformal.line_through, V, V)(p, q)
+    assert np.allclose(through, Traced(CGA, conformal.line, V, V)(p, q - p), atol=1e-13)
+    dual = products.dual(multivector(CGA.kind("line"), line))  # m I3 + (p x m) n_inf
+    moment = np.stack([dual.terms[dual.algebra.parse_blade(f"e{i}ni")[0]] for i in (1, 2, 3)], -1)
+    assert np.allclose(moment, np.cross(p, m), atol=1e-14)
+    nothing, status = Traced(CGA, conformal.line, V, V).all(p, 0 * p)
+    assert np.all(np.isnan(nothing).any(1)) and np.all(status == Status.INVALID)
+    _, status = Traced(CGA, conformal.line_through, V, V).all(p, p)
+    assert np.all(status == Status.SINGULAR)
+
+
+def test_circles() -> None:
+    c, n = vectors(7, count=2)
+    r = positive(8)
+    circle, status = Traced(CGA, conformal.circle, V, V, N).all(c, n, r)
+    assert Traced(CGA, conformal.circle, V, V, N).returns == CGA.kind("circle")
+    assert np.all(status == Status.OK)
+    m = unit(n)  # three points, counter-clockwise about n
+    u = unit(np.cross(m, vectors(9)))
+    w = np.cross(m, u)
+    points = [c + r[:, None] * (np.cos(t) * u + np.sin(t) * w) for t in (0.3, 1.9, 4.4)]
+    product = outer_of_points(*points)
+    expected = product / np.sqrt(norm_of_trivector(product))[:, None]
+    assert np.allclose(circle, expected, atol=1e-9 * np.max(np.abs(expected)))
+    through, status = Traced(CGA, conformal.circle_through, V, V, V).all(*points)
+    assert Traced(CGA, conformal.circle_through, V, V, V).returns == CGA.kind("circle")
+    assert np.all(status == Status.OK) and np.allclose(through, circle, atol=1e-10 * np.max(np.abs(circle)))
+    center, normal, radius, status = Traced(CGA, conformal.circle_parameters, "circle").all(circle)
+    assert np.all(status == Status.OK)
+    assert np.allclose(center, c, atol=1e-12) and np.allclose(normal, m, atol=1e-12)
+    assert np.allclose(radius, r, rtol=1e-12)
+    for bad in ((c, n, -r), (c, 0 * n, r), (c, n, np.full(COUNT, np.nan))):
+        value, status = Traced(CGA, conformal.circle, V, V, N).all(*bad)
+        assert np.all(status == Status.INVALID) and np.all(np.isnan(value).any(1))
+    line = Traced(CGA, conformal.line, V, V)(c, n)
+    *_, status = Traced(CGA, conformal.circle_parameters, "~circle").all(widened("line", line, "trivector"))
+    assert np.all(status == Status.SINGULAR)
+
+
+def norm_of_trivector(x: Array) -> Array:
+    kind = CGA.kind("trivector")
+    mv = multivector(kind, x)
+    return np.asarray((mv * mv).terms[0])
+
+
+def test_planes() -> None:
+    n, p, a, b, c = vectors(10, count=5)
+    d = np.sum(n * p, 1)
+    plane, status = Traced(CGA, conformal.plane, V, N).all(n, d)
+    assert Traced(CGA, conformal.plane, V, N).returns == CGA.kind("plane")
+    assert np.all(status == Status.OK)
+    incidence = Traced(CGA, products.outer, "plane", "point")(plane, Traced(CGA, conformal.point, V)(p))
+    assert np.max(np.abs(incidence)) < 1e-13
+    normal, offset = Traced(CGA, conformal.plane_parameters, "plane").all(plane)
+    assert np.allclose(normal, unit(n), atol=1e-15)
+    assert np.allclose(offset, d / np.linalg.norm(n, axis=1), atol=1e-15)
+    through, status = Traced(CGA, conformal.plane_through, V, V, V).all(a, b, c)
+    assert Traced(CGA, conformal.plane_through, V, V, V).returns == CGA.kind("plane")
+    product = outer_of_points(a, b, c, flat=True)
+    expected = product / np.linalg.norm(np.cross(b - a, c - a), axis=1)[:, None]
+    assert np.allclose(widened("plane", through, "quadvector"), expected, atol=1e-12 * np.max(np.abs(expected)))
+    assert np.all(status == Status.OK)
+    nothing, status = Traced(CGA, conformal.plane_through, V, V, V).all(a, b, a + 2 * (b - a))
+    assert np.all(status == Status.SINGULAR) and np.all(np.isnan(nothing))
+    value, status = Traced(CGA, conformal.plane, V, N).all(0 * n, d)
+    assert np.all(status == Status.INVALID) and np.all(np.isnan(value).any(1))
+
+
+def test_spheres() -> None:
+    c, x = vectors(11, count=2)
+    r = positive(12)
+    sphere, status = Traced(CGA, conformal.sphere, V, N).all(c, r)
+    assert Traced(CGA, conformal.sphere, V, N).returns == CGA.kind("sphere")
+    assert np.all(status == Status.OK)
+    dual = products.dual(multivector(CGA.kind("sphere"), sphere))
+    assert np.all((dual | dual.basis("ni")).terms[0] < 0)  # outward
+    inside = (dual | multivector(CGA.kind("point"), Traced(CGA, conformal.point, V)(x))).terms[0]
+    assert np.allclose(inside, (r**2 - np.sum((x - c) ** 2, 1)) / (2 * r), atol=1e-12)
+    center, radius, orientation, status = Traced(CGA, conformal.sphere_parameters, "sphere").all(-sphere)
+    assert np.allclose(center, c, atol=1e-13) and np.allclose(radius, r, rtol=1e-13)
+    assert np.all(orientation == -1) and np.all(status == Status.OK)
+    points = [c + r[:, None] * unit(vectors(13 + i)) for i in range(4)]
+    through, status = Traced(CGA, conformal.sphere_through, V, V, V, V).all(*points)
+    assert Traced(CGA, conformal.sphere_through, V, V, V, V).returns == CGA.kind("sphere")
+    volume = np.linalg.det(np.stack([p - points[0] for p in points[1:]], -1))
+    shape = np.abs(volume) > 1e-3 * r**3  # flat tetrahedra determine their sphere badly
+    center, radius, orientation, _ = Traced(CGA, conformal.sphere_parameters, "sphere").all(through)
+    assert np.allclose(center[shape], c[shape], atol=1e-9) and np.allclose(radius[shape], r[shape], rtol=1e-9)
+    product = outer_of_points(*points)
+    assert np.all(np.sum(product * through, 1) > 0) and np.all(orientation == np.sign(orientation_of(product)))
+    for bad in (0 * r, -r, r * np.nan):
+        value, status = Traced(CGA, conformal.sphere, V, N).all(c, bad)
+        assert np.all(status == Status.INVALID) and np.all(np.isnan(value).any(1))
+
+
+def orientation_of(quadvectors: Array) -> Array:
+    dual = products.dual(multivector(CGA.kind("quadvector"), quadvectors))
+    return -np.asarray((dual | dual.basis("ni")).terms[0])
+
+
+def test_what_goes_through_far_points_keeps_its_shape() -> None:
+    """Built about the first point: a unit circle 1e5 away has its radius to rounding of the stored 1e10."""
+    far = np.array([1e5, -2e5, 5e4])
+    u, w = np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, 1.0])
+    points = [far + np.cos(t) * u + np.sin(t) * w for t in (0.1, 2.0, 4.0)]
+    circle = Traced(CGA, conformal.circle_through, V, V, V)(*points)
+    center, normal, radius, _ = Traced(CGA, conformal.circle_parameters, "circle").all(circle)
+    assert np.allclose(center, far, atol=1e-4) and abs(radius - 1) < 1e-9
+    assert np.allclose(normal, np.cross(u, w), atol=1e-9)
+
+
+def test_the_plane_has_circles_and_lines_too() -> None:
+    c, n = vectors(17, size=2, count=2)
+    r = positive(18)
+    circle = Traced(PLANE, conformal.sphere, V, N)
+    assert circle.returns == PLANE.kind("circle")
+    center, radius, orientation, _ = Traced(PLANE, conformal.sphere_parameters, "circle").all(circle(c, r))
+    assert np.allclose(center, c, atol=1e-13) and np.allclose(radius, r) and np.all(orientation == 1)
+    line = Traced(PLANE, conformal.plane, V, N)
+    assert line.returns == PLANE.kind("line")
+    incidence = Traced(PLANE, products.outer, "line", "point")(
+        line(n, np.sum(n * c, 1)), Traced(PLANE, conformal.point, V)(c)
+    )
+    assert np.max(np.abs(incidence)) < 1e-13
+    turn = Traced(PLANE, motions.planar_rotor, N, V)
+    assert turn.returns == PLANE.kind("motor")
+    moved = Traced(PLANE, products.sandwich, "motor", "point")(turn(r, c), Traced(PLANE, conformal.point, V)(n))
+    s, k = np.sin(r)[:, None], np.cos(r)[:, None]
+    x = n - c
+    expected = c + k * x + s * np.stack([-x[:, 1], x[:, 0]], -1)
+    assert np.allclose(Traced(PLANE, conformal.point_parameters, "point")(moved), expected, atol=1e-13)
+
+
+# -- PGA objects -------------------------------------------------------------------------------------------------
+
+
+def test_pga_objects() -> None:
+    p, d, n = vectors(19, count=3)
+    offset = vectors(20)[:, 0]
+    for formula, arguments, kind in (
+        (projective.point, (p,), "point"),
+        (projective.line, (p, d), "line"),
+        (projective.plane, (n, offset), "plane"),
+    ):
+        traced = Traced(PGA, formula, *[V if np.ndim(a) == 2 else N for a in arguments])
+        assert traced.returns == PGA.kind(kind)
+    assert np.allclose(Traced(PGA, projective.point_parameters, "point")(Traced(PGA, projective.point, V)(p)), p)
+    position, direction = Traced(PGA, projective.line_parameters, "line").all(Traced(PGA, projective.line, V, V)(p, d))
+    m = unit(d)
+    assert np.allclose(direction, m, atol=1e-15) and np.allclose(position, p - np.sum(p * m, 1)[:, None] * m, atol=1e-14)
+    normal, found = Traced(PGA, projective.plane_parameters, "plane").all(Traced(PGA, projective.plane, V, N)(n, offset))
+    assert np.allclose(normal, unit(n)) and np.allclose(found, offset / np.linalg.norm(n, axis=1))
+    kinds = PGA.kind("point"), PGA.kind("direction")
+    difference = rows(kinds[1], multivector(kinds[0], Traced(PGA, projective.point, V)(p + d) - Traced(PGA, projective.point, V)(p)))
+    direction = Traced(PGA, projective.direction, V)(d)
+    assert np.allclose(direction, difference, atol=1e-14)
+    assert np.array_equal(Traced(PGA, projective.direction_parameters, "direction")(direction), d)
+    for formula, arguments in ((projective.line, (p, 0 * d)), (projective.plane, (0 * n, offset))):
+        traced = Traced(PGA, formula, *[V if np.ndim(a) == 2 else N for a in arguments])
+        value, status = traced.all(*arguments)
+        assert np.all(status == Status.INVALID) and np.all(np.isnan(value).any(1))
+    _, status = Traced(PGA, projective.line_through, V, V).all(p, p)
+    assert np.all(status == Status.SINGULAR)
+    _, status = Traced(PGA, projective.plane_through, V, V, V).all(p, n, p + 0.5 * (n - p))
+    assert np.all(status == Status.SINGULAR)
+
+
+# -- motions -----------------------------------------------------------------------------------------------------
+
+
+def points_of(algebra: Any) -> tuple[Traced, Traced]:
+    formulas = conformal if algebra is CGA else projective
+    return Traced(algebra, formulas.point, V), Traced(algebra, formulas.point_parameters, "point")
+
+
+@SPATIAL
+def test_motions_move_points_as_matrices_do(algebra: Any) -> None:
+    x, t, axis, p = vectors(21, count=4)
+    angle = np.random.default_rng(22).uniform(-7, 7, COUNT)
+    point, position = points_of(algebra)
+    move = Traced(algebra, products.sandwich, "motor", "point")
+    assert move.returns == algebra.kind("point")
+    turn, status = Traced(algebra, motions.rotor_about, V, N, V).all(axis, angle, p)
+    assert Traced(algebra, motions.rotor_about, V, N, V).returns == algebra.kind("motor")
+    assert np.all(status == Status.OK)
+    rotation = rotation_matrix(axis, angle)
+    expected = p + (rotation @ (x - p)[..., None])[..., 0]
+    assert np.allclose(position(move(turn, point(x))), expected, atol=1e-12)
+    shift = rows(algebra.kind("motor"), multivector(algebra.kind("translator"), Traced(algebra, motions.translator, V)(t)))
+    both = Traced(algebra, products.geometric, "motor", "motor")(shift, turn)
+    matrix = Traced(algebra, motions.motor_to_matrix, "motor")(both).reshape(-1, 4, 4)
+    assert np.allclose(matrix[:, :3, :3], rotation, atol=1e-13)
+    assert np.allclose(matrix[:, :3, 3], expected_translation(rotation, p) + t, atol=1e-12)
+    assert np.array_equal(matrix[:, 3], np.broadcast_to([0, 0, 0, 1.0], (COUNT, 4)))
+    rotor, translation = Traced(algebra, motions.motor_parts, "motor").all(both)
+    assert np.allclose(translation, matrix[:, :3, 3], atol=1e-13)
+    plain, _ = Traced(algebra, motions.rotor, V, N).all(axis, angle)
+    assert np.allclose(rotor, plain, atol=1e-13)
+    _, status = Traced(algebra, motions.rotor, V, N).all(0 * axis, angle)
+    assert np.all(status == Status.INVALID)
+
+
+def expected_translation(rotation: Array, p: Array) -> Array:
+    return p - (rotation @ p[..., None])[..., 0]
+
+
+@SPATIAL
+def test_motor_from_matrix_at_every_angle(algebra: Any) -> None:
+    """Random angles, tiny ones, half turns about the axes and near them."""
+    axis, t = vectors(23, count=2)
+    axis = unit(axis)
+    axis[:6] = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.6, 0.8], [-1, 0, 0], [0, -0.6, 0.8]]
+    angle = np.random.default_rng(24).uniform(-np.pi, np.pi, COUNT)
+    angle[:6] = np.pi
+    angle[6:40] = 10.0 ** np.linspace(-16, 0, 34)
+    angle[40:70] = np.pi - 10.0 ** np.linspace(-16, -1, 30)
+    rotation = rotation_matrix(axis, angle)
+    columns = [rotation[..., i] for i in range(3)]
+    motor, status = Traced(algebra, motions.motor_from_matrix, V, V, V, V).all(*columns, t)
+    assert Traced(algebra, motions.motor_from_matrix, V, V, V, V).returns == algebra.kind("motor")
+    assert np.all(status == Status.OK)
+    back = Traced(algebra, motions.motor_to_matrix, "motor")(motor).reshape(-1, 4, 4)
+    assert np.allclose(back[:, :3, :3], rotation, atol=8 * EPS)
+    assert np.allclose(back[:, :3, 3], t, atol=8 * EPS)
+    assert np.all(motor[:, 0] >= 0)
+    half_turns = motor[:6]
+    first = np.array([next(c for c in row if abs(c) > 1e-9) for row in half_turns])
+    assert np.all(first > -1e-15)
+    expected, _ = Traced(algebra, motions.rotor, V, N).all(axis, angle)
+    rotor, _ = Traced(algebra, motions.rotor_from_matrix, V, V, V).all(*columns)
+    same = np.sign(np.sum(rotor * expected, 1, keepdims=True))
+    assert np.allclose(rotor, same * expected, atol=4 * EPS)
+
+
+def test_half_turns_have_a_fixed_sign() -> None:
+    """<R>_0 = 0 exactly: the first coefficient that is not zero is positive."""
+    for diagonal in ((1, -1, -1), (-1, 1, -1), (-1, -1, 1)):
+        rotor, status = Traced(CGA, motions.rotor_from_matrix, V, V, V).all(*np.diag(np.array(diagonal, float))[:, None])
+        assert np.all(status == Status.OK)
+        assert np.array_equal(np.sort(rotor[0]), [0, 0, 0, 1])
+
+
+@SPATIAL
+def test_what_is_no_rotation_is_invalid(algebra: Any) -> None:
+    from_matrix = Traced(algebra, motions.motor_from_matrix, V, V, V, V)
+    for matrix in (2 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.eye(3) + np.eye(3, k=1) * 0.1, np.zeros((3, 3))):
+        value, status = from_matrix.all(*(matrix[:, i][None] for i in range(3)), np.ones((1, 3)))
+        assert np.all(status == Status.INVALID) and np.all(np.isnan(value).any(1))
+
+
+def test_dilations_and_transversions() -> None:
+    x, c, t = vectors(25, count=3)
+    scale = positive(26)
+    point = Traced(CGA, conformal.point, V)(x)
+    scaling, status = Traced(CGA, conformal.homothety, N, V).all(scale, c)
+    assert Traced(CGA, conformal.homothety, N, V).returns == CGA.kind("homothety")
+    assert Traced(CGA, conformal.dilator, N).returns == CGA.kind("dilator")
+    assert np.all(status == Status.OK)
+    moved = Traced(CGA, products.sandwich, "homothety", "point")(scaling, point)
+    found = Traced(CGA, conformal.point_parameters, "~point")(moved)
+    assert np.allclose(found, c + scale[:, None] * (x - c), atol=1e-12)
+    moved = Traced(CGA, products.sandwich, "transversor", "point")(Traced(CGA, conformal.transversor, V)(t), point)
+    x2, t2, tx = np.sum(x * x, 1), np.sum(t * t, 1), np.sum(t * x, 1)
+    expected = (x + x2[:, None] * t) / (1 + 2 * tx + t2 * x2)[:, None]
+    found = Traced(CGA, conformal.point_parameters, "~point")(moved)
+    assert np.allclose(found, expected, rtol=1e-9, atol=1e-9)
+    value, status = Traced(CGA, conformal.dilator, N).all(-scale)
+    assert np.all(status == Status.INVALID) and np.all(np.isnan(value))
+
+
+@pytest.mark.parametrize("kind", ["line", "circle", "plane", "sphere"])
+def test_motions_keep_kinds_and_parameters(kind: str) -> None:
+    """An object moved is the object built from moved parameters."""
+    c, n, axis, t = vectors(27, count=4)
+    r, angle = positive(28), np.random.default_rng(29).uniform(-3, 3, COUNT)
+    rotation = rotation_matrix(axis, angle)
+    columns = [rotation[..., i] for i in range(3)]
+    motor = Traced(CGA, motions.motor_from_matrix, V, V, V, V)(*columns, t)
+    c2, n2 = (rotation @ c[..., None])[..., 0] + t, (rotation @ n[..., None])[..., 0]
+    build = {
+        "line": lambda c, n: Traced(CGA, conformal.line, V, V)(c, n),
+        "circle": lambda c, n: Traced(CGA, conformal.circle, V, V, N)(c, n, r),
+        "plane": lambda c, n: Traced(CGA, conformal.plane, V, N)(n, np.sum(n * c, 1)),
+        "sphere": lambda c, n: Traced(CGA, conformal.sphere, V, N)(c, r),
+    }[kind]
+    moved = Traced(CGA, products.sandwich, "motor", kind)
+    assert moved.returns == CGA.kind(kind)
+    expected = build(c2, n2)
+    assert np.allclose(moved(motor, build(c, n)), expected, atol=1e-11 * np.max(np.abs(expected)))
+
+
+# -- classification ----------------------------------------------------------------------------------------------
+
+
+def test_invariants_tell_objects_apart() -> None:
+    """Squares, blade test and flatness at the scale of their own rounding, a million units from the origin too."""
+    r, n = positive(30), vectors(31)
+    for scale in (1.0, 1e6):
+        c = vectors(32, scale=scale)
+        circle = Traced(CGA, conformal.circle, V, V, N)(c, n, r)
+        line = widened("line", Traced(CGA, conformal.line, V, V)(c, n), "trivector")
+        general = members(CGA.kind("trivector"), COUNT, 33)
+        square, noise, others, other_noise, is_round, is_flat, size, _ = read("trivector", circle)
+        assert np.all(square > 8 * EPS * noise) and np.all(others <= 64 * EPS * other_noise)
+        assert np.all(is_round > EPS * size)
+        square, noise, others, other_noise, is_round, is_flat, size, _ = read("trivector", line)
+        assert np.allclose(square, 1) and np.all(others <= 64 * EPS * other_noise)
+        assert np.all(is_round <= EPS * size) and np.all(is_flat > EPS * size)
+        _, _, others, other_noise, *_ = read("trivector", general)
+        assert np.all(others > 1e6 * EPS * other_noise)
+    sphere = Traced(CGA, conformal.sphere, V, N)(c, r)
+    square, noise, *_, weight = read("quadvector", -sphere)
+    assert np.all(square < 0) and np.all(weight < 0)
+    point = Traced(CGA, conformal.point, V)(vectors(34))
+    square, noise, *_ = read("vector", point)
+    assert np.all(np.abs(square) <= 8 * EPS * noise)
+
+
+def read(grade: str, values: Array) -> Array:
+    return np.moveaxis(Traced(CGA, classification.invariants, f"~{grade}")(values), -1, 0)
+
+
+@pytest.mark.parametrize("kind", ["point_pair", "line", "circle", "plane", "sphere"])
+def test_the_projector_returns_every_kind(kind: str) -> None:
+    project = Traced(CGA, blades.project_to_blade, f"~{kind}")
+    assert project.returns == CGA.kind(kind)
+    x = members(CGA.kind(kind), 50, 35)
+    assert np.allclose(project(3 * x), x, atol=1e-10 * np.max(np.abs(x)))

@@ -1,0 +1,310 @@
+"""Rays against surfaces evolved between circles: no root lost, none false, and where plain geometry says."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from bladesmith import tracer
+from bladesmith.codegen.formulas.blades import blade_projector
+from bladesmith.codegen.multivector import from_values
+from bladesmith.codegen.programs import cga3d
+from bladesmith.codegen.rings import NumericRing, PrecisionRing
+from bladesmith.curves import Bezier
+from bladesmith.status import Status
+
+TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
+
+
+def random_surfaces(count, seed):
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        yield tracer.EvolvedCircles(
+            Bezier([(random.normal(size=3), random.normal(size=3), random.uniform(0.2, 1.5)) for _ in range(2)])
+        )
+
+
+class Geometry:
+    """The surface as it is defined: C' = a C1 + b C2 projected to a circle, on any ring; nothing of the tracer's."""
+
+    def __init__(self, surface, ring, number=float):
+        self.ring = ring
+        self.like = from_values(cga3d(), ring, (0,), [number(1)])
+        self.circles = [self._circle(c, number) for c in surface.circles]
+
+    def scalar(self, x):
+        return from_values(cga3d(), self.ring, (0,), [x])
+
+    def vector(self, x):
+        return from_values(cga3d(), self.ring, (1, 2, 4), list(x))
+
+    def up(self, x):
+        square = self.scalar(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+        return self.vector(x) + square / 2 * self.like.basis("ni") + self.like.basis("no")
+
+    def _circle(self, circle, number):
+        """C = A ^ B ^ C through three points, normalised."""
+        c, n, r = ([number(v) for v in circle.center], [number(v) for v in circle.normal], number(circle.radius))
+        length = (n[0] ** 2 + n[1] ** 2 + n[2] ** 2) ** (number(1) / 2)
+        n = [x / length for x in n]
+        least = min(range(3), key=lambda i: abs(n[i]))
+        u = [number(i == least) for i in range(3)]
+        u = [n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]]
+        length = (u[0] ** 2 + u[1] ** 2 + u[2] ** 2) ** (number(1) / 2)
+        u = [x / length for x in u]
+        v = [n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]]
+        points = [
+            self.up([c[i] + r * (cos * u[i] + sin * v[i]) for i in range(3)]) for cos, sin in ((1, 0), (0, 1), (-1, 0))
+        ]
+        blade = points[0] ^ points[1] ^ points[2]
+        norm = (blade * blade).grade(0).scalar() ** (number(1) / 2)
+        return blade * self.scalar(1 / norm)
+
+    def circle(self, a):
+        mixed = self.scalar(a) * self.circles[0] + self.scalar(1 - a) * self.circles[1]
+        return (blade_projector(mixed) * mixed).grade(3)
+
+    def meet(self, origin, direction, a):
+        """(L v C), a vector, and its square."""
+        line = self.up(origin) ^ self.vector(direction) ^ self.like.basis("ni")
+        y = (line & self.circle(a)).grade(1)
+        return y, y.scalar_product(y).scalar()
+
+
+def reference_roots(surface, origin, direction):
+    """(t, point) of every sign change of f on a fine grid, refined at 40 digits."""
+    numeric = Geometry(surface, NumericRing())
+    grid = np.linspace(0, 1, 4001)
+    with np.errstate(all="ignore"):
+        _, f = numeric.meet(origin, direction, grid)
+    ring = PrecisionRing(40)
+    number = ring.context.mpf
+    precise = Geometry(surface, ring, lambda x: number(x))
+    o, d = ([number(float(x)) for x in v] for v in (origin, direction))
+    roots = []
+    for i in np.nonzero((f[:-1] < 0) != (f[1:] < 0))[0]:
+        bracket = (number(grid[i]), number(grid[i + 1]))
+        a = ring.context.findroot(
+            lambda a: precise.meet(o, d, a)[1], bracket, solver="anderson", tol=1e-60, verify=False, maxsteps=40
+        )
+        y, _ = precise.meet(o, d, a)
+        weight = -y.scalar_product(y.basis("ni")).scalar()
+        roots.append((float(1 - a), [float(y[name].scalar() / weight) for name in ("e1", "e2", "e3")]))
+    return sorted(roots)
+
+
+def test_every_root_is_found_and_none_is_false():
+    random = np.random.default_rng(5)
+    total = 0
+    for surface in random_surfaces(3, seed=11):
+        origins = random.normal(size=(12, 3)) * 3
+        directions = random.normal(size=(12, 3)) * 0.6 - origins
+        found = surface.intersect(origins, directions)
+        for i in range(12):
+            expected = reference_roots(surface, origins[i], directions[i])
+            order = np.argsort(found.alpha[i, : found.count[i]])
+            assert len(expected) == found.count[i], (surface.circles, origins[i], directions[i])
+            for (alpha, point), j in zip(expected, order, strict=True):
+                assert abs(found.alpha[i, j] - alpha) < 1e-10
+                np.testing.assert_allclose(found.point[i, j], point, atol=1e-9)
+            total += len(expected)
+    assert total > 20
+
+
+def circles_of(surface, alphas):
+    """Centres, unit normals and radii of the surface's circles, from their own geometry."""
+    circle = Geometry(surface, NumericRing()).circle(1 - alphas)
+    ni = circle.basis("ni")
+    image = (circle * ni * circle).grade(1)
+    weight = -image.scalar_product(ni).scalar()
+    center = np.stack([image[n].scalar() / weight for n in ("e1", "e2", "e3")], -1)
+    plane = (circle ^ ni).dual()
+    normal = np.stack([plane[n].scalar() for n in ("e1", "e2", "e3")], -1)
+    size = np.linalg.norm(normal, axis=-1, keepdims=True)
+    return center, normal / size, 1 / size
+
+
+def points_on(surface, alphas, angles):
+    """Points of the surface's circles."""
+    center, normal, radius = circles_of(surface, alphas)
+    u = np.cross(normal, np.where(np.abs(normal[:, :1]) < 0.9, [1.0, 0, 0], [0, 1.0, 0]))
+    u /= np.linalg.norm(u, axis=-1, keepdims=True)
+    v = np.cross(normal, u)
+    return center + radius * (np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rays_to_points_of_the_surface_find_them(seed):
+    """Brute force: also proves that the bounding sphere cuts nothing off."""
+    random = np.random.default_rng(seed)
+    for surface in random_surfaces(6, seed):
+        alphas, angles = random.uniform(size=800), random.uniform(0, 2 * np.pi, size=800)
+        targets = points_on(surface, alphas, angles)
+        size = np.linalg.norm(targets - surface.circles[0].center, axis=1).max()
+        directions = random.normal(size=(800, 3))
+        origins = targets - 3 * size * directions
+        found = surface.intersect(origins, directions)
+        assert found.count.min() >= 1, origins[np.argmin(found.count)]
+        miss = np.linalg.norm(found.point - targets[:, None], axis=-1)
+        best = np.nanargmin(miss, axis=1)
+        worst = np.nanmin(miss, axis=1)
+        facing = np.einsum("ijk,ik->ij", found.normal, directions)[np.arange(800), best]
+        grazing = np.abs(facing) / np.linalg.norm(directions, axis=1)  # a grazing ray loses digits by itself
+        assert np.all(worst < 1e-11 * size / np.maximum(grazing, 1e-6)), origins[np.argmax(worst * grazing)]
+        near = np.abs(found.alpha[np.arange(800), best] - alphas)
+        assert np.all(near < 1e-9 / np.maximum(grazing, 1e-6))
+
+
+def test_bounding_spheres_hold_the_surface_tightly():
+    from bladesmith.codegen.programs.scene import SURFACES, needs
+    from bladesmith.tracer.engine import engine_for
+
+    engine = engine_for(needs(["evolved_circles"], pictures=False))
+    random = np.random.default_rng(8)
+    for surface in random_surfaces(20, seed=3):
+        row = surface.constants(engine)
+        center, unit = surface.frame
+        x, y, z, radius = row[SURFACES["evolved_circles"].slice("bound")]
+        points = points_on(surface, random.uniform(size=2000), random.uniform(0, 2 * np.pi, size=2000))
+        reach = np.linalg.norm((points - center) / unit - (x, y, z), axis=1).max()
+        assert reach < radius < 2.5 * reach
+
+
+TILTS = [0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 1e-3, 0.0099, 0.0101]
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_rays_in_and_near_the_plane_of_a_circle(tilt):
+    """The meet vanishes there; both points on the circle are found, and beside the circle none is invented."""
+    random = np.random.default_rng(10)
+    for surface in random_surfaces(8, seed=41):
+        alphas = random.uniform(0.1, 0.9, size=30)
+        center, normal, radius = circles_of(surface, alphas)
+        across = np.cross(normal, random.normal(size=(30, 3)))
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        beside = np.cross(normal, across)
+        for offset, least in ((0.4, 2), (1.5, 0)):
+            middle = center + offset * radius * beside
+            directions = across + tilt * normal
+            found = surface.intersect(middle - 3 * radius * directions, directions)
+            assert np.all(found.count >= least), tilt
+            flat = np.abs(found.alpha - alphas[:, None]) < 1e-12 + 20 * tilt
+            if tilt < 1e-6:
+                assert np.all(flat.sum(axis=1) == least), tilt
+            used, k = np.nonzero(~np.isnan(found.alpha))
+            c, n, r = circles_of(surface, found.alpha[used, k])
+            away = found.point[used, k] - c
+            scale = np.maximum(r[:, 0], np.linalg.norm(away, axis=1))
+            assert np.all(np.abs(np.einsum("ij,ij->i", away, n)) < 1e-8 * scale)
+            assert np.all(np.abs(np.linalg.norm(away, axis=1) - r[:, 0]) < 1e-7 * scale)
+
+
+def test_circles_on_a_common_sphere_sweep_that_sphere():
+    """M4 = 0, where the polynomial of degree 8 vanishes identically."""
+    surface = tracer.EvolvedCircles(Bezier([((0, 0, 0.6), (0, 0, 1), 0.8), ((0, 0, -0.6), (0, 0, 1), 0.8)]))
+    random = np.random.default_rng(6)
+    origins = random.normal(size=(400, 3)) * 3
+    directions = random.normal(size=(400, 3)) * 0.5 - origins
+    found = surface.intersect(origins, directions)
+    some = ~np.isnan(found.t)
+    np.testing.assert_allclose(np.linalg.norm(found.point[some], axis=-1), 1.0, atol=1e-9)
+    sphere = tracer.Sphere((0, 0, 0), 1.0).intersect(origins, directions)
+    band = np.abs(sphere.point[..., 2]) < 0.6
+    np.testing.assert_array_equal(found.count, band.sum(axis=1))
+    np.testing.assert_allclose(np.abs(np.einsum("ij,ij->i", found.point[some], found.normal[some])), 1.0, atol=1e-7)
+
+
+def test_normals_equal_differences_between_neighbouring_points():
+    random = np.random.default_rng(7)
+    step = 1e-5
+    for surface in random_surfaces(4, seed=21):
+        alphas, angles = random.uniform(0.05, 0.95, size=100), random.uniform(0, 2 * np.pi, size=100)
+        along = points_on(surface, alphas, angles + step) - points_on(surface, alphas, angles - step)
+        across = points_on(surface, alphas + step, angles) - points_on(surface, alphas - step, angles)
+        normals = np.cross(along, across)
+        length = np.linalg.norm(normals, axis=1)
+        fine = length > 1e-3 * np.linalg.norm(along, axis=1) * np.linalg.norm(across, axis=1)
+        normals /= length[:, None]
+        targets = points_on(surface, alphas, angles)
+        found = surface.intersect(targets - normals, normals)
+        j = np.nanargmin(np.linalg.norm(found.point - targets[:, None], axis=-1), axis=1)
+        cosine = np.abs(np.einsum("ij,ij->i", found.normal[np.arange(100), j], normals))
+        assert np.all(cosine[fine] > 1 - 1e-8)
+
+
+def test_the_ends_belong_to_the_surface():
+    surface = tracer.EvolvedCircles(Bezier(TUBE))
+    angles = np.linspace(0, 6, 20)
+    for alpha in (0.0, 1.0):
+        targets = points_on(surface, np.full(20, alpha), angles)
+        for target in targets:
+            found = surface.intersect((0.3, 0.4, 7.0), target - (0.3, 0.4, 7.0))
+            assert np.all((found.alpha[: found.count] >= 0) & (found.alpha[: found.count] <= 1))
+
+
+def test_far_away_the_surface_is_the_same():
+    random = np.random.default_rng(9)
+    near = tracer.EvolvedCircles(Bezier(TUBE))
+    shift = np.array([1e6, -2e6, 5e5])
+    far = tracer.EvolvedCircles(Bezier([(np.add(c, shift), n, r) for c, n, r in TUBE]))
+    origins = random.normal(size=(300, 3)) * 3
+    directions = random.normal(size=(300, 3)) * 0.4 - origins
+    moved = origins + shift
+    a, b = near.intersect(moved - shift, directions), far.intersect(moved, directions)
+    np.testing.assert_array_equal(a.count, b.count)
+    np.testing.assert_allclose(a.alpha, b.alpha, atol=1e-9)
+    np.testing.assert_allclose(b.point - shift, a.point, atol=2e-9)
+
+
+def test_opposed_circles_are_turned_over_and_it_is_said(caplog):
+    circles = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 0.5), (0, 0, -1), 1.0)]
+    with caplog.at_level("WARNING", "bladesmith"):
+        surface = tracer.EvolvedCircles(Bezier(circles))
+    assert surface.flipped and "turned over" in caplog.text
+    assert surface.circles[1].normal[2] == 1
+    kept = tracer.EvolvedCircles(Bezier(circles), align=False)
+    assert not kept.flipped and kept.circles[1].normal[2] == -1
+    assert not tracer.EvolvedCircles(Bezier(TUBE)).flipped
+
+
+def test_opposition_is_the_sign_of_the_scalar_part():
+    for surface in random_surfaces(40, seed=31):
+        first, second = Geometry(surface, NumericRing()).circles
+        assert (first * second).grade(0).scalar() >= 0
+
+
+def test_a_ray_in_the_surface_is_singular():
+    """Circles of one plane sweep a flat ring; a ray in that plane meets all of them."""
+    ring = tracer.EvolvedCircles(Bezier([((0, 0, 0), (0, 0, 1), 1.0), ((0.2, 0, 0), (0, 0, 1), 0.5)]))
+    found = ring.intersect([(0.75, 0, 3), (-3, 0, 0)], [(0, 0, -1), (1, 0, 0)])
+    assert found.count.tolist() == [1, 0]
+    assert found.status.tolist() == [Status.OK, Status.SINGULAR]
+    assert found.t[0, 0] == pytest.approx(3.0) and abs(found.normal[0, 0, 2]) == pytest.approx(1.0)
+
+
+def test_methods_agree_where_they_find_roots():
+    surface = tracer.EvolvedCircles(Bezier(TUBE))
+    random = np.random.default_rng(12)
+    origins = random.normal(size=(1500, 3)) * 3
+    directions = random.normal(size=(1500, 3)) * 0.5 - origins
+    isolate = surface.intersect(origins, directions)
+    sampled = surface.intersect(origins, directions, method="sampled", samples=500)
+    companion = surface.intersect(origins, directions, method="companion")
+    same = isolate.count == sampled.count
+    assert same.mean() > 0.97 and np.all(sampled.count <= isolate.count)
+    np.testing.assert_allclose(sampled.alpha[same], isolate.alpha[same], atol=1e-3)
+    assert np.mean(companion.count == isolate.count) > 0.7
+    single = surface.intersect(origins.astype(np.float32), directions.astype(np.float32))
+    same = single.count == isolate.count
+    assert single.t.dtype == np.float32 and same.mean() > 0.98
+    assert np.nanmedian(np.abs(single.alpha[same] - isolate.alpha[same, : single.alpha.shape[1]])) < 1e-5
+
+
+def test_exact_arithmetic_of_the_oracle():
+    """The oracle itself: a circle through three points is where it was put."""
+    mpmath.mp.dps = 30
+    surface = tracer.EvolvedCircles(Bezier(TUBE))
+    points = points_on(surface, np.zeros(5), np.linspace(0, 5, 5))
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(points[:, 2], 0.0, atol=1e-12)
