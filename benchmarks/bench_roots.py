@@ -45,8 +45,10 @@ def numpy_companion(rays: NDArray[np.float64], surfaces: NDArray[np.float64], so
     powers = np.zeros((len(rays), 13))
     es.call("dodecics", np.float64, len(rays), rays, surfaces, powers)
     matrices = np.zeros((len(rays), 12, 12))
-    matrices[:, 0] = -powers[:, 11::-1] / powers[:, 12:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        matrices[:, 0] = -powers[:, 11::-1] / powers[:, 12:]
     matrices[:, range(1, 12), range(11)] = 1
+    matrices[~np.isfinite(matrices).all(axis=(1, 2))] = 0  # the highest power is missing
     values = np.linalg.eigvals(matrices)
     a = np.real(values)
     a = np.where((np.imag(values) == 0) & (a >= 0) & (a <= 1), a, np.nan)

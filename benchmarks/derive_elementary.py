@@ -246,7 +246,7 @@ PYTHON_NAMES = {
 
 def python_block(bits: int) -> str:
     """The same as arguments of `Constants`."""
-    exact = f"_float{bits}"
+    exact = f"float{bits}"
     lines = []
     named = [(fit.name, polynomial(fit, bits)[0]) for fit in fits()] + list(constants(bits).items())
     for name, values in named:

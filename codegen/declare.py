@@ -148,9 +148,9 @@ class KernelFunction:
 
             return numba_source([self.traced])
         if target == "cuda":
-            from .targets.cuda import cuda_source
+            from .targets.cuda import cuda_source, self_contained
 
-            return "\n".join(cuda_source([self.traced]).values())
+            return self_contained(cuda_source([self.traced]))
         raise InputError(f"there is no target {target!r}; choose c, numba or cuda.")
 
     def derivative(self, wrt: str) -> KernelFunction:
@@ -178,7 +178,7 @@ class KernelFunction:
         return self._wrapped(self.bound("c", arrays)(*arrays), owner)
 
     def on(self, target: str) -> Callable[..., Any]:
-        """The kernel on one target: "c", "numba", or "numpy" (the graph on arrays, not compiled)."""
+        """The kernel on one target: "c", "numba", "cuda", or "numpy" (the same text on columns, not compiled)."""
 
         def call(*arguments: Any) -> Any:
             arrays, owner = self._arrays(arguments)
@@ -234,14 +234,18 @@ class KernelFunction:
                 _log.warning("%s Falling back to another target.", error)
                 target = "numba" if _has_numba() else "numpy"
         if target == "numba":
-            from .targets.numba import bind
+            from .targets.numba import bind as bind_compiled
 
-            return bind(self.traced)
+            return bind_compiled(self.traced)
+        if target == "cuda":
+            from .targets.cuda import bind as bind_device
+
+            return bind_device(self.traced)
         if target == "numpy":
-            from .interpret import Interpreted
+            from .targets.numba import bind as bind_columns
 
-            return Interpreted(self.traced)
-        raise InputError(f"there is no target {target!r}; choose c, numba or numpy.")
+            return bind_columns(self.traced, compiled=False)
+        raise InputError(f"there is no target {target!r}; choose c, numba, cuda or numpy.")
 
     def _in_formula(self, arguments: Sequence[Any]) -> Any:
         first = next(a for a in arguments if isinstance(a, Multivector))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -168,7 +168,7 @@ def trace(
             results = as_outputs(formula(*_symbols(graph, inputs)))
         except MoreLanesNeeded:
             continue
-        outputs = _outputs(graph, algebra, results, returns, name)
+        outputs = _distinct(_outputs(graph, algebra, results, returns, name), inputs)
         return Kernel(name, algebra, inputs, outputs, graph, formula, note or (inspect.getdoc(formula) or "").split("\n")[0])
     raise AssertionError("a graph of many lanes asked for more")
 
@@ -217,6 +217,19 @@ def _outputs(
         nodes = tuple(mv.terms.get(b, graph.zero) for b in kind.blades)
         outputs.append(Output(result.name or ("out" if i == 0 else f"out{i}"), kind, nodes, result.role))
     return tuple(outputs)
+
+
+def _distinct(outputs: Sequence[Output], inputs: Sequence[Input]) -> tuple[Output, ...]:
+    """Outputs with names that no argument and no other output has: they share one scope in generated code."""
+    taken = {item.name for item in inputs}
+    renamed = []
+    for output in outputs:
+        name = output.name
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        renamed.append(replace(output, name=name))
+    return tuple(renamed)
 
 
 def _lane_values(graph: Graph, mv: Multivector) -> Multivector:

@@ -71,7 +71,8 @@ class Algebra(mathematics.Algebra):
     @cached_property
     def blades(self) -> tuple[Blade, ...]:
         """All basis blades in storage order."""
-        return tuple(self.named_blades[blade] for blade in mathematics.Algebra.blades.func(self))
+        order = (b for g in range(self.dimension + 1) for b in self.blades_of_grade(g))
+        return tuple(self.named_blades[blade] for blade in order)
 
     @cached_property
     def named_blades(self) -> Mapping[int, Blade]:
@@ -284,7 +285,9 @@ class _NamedBlades(dict[int, Blade]):
 
 def _permuted(rows: NDArray[Any], signs: Sequence[tuple[int, int]]) -> NDArray[Any]:
     columns = [column for column, _ in signs]
-    return np.ascontiguousarray(rows[..., columns]) * np.array([sign for _, sign in signs], rows.dtype)
+    data: NDArray[Any] = np.ascontiguousarray(rows[..., columns])
+    data *= np.array([sign for _, sign in signs], rows.dtype)
+    return data
 
 
 def _grade(value: Any, dimension: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
@@ -62,10 +63,9 @@ def given_precision(dtype: Any) -> np.dtype[Any] | None:
     """
     if dtype is None:
         return None
-    try:
+    found: np.dtype[Any] = np.dtype(object)
+    with contextlib.suppress(TypeError):
         found = np.dtype(dtype)
-    except TypeError:
-        found = np.dtype(object)
     if found != F64 and found != F32:
         raise InputError(f"dtype is {dtype!r}; multivectors hold float64 or float32.")
     return found

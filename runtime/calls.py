@@ -118,7 +118,8 @@ def _stock(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target | No
     """The stock kernel that loses least: the kinds themselves, their layouts, then kinds that hold them."""
     if algebra.stock is None:
         return None
-    costs = [(cost, entry) for entry in algebra.stock.entries.get(formula, ()) if (cost := _cost(entry, keys)) is not None]
+    entries = algebra.stock.entries.get(formula, ())
+    costs = [(cost, entry) for entry in entries if (cost := _cost(entry, keys)) is not None]
     if not costs:
         return None
     entry = min(costs, key=lambda pair: pair[0])[1]

@@ -82,7 +82,7 @@ def _conformal_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> 
     choice[sign == -real] = IMAGINARY
     choice[sign == 0] = TANGENT
     choice[(sign == 0) & is_flat] = IDEAL
-    names = np.array(words, object)[choice]
+    names: Names = np.array(words, object)[choice]
     names[others > limit * others_size] = NOT_A_BLADE
     return names
 

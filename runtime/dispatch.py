@@ -23,13 +23,13 @@ from .codegen.binding import BoundKernel, share
 from .codegen.errors import AlgebraMismatchError, BladesmithError, ShapeError
 from .general import Table, product_table
 from .stock import Entry, StockKernels
-from .typed import F64, Type
+from .typed import F32, F64, Type
 
 if TYPE_CHECKING:
     from .codegen.kinds import Kind
     from .multivector import Multivector
 
-Plan = Callable[[Any, Any], Any]
+Plan = Callable[[Any, Any], "Multivector"]
 #: Computes n rows: (out, a, b, n); an operand has n rows or one.
 Rows = Callable[[NDArray[Any], NDArray[Any], NDArray[Any], int], None]
 #: C loop with its kernel bound: (n, out, a, stride of a, b, stride of b).
@@ -90,7 +90,7 @@ def _make(operation: str, a: Type, b: Type) -> Plan:
 def _widened(operation: str) -> Plan:
     def mixed(x: Multivector, y: Multivector) -> Multivector:
         x, y = x.astype(F64), y.astype(F64)
-        return plan(operation, x, y)(x, y)  # type: ignore[no-any-return]
+        return plan(operation, x, y)(x, y)
 
     return mixed
 
@@ -112,7 +112,8 @@ def _stock(operation: str, a: Type, b: Type) -> tuple[StockKernels, Entry] | Non
 
 
 def _compiled(kernel: Any, out: Type, a: Type, b: Type) -> Plan:
-    """Plan of a generated kernel."""
+    """Plan of a generated kernel, with a short way for two single items: buffers' pointers are kept on multivectors."""
+    from .multivector import Multivector
 
     def rows(result: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
         kernel.run([x, y], [result], n)
@@ -120,8 +121,23 @@ def _compiled(kernel: Any, out: Type, a: Type, b: Type) -> Plan:
     batch = _batched(rows, out)
     if not isinstance(kernel, BoundKernel):
         return batch
-    loop = partial(kernel.library.lib.bs_run2, kernel.index, out.single)
-    return _single(loop, batch, out, a.size, b.size)
+    run, index, precision = kernel.library.lib.bs_run2, kernel.index, out.single
+    new, empty, buffer, size, size_a, size_b = Multivector.__new__, np.empty, from_buffer, out.size, a.size, b.size
+
+    def single(x: Multivector, y: Multivector) -> Multivector:
+        if x._lead or y._lead:
+            return batch(x, y)
+        data = empty(size, F32) if precision else empty(size)
+        result = new(Multivector)
+        result._type = out
+        result._data = data
+        result._lead = ()
+        result._status = None
+        result._pointer = pointer = buffer(data)
+        run(index, precision, 1, pointer, x._pointer or x._point(), size_a, y._pointer or y._point(), size_b)
+        return result
+
+    return single
 
 
 def _batched(rows: Rows, out: Type) -> Plan:
@@ -137,29 +153,6 @@ def _batched(rows: Rows, out: Type) -> Plan:
         return Multivector._make(out, data, lead)
 
     return batch
-
-
-def _single(loop: Loop, batch: Plan, out: Type, size_a: int, size_b: int) -> Plan:
-    """Plan with a short way for two single items: their buffers' pointers are kept on the multivectors."""
-    from .multivector import Multivector
-
-    new, empty, buffer, size, dtype = Multivector.__new__, np.empty, from_buffer, out.size, out.dtype
-    is_double = dtype == F64
-
-    def single(a: Multivector, b: Multivector) -> Multivector:
-        if a._lead or b._lead:
-            return batch(a, b)  # type: ignore[no-any-return]
-        data = empty(size) if is_double else empty(size, dtype)
-        result = new(Multivector)
-        result._type = out
-        result._data = data
-        result._lead = ()
-        result._status = None
-        result._pointer = pointer = buffer(data)
-        loop(1, pointer, a._pointer or a._point(), size_a, b._pointer or b._point(), size_b)
-        return result
-
-    return single
 
 
 def broadcast(*operands: Multivector) -> tuple[int, ...]:
@@ -202,6 +195,20 @@ def _general(operation: str, a: Type, b: Type) -> Plan:
     return batch if loop is None else _single(loop, batch, out, a.size, b.size)
 
 
+def _single(loop: Loop, batch: Plan, out: Type, size_a: int, size_b: int) -> Plan:
+    """The short way for two single items, for a loop over tables."""
+    from .multivector import Multivector
+
+    def single(x: Multivector, y: Multivector) -> Multivector:
+        if x._lead or y._lead:
+            return batch(x, y)
+        result = Multivector._make(out, np.empty(out.size, out.dtype), ())
+        loop(1, result._point(), x._pointer or x._point(), size_a, y._pointer or y._point(), size_b)
+        return result
+
+    return single
+
+
 def _table_loop(table: Table, single: int) -> Loop | None:
     """The compiled loop over a table, bound to it."""
     module = general.library()
@@ -236,8 +243,6 @@ def table_rows(table: Table, single: int) -> Rows:
 
 def _general_sandwich(a: Type, b: Type) -> Plan:
     """R x ~R by two tables. What vanishes for members of the kinds is left out."""
-    from .multivector import Multivector
-
     algebra = a.algebra
     inner = product_table(algebra, "geometric", a.blades, b.blades)
     kind = _sandwich_kind(a, b, inner)

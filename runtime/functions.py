@@ -192,7 +192,9 @@ def _left_matrix(x: Multivector) -> tuple[NDArray[Any], tuple[int, ...]]:
     blades, entries = x._type.remembered("left matrix", lambda: _matrix_entries(x))
     rows, columns, sources, weights = entries
     matrix = np.zeros((*x.shape, len(blades), len(blades)), x.dtype)
-    np.add.at(matrix, (..., rows, columns), x._data[..., sources] * weights.astype(x.dtype))
+    flat = matrix.reshape(*x.shape, -1)
+    for place, source, weight in zip(rows * len(blades) + columns, sources, weights, strict=True):
+        flat[..., place] += x._data[..., source] * x.dtype.type(weight)
     return matrix, blades
 
 
@@ -278,7 +280,7 @@ def reflect(x: Multivector, mirror: Multivector, strict: bool = False) -> Multiv
         If the mirror is not of one grade.
     """
     if len(mirror.grades) != 1:
-        raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Select it with .grade(k)")
+        raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Use .grade(k)")
     outcome = call(x.algebra, "versors.reflect", x, mirror)
     if strict:
         raise_first(outcome.status, "reflect")

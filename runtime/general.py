@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -107,11 +108,11 @@ class Table:
 def library() -> Any:
     """The compiled loop, or None where it was not built."""
     try:
-        from .generated.general import _kernels  # type: ignore[import-untyped, unused-ignore]
+        module = import_module(".generated.general._kernels", __package__)
     except ImportError:
         return None
-    _kernels.lib.bs_initialize()
-    return _kernels
+    module.lib.bs_initialize()
+    return module
 
 
 @lru_cache(maxsize=4096)
@@ -216,7 +217,8 @@ def _population() -> NDArray[np.int16]:
 
 
 def _grades(blades: NDArray[Any]) -> NDArray[np.int16]:
-    return _population()[blades]
+    grades: NDArray[np.int16] = _population()[blades]
+    return grades
 
 
 def _general_terms(

@@ -25,10 +25,11 @@ Columns = NDArray[np.int64]
 MAX_PROVED = 64
 
 
-def mapped(x: Multivector, name: str) -> Multivector:
+def mapped(x: Any, name: str) -> Multivector:
     """A linear map of `general.LINEAR` on every item."""
     out, apply = x._type.remembered(name, lambda: _map(x._type, name))
-    return x._make(out, apply(x._data), x._lead)
+    image: Multivector = x._make(out, apply(x._data), x._lead)
+    return image
 
 
 def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArray[Any]]]:
@@ -53,15 +54,15 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
     return out, lambda data: data @ matrix
 
 
-def selected(x: Multivector, grades: Sequence[int]) -> Multivector:
+def selected(x: Any, grades: Sequence[int]) -> Multivector:
     """The part of these grades."""
     key = ("grade", *grades)
     out, index = x._type.remembered(key, lambda: _selection(x._type, set(grades)))
-    if index is None:
-        return x
-    if not len(index):
-        return x._make(out, np.zeros((*x._lead, 1), out.dtype), x._lead)
-    return x._make(out, np.ascontiguousarray(x._data[..., index]), x._lead)
+    part: Multivector = x
+    if index is not None:
+        data = x._data[..., index] if len(index) else np.zeros((*x._lead, 1), out.dtype)
+        part = x._make(out, data, x._lead)
+    return part
 
 
 def _selection(source: Type, grades: set[int]) -> tuple[Type, Columns | None]:

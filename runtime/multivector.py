@@ -15,17 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import arrays, checks, functions, linear, text
-from .dispatch import PLANS, Plan, from_buffer, plan
+from .dispatch import from_buffer
+from .operators import Number, Operators
 from .typed import F64, Blade, Type
 
 if TYPE_CHECKING:
     from .algebras import Algebra
     from .codegen.kinds import Kind
 
-Number = int | float | NDArray[Any]
 
-
-class Multivector:
+class Multivector(Operators):
     """Multivectors of one kind: ``shape`` of them, as rows of coefficients. Made by an algebra, not directly.
 
     Operators: ``a * b`` geometric, ``a ^ b`` outer, ``a | b`` inner product, ``a & b`` meet (in PGA: join), ``~a``
@@ -126,175 +125,6 @@ class Multivector:
         """`Status` of each item, from the function that made it; all OK after an operation."""
         return text.statuses(self._status, self._lead)
 
-    # -- products ------------------------------------------------------------------------------------------
-
-    def __mul__(self, other: Multivector | Number) -> Multivector:
-        try:
-            known = PLANS["geometric", self._type, other._type]  # type: ignore[union-attr]
-        except (KeyError, AttributeError):
-            if not isinstance(other, Multivector):
-                return self._scaled(other)
-            known = plan("geometric", self, other)
-        return known(self, other)  # type: ignore[no-any-return]
-
-    def __rshift__(self, other: Multivector | Number) -> Multivector:
-        try:
-            known = PLANS["sandwich", self._type, other._type]  # type: ignore[union-attr]
-        except (KeyError, AttributeError):
-            return self._binary("sandwich", other)
-        return known(self, other)  # type: ignore[no-any-return]
-
-    def __xor__(self, other: Multivector | Number) -> Multivector:
-        try:
-            known = PLANS["outer", self._type, other._type]  # type: ignore[union-attr]
-        except (KeyError, AttributeError):
-            return self._binary("outer", other)
-        return known(self, other)  # type: ignore[no-any-return]
-
-    def __or__(self, other: Multivector | Number) -> Multivector:
-        try:
-            known = PLANS["inner", self._type, other._type]  # type: ignore[union-attr]
-        except (KeyError, AttributeError):
-            return self._binary("inner", other)
-        return known(self, other)  # type: ignore[no-any-return]
-
-    def __and__(self, other: Multivector | Number) -> Multivector:
-        return self._binary("regressive", other)
-
-    def _binary(self, operation: str, other: Any) -> Multivector:
-        """Any product; numbers are scalars of the algebra."""
-        if not isinstance(other, Multivector):
-            if (other := self._lifted(other)) is NotImplemented:
-                return NotImplemented
-        known: Plan = plan(operation, self, other)
-        return known(self, other)  # type: ignore[no-any-return]
-
-    def _lifted(self, value: Any) -> Any:
-        if isinstance(value, str | bytes | dict | set) or value is None:
-            return NotImplemented
-        dtype = self.dtype if np.ndim(value) == 0 else None  # single numbers take the multivector's precision
-        return self.algebra.scalar(value, dtype=dtype)
-
-    def _scaled(self, factor: Any, divide: bool = False) -> Multivector:
-        if isinstance(factor, str | bytes | dict | set) or factor is None:
-            return NotImplemented
-        return linear.scaled(self, factor, divide)
-
-    def __rmul__(self, other: Number) -> Multivector:
-        return self._scaled(other)
-
-    def __rxor__(self, other: Number) -> Multivector:
-        return self._reflected("outer", other)
-
-    def __ror__(self, other: Number) -> Multivector:
-        return self._reflected("inner", other)
-
-    def __rand__(self, other: Number) -> Multivector:
-        return self._reflected("regressive", other)
-
-    def _reflected(self, operation: str, other: Any) -> Multivector:
-        lifted = self._lifted(other)
-        return NotImplemented if lifted is NotImplemented else lifted._binary(operation, self)
-
-    def outer(self, other: Multivector | Number) -> Multivector:
-        """Outer product ``a ^ b``."""
-        return self._binary("outer", other)
-
-    def inner(self, other: Multivector | Number) -> Multivector:
-        """Inner product ``a | b`` of the thesis: the part of grade |r - s|, zero with scalars."""
-        return self._binary("inner", other)
-
-    def sandwich(self, other: Multivector | Number) -> Multivector:
-        """``R >> x``: R x ~R."""
-        return self._binary("sandwich", other)
-
-    def left_contraction(self, other: Multivector | Number) -> Multivector:
-        """The part of grade s - r of the product."""
-        return self._binary("left_contraction", other)
-
-    def scalar_product(self, other: Multivector | Number) -> Multivector:
-        """<a b>_0; unlike the inner product it is not zero with scalars."""
-        return self._binary("scalar_product", other)
-
-    def commutator(self, other: Multivector | Number) -> Multivector:
-        """(a b - b a)/2."""
-        return self._binary("commutator", other)
-
-    def anticommutator(self, other: Multivector | Number) -> Multivector:
-        """(a b + b a)/2."""
-        return self._binary("anticommutator", other)
-
-    def regressive(self, other: Multivector | Number) -> Multivector:
-        """``a & b``: (a* ^ b*) I, or J^-1(J a ^ J b) where the metric is degenerate."""
-        return self._binary("regressive", other)
-
-    def meet(self, other: Multivector) -> Multivector:
-        """Intersection: ``a & b``, or ``a ^ b`` in PGA and other degenerate metrics."""
-        return self._binary("outer" if self.algebra.is_degenerate else "regressive", other)
-
-    def join(self, other: Multivector) -> Multivector:
-        """Span of disjoint objects: ``a ^ b``, or ``a & b`` in PGA and other degenerate metrics."""
-        return self._binary("regressive" if self.algebra.is_degenerate else "outer", other)
-
-    # -- linear structure ----------------------------------------------------------------------------------
-
-    def __add__(self, other: Multivector | Number) -> Multivector:
-        return self._sum(other, 1)
-
-    def __sub__(self, other: Multivector | Number) -> Multivector:
-        return self._sum(other, -1)
-
-    def _sum(self, other: Any, sign: int) -> Multivector:
-        if not isinstance(other, Multivector):
-            if (other := self._lifted(other)) is NotImplemented:
-                return NotImplemented
-        return linear.added(self, other, sign)
-
-    __radd__ = __add__
-
-    def __rsub__(self, other: Number) -> Multivector:
-        lifted = self._lifted(other)
-        return NotImplemented if lifted is NotImplemented else linear.added(lifted, self, -1)
-
-    def __neg__(self) -> Multivector:
-        return linear.mapped(self, "negative")
-
-    def __pos__(self) -> Multivector:
-        return self
-
-    def __invert__(self) -> Multivector:
-        return linear.mapped(self, "reverse")
-
-    reverse = __invert__
-
-    def involute(self) -> Multivector:
-        """Grade involution: odd grades change sign."""
-        return linear.mapped(self, "involute")
-
-    def conjugate(self) -> Multivector:
-        """Clifford conjugation: reversion and involution."""
-        return linear.mapped(self, "conjugate")
-
-    def dual(self) -> Multivector:
-        """x I, or the map J where the metric is degenerate."""
-        return linear.mapped(self, "dual")
-
-    def undual(self) -> Multivector:
-        """The y with ``y.dual()`` = x."""
-        return linear.mapped(self, "undual")
-
-    def grade(self, *grades: int) -> Multivector:
-        """The part of these grades."""
-        return linear.selected(self, grades)
-
-    def __truediv__(self, other: Multivector | Number) -> Multivector:
-        if isinstance(other, Multivector):
-            return self * functions.inverse(other)
-        return self._scaled(other, divide=True)
-
-    def __rtruediv__(self, other: Number) -> Multivector:
-        return functions.inverse(self)._scaled(other)
-
     # -- functions -----------------------------------------------------------------------------------------
 
     def norm(self) -> NDArray[Any]:
@@ -306,6 +136,9 @@ class Multivector:
         return functions.normalized(self, kind, strict)
 
     normalised = normalized
+
+    def __pos__(self) -> Multivector:
+        return self
 
     def inverse(self, method: str = "shirokov", strict: bool = False) -> Multivector:
         """The y with x y = 1; `SINGULAR` where there is none. ``method``: "shirokov", "hitzer" or "matrix"."""
@@ -334,7 +167,7 @@ class Multivector:
 
         ``rtol`` is 1e-9 by default, 1e-4 in single precision.
         """
-        lifted = other if isinstance(other, Multivector) else self._lifted(other)
+        lifted = other if isinstance(other, Multivector) else self.algebra.scalar(other)
         if rtol is None:
             rtol = 1e-9 if self.dtype == lifted.dtype == F64 else 1e-4
         return linear.is_close(self, lifted, rtol, atol)[()]
@@ -390,7 +223,7 @@ class Multivector:
 
     @property
     def terms(self) -> dict[int, NDArray[Any]]:
-        """Coefficients by blade, as the code generator's multivectors have them: formulas in GA notation run on both."""
+        """Coefficients by blade, as the code generator's multivectors have them: formulas can run on both."""
         return {blade: self._data[..., i] for i, blade in enumerate(self._type.blades)}
 
     def constant(self, value: float) -> Multivector:
@@ -433,7 +266,8 @@ class Multivector:
         raise TypeError("a multivector is no array; its coefficients are x.values.")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (self.algebra, self.kind.name, self._type.blades, self.kind.is_layout, self._data, self._status)
+        kind = self.kind
+        return _rebuilt, (self.algebra, kind.name, kind.blades, kind.is_layout, self._data, self._status)
 
     def __copy__(self) -> Multivector:
         return self._make(self._type, self._data.copy(), self._lead, self._status)

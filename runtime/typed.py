@@ -91,7 +91,8 @@ class Type:
     @property
     def free(self) -> Type:
         """The layout: the same blades with nothing known."""
-        return self.remembered("free", lambda: self.algebra.type_of(self.kind.layout, self.dtype))
+        found: Type = self.remembered("free", lambda: self.algebra.type_of(self.kind.layout, self.dtype))
+        return found
 
     def in_precision(self, dtype: np.dtype[Any]) -> Type:
         """The same kind in another precision."""

@@ -64,6 +64,7 @@ def solve(method, rays, surfaces, dtype=np.float64, samples=64, most=MOST):
 # -- geometric algebra of e1 e2 e3 e+ e- on dicts {bitmask: coefficient}, and the surface ------------------
 
 
+@cache
 def sign(a, b):
     swaps, shifted = 0, a >> 1
     while shifted:
@@ -93,7 +94,7 @@ def combine(p, x, q, y):
 
 
 def scalar(x, y):
-    return product(x, y).get(0, mpf(0))
+    return sum((sign(a, a) * x[a] * y[a] for a in x.keys() & y.keys()), mpf(0))
 
 
 I5, INFINITY = {31: mpf(1)}, {8: mpf(1), 16: mpf(1)}
@@ -223,9 +224,11 @@ def majorant(nine, m0, kappa, a):
 
 def reference(nine, m0, kappa):
     """All roots of f in [0, 1], as floats: those roots of the octic at which f vanishes."""
-    coefficients = powers(octic(nine, m0, kappa))
-    largest = max(abs(c) for c in coefficients)
-    candidates = mp.polyroots([c / largest for c in coefficients[::-1]], maxsteps=500, extraprec=200)
+    coefficients = powers(octic(nine, m0, kappa))[::-1]
+    scaled = [c / max(abs(c) for c in coefficients) for c in coefficients]
+    guess = np.roots([float(c) for c in scaled]) * (1 + 1e-9j)  # off the real line, where pairs could not part
+    start = [mp.mpc(z) for z in guess] if len(guess) == 8 else None
+    candidates = mp.polyroots(scaled, maxsteps=500, extraprec=200, roots_init=start)
     roots = []
     for root in candidates:
         if abs(mp.im(root)) < SAME and 0 <= mp.re(root) <= 1:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
-from importlib import import_module
+from importlib import import_module, resources
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,9 @@ from bladesmith.codegen.kinds import Kind, NumericSource
 from bladesmith.codegen.rings import FUNCTIONS, PrecisionRing, RationalRing
 from bladesmith.codegen.spec import load_spec, stock_spec_path
 from bladesmith.codegen.targets.c import symbol
+from bladesmith.codegen.targets.cuda import compile_source, cuda_source
+from bladesmith.codegen.targets.numba_run import NumbaKernel, NumbaLibrary
+from bladesmith.codegen.targets.printer import interface
 from bladesmith.codegen.trace import Kernel, trace
 
 #: Errors are held to this many units of roundoff times the bound; forms are admitted up to a ratio of 4.
@@ -38,6 +41,12 @@ def stock(name: str) -> tuple[Library, dict[str, Kernel]]:
     algebra = algebra_from_data(spec)
     kernels = [trace(f, kinds, n, algebra=algebra) for _, n, f, kinds in declared_kernels(algebra, spec["kernels"])]
     return Library(import_module(f"bladesmith.generated.{name}._kernels")), {symbol(k): k for k in kernels}
+
+
+@cache
+def stock_numba(name: str) -> NumbaLibrary:
+    text = resources.files("bladesmith.generated").joinpath(name, "kernels_numba.py").read_text("utf-8")
+    return NumbaLibrary(text, compiled=False)
 
 
 def all_kernels() -> list[tuple[str, str]]:
@@ -119,6 +128,7 @@ def test_stock_kernel_is_exact_to_its_bound(algebra: str, name: str) -> None:
     library, kernels = stock(algebra)
     kernel = kernels[name]
     compiled: BoundKernel = bind(library, kernel, name)
+    columns = NumbaKernel(stock_numba(algebra), name, *interface(kernel))
     for dtype, unit in ((np.float64, 2.0**-53), (np.float32, 2.0**-24)):
         for case, arrays in enumerate(inputs(kernel, dtype)):
             exact = exact_rows(kernel, arrays)
@@ -126,11 +136,13 @@ def test_stock_kernel_is_exact_to_its_bound(algebra: str, name: str) -> None:
             for instance in library.instances:
                 if instance.startswith("f64" if dtype == np.float64 else "f32") and library.use(instance):
                     answers[instance] = compiled(*arrays)
+            answers["numba's text"] = columns(*arrays)
             reference = next(iter(answers.values()))
             for instance, result in answers.items():
                 check(kernel, arrays, result, exact, unit, f"{name} on {instance}, case {case}")
                 pairs = zip(_listed(result), _listed(reference), strict=True)
-                assert all(a.tobytes() == b.tobytes() for a, b in pairs), f"{instance} has other bits, case {case}"
+                same = all(np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in pairs)
+                assert same, f"{name} on {instance} has other bits, case {case}"
     library.lib.bs_initialize()
 
 
@@ -142,3 +154,11 @@ def _listed(result: Any) -> list[np.ndarray]:
 def test_every_stock_kernel_of_the_manifest_is_compiled(name: str) -> None:
     library, kernels = stock(name)
     assert set(library.index) == set(kernels)
+
+
+@pytest.mark.parametrize("name", STOCK)
+def test_stock_kernels_compile_for_cuda(name: str) -> None:
+    """Needs the NVRTC package and no device; the same bodies as C's, so their bits are checked where a device is."""
+    _, kernels = stock(name)
+    compiled = compile_source(cuda_source(list(kernels.values())))
+    assert not compiled.log.strip("\0 \n") and compiled.image

@@ -209,3 +209,14 @@ def test_scalar_kernels_need_an_algebra() -> None:
     with pytest.raises(TraceError, match="say which algebra"):
         codegen.kernel(codegen.scalar)(lambda t: t * t)
     assert scalar_argument(PGA).is_scalar_argument and isinstance(PGA, Algebra)
+
+
+def test_arguments_may_have_any_name() -> None:
+    @codegen.kernel(CGA.kind("motor"), CGA.kind("point"))
+    def clash(out: Multivector, double: Multivector) -> Multivector:
+        return out >> double
+
+    m, x = members(CGA.kind("motor"), 9, 1), members(CGA.kind("point"), 9, 2)
+    expected = codegen.kernel(CGA.kind("motor"), CGA.kind("point"))(sandwich)(m, x)
+    np.testing.assert_array_equal(clash(m, x), expected)
+    np.testing.assert_array_equal(clash.on("numpy")(m, x), expected)

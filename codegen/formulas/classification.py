@@ -7,7 +7,7 @@ are gone.
 
 from __future__ import annotations
 
-from ..multivector import Multivector, keep_scalar
+from ..multivector import Multivector
 from ..trace import Result, row
 from .conformal import infinity
 from .outcome import size
@@ -20,22 +20,19 @@ def invariants(x: Multivector) -> Result:
     0, 1: <x x>_0 and the sum of its absolute terms. Beyond noise it is positive for real point pairs, lines and
     circles and for imaginary spheres, negative for real planes and spheres and for imaginary rounds; zero for
     points, tangents and directions.
-    2, 3: size of the other grades of x x, and of their absolute terms; beyond noise, x is not a blade.
+    2, 3: size of the rest of x x (of grade 4), and of its absolute terms; beyond noise, x is not a blade.
     4, 5: size of x ^ n_inf and of x . n_inf. The first is noise of x for flats; both are for directions.
     6: size of x itself. 7: the weight -(x* . n_inf) of grade 4, positive for an outward sphere, else 0.
     """
     ni = infinity(x)
     square = x * x
     scale = absolute_product(x, x)
-    others = [g for g in square.grades if g]
-    outside = square.grade(*others)
-    # zero by mathematics on blades, but measured: the kinds that come here are layouts
     return row(
         [
             square.grade(0),
-            absolute_product(x, x, keep_scalar).grade(0),
-            size(outside),
-            size(scale.grade(*others)),
+            scale.grade(0),
+            size(square.grade(4)),
+            size(scale.grade(4)),
             size(x ^ ni),
             size(x | ni),
             size(x),
@@ -43,12 +40,3 @@ def invariants(x: Multivector) -> Result:
         ],
         "invariants",
     )
-
-
-def motion_invariants(x: Multivector) -> Result:
-    """Four numbers of an even multivector: size of x ~x - 1 and of its terms, size of the odd part, size of x.
-
-    A unit versor has the first at the noise of the second.
-    """
-    defect = x * ~x - 1
-    return row([size(defect), size(absolute_product(x, ~x)), size(x - x.involute()) / 2, size(x)], "invariants")

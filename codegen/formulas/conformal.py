@@ -7,13 +7,14 @@ normalised about the first of them, so the distance from the origin costs no dig
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, reciprocal, select, sqrt
+from ..multivector import Mask, Multivector, absolute, keep_outer, keep_scalar, reciprocal, select, sqrt
 from ..status import Status
 from ..trace import Result, named
+from .blades import norm_squared
 from .euclidean import attached_part, cross, direction_of, euclidean_part, length, space
 from .motions import translator
-from .outcome import only_if, outcome
-from .versors import normalise_flat
+from .outcome import NOISE, epsilon, only_if, outcome
+from .products import absolute_product
 
 Checked = tuple[Multivector, Result]
 
@@ -119,12 +120,15 @@ def sphere_through(a: Multivector, b: Multivector, c: Multivector, d: Multivecto
 
 
 def _spanned(a: Multivector, others: list[Multivector]) -> Checked:
-    """n0 ^ (others), normalised about the origin and moved to a."""
-    blade = origin(a)
+    """n0 ^ (others), normalised about the origin and moved to a; singular where only rounding is left of it."""
+    blade = terms = origin(a)
     for x in others:
-        blade = blade ^ x
-    unit, status = normalise_flat(blade)
-    return translator(a) >> unit, status
+        blade, terms = blade ^ x, absolute_product(terms, x, keep_outer)
+    square = -norm_squared(blade)
+    noise = NOISE * epsilon(a)
+    regular = square > noise * noise * absolute_product(terms, terms, keep_scalar)
+    unit = blade / sqrt(only_if(regular, square))
+    return translator(a) >> unit, outcome(a, (~regular, Status.SINGULAR))
 
 
 # -- back to parameters ------------------------------------------------------------------------------------

@@ -6,12 +6,11 @@ at infinity; planes meet by ^, and & joins. X ~X = +1 for planes, lines and poin
 
 from __future__ import annotations
 
-from ..multivector import Multivector, absolute
+from ..multivector import Multivector, absolute, sqrt
 from ..status import Status
 from ..trace import Result, named
 from .euclidean import attached_part, cross, direction_of, euclidean_part, null_vector, space
-from .outcome import only_if, outcome
-from .versors import normalise_flat
+from .outcome import NOISE, epsilon, only_if, outcome
 
 Checked = tuple[Multivector, Result]
 
@@ -54,8 +53,12 @@ def line_through(a: Multivector, b: Multivector) -> Checked:
 
 def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
     """Join of three points, normalised. SINGULAR: they are on a line."""
-    unit, status = normalise_flat(cross(b - a, c - a))
-    return unit + (unit | a) * null_vector(a), status
+    u, v = b - a, c - a
+    normal = cross(u, v)
+    square, noise = (normal * normal).grade(0), NOISE * epsilon(a)
+    regular = square > noise * noise * (u * u).grade(0) * (v * v).grade(0)
+    unit = normal / sqrt(only_if(regular, square))
+    return unit + (unit | a) * null_vector(a), outcome(a, (~regular, Status.SINGULAR))
 
 
 # -- back to parameters ------------------------------------------------------------------------------------

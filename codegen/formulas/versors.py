@@ -60,14 +60,26 @@ def sandwich(r: Multivector, x: Multivector) -> Multivector:
 
 
 def reflect(x: Multivector, mirror: Multivector) -> tuple[Multivector, Result]:
-    """x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4): P x P.
+    """x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade.
 
-    The sign is such that points of the mirror keep theirs. In CGA that is P x P for unit lines, circles, planes
-    and spheres; in 3D PGA, where mirrors are built from planes, it is P x ~P.
+    The sign is such that points of the mirror keep theirs; see `reflect_in_unit`.
     """
-    (k,) = mirror.grades
-    p, q, r = x.algebra.signature
-    swaps = k * (p + q - 1) if r else k + 1
     inverse, status = versor_inverse(mirror)
     image = mirror * x * inverse
-    return -image if swaps & 1 else image, status
+    return -image if _turns_points(mirror) else image, status
+
+
+def reflect_in_unit(x: Multivector, mirror: Multivector) -> Multivector:
+    """x reflected in a unit object: P x P (1.3.4) for lines, circles, planes and spheres of CGA; P x ~P in PGA.
+
+    In a point pair of CGA it is -P x P, so that points keep a positive weight there too.
+    """
+    image = mirror * x * ~mirror
+    return -image if _turns_points(mirror) != (not x.algebra.is_degenerate) else image
+
+
+def _turns_points(mirror: Multivector) -> bool:
+    """Whether P x P^-1 changes the sign of points x of the mirror P: direct objects, or built from planes."""
+    (k,) = mirror.grades
+    p, q, r = mirror.algebra.signature
+    return bool((k * (p + q - 1) if r else k + 1) & 1)

@@ -42,8 +42,8 @@ class NumbaPrinter(Printer):
     def function(self, name: str, arguments: Sequence[str]) -> str:
         if name == "reciprocal":
             return f"K(1.0) / {arguments[0]}" if arguments[0].isidentifier() else f"K(1.0) / ({arguments[0]})"
-        if name in ELEMENTARY:  # in double precision for both, then rounded
-            return f"K({name}({', '.join(arguments)}))"
+        if name in ELEMENTARY:
+            return f"{name}({', '.join(arguments)})"
         return FUNCTIONS[name].format(*arguments)
 
     def call(self, node: Node, arguments: Sequence[Sequence[str]], names: Sequence[str]) -> list[str]:

@@ -123,4 +123,5 @@ def _masks(a: Multivector, b: Multivector, c: Multivector) -> Multivector:
 def _elementary(v: tuple[Multivector, ...]) -> Result:
     a, b = v
     turns = [sin(a), cos(a), atan2(a, b), exp(a), log(absolute(b))]
-    return row([*turns, stumpff0(a), stumpff1(a), stumpff2(a * b), stumpff3(b)])
+    later = [a.new({0: a.ring.apply(name, b.scalar())}) for name in ("stumpff4", "stumpff5")]
+    return row([*turns, stumpff0(a), stumpff1(a), stumpff2(a * b), stumpff3(b), *later])

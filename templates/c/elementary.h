@@ -1,8 +1,8 @@
 /* bladesmith: elementary functions of one instance, in the short names of instance.h. One text serves scalars,
  * vectors and CUDA, and gives the same bits on all of them (no contraction, no library call; but NaN has many).
  *
- *   SIN COS EXP LOG SINH COSH (x), ATAN2(y, x)    at most 2 ulp, all arguments
- *   STUMPFF0 .. STUMPFF5 (w)                      c_k(w) = sum over n of (-w)^n / (2n + k)!, at most 8 ulp
+ *   SIN COS EXP LOG SINH COSH (x), ATAN2(y, x)    at most 2 ulp
+ *   STUMPFF0 .. STUMPFF5 (w)                      c_k(w) = sum over n of (-w)^n / (2n + k)!; 4 ulp, c4 and c5 8 ulp
  *   FN(sincos)(x, &s, &c), FN(sinhcosh)(x, &s, &c), FN(stumpff)(w, &c0, &c1, &c2, &c3)
  *
  * Methods and measured errors: docs/elementary.md. Constants: benchmarks/derive_elementary.py. The only branch is
@@ -170,8 +170,8 @@ BS_INLINE V FN(change_sign)(V v, I bits) /* where bit 1 is set */
     return FROM_BITS(BITS(v) ^ (I)(((UI)bits & 2) << (BS_BITS - 2)));
 }
 
-/* high - low = x + tail - n step to about twice the precision, for step in parts and a small tail. The first
- * product and difference are exact by the choice of the parts; what later ones lose is kept. Zero keeps its sign. */
+/* high - low = x + tail - n step to about twice the precision, for step in parts and a small tail. The first product
+ * and difference are exact by the choice of the parts; what later ones lose is kept. Zero keeps its sign. */
 BS_INLINE V FN(reduce_by)(V x, V n, const V *step, V tail, V *low)
 {
     V rest = x - n * step[0];
@@ -430,10 +430,10 @@ BS_INLINE V FN(atan2)(V y, V x)
 /* --- Stumpff functions --- */
 
 /* With t = sqrt|w|: c0, c1 are cos t, sin t/t for w > 0 and cosh t, sinh t/t for w < 0. Both cases reduce t to r, by
- * pi/2 or by ln2, and both then need c0(z) = 1 - z c2(z) and r c1(z) = r - r z c3(z) at z = r^2 or -r^2: one pair of
- * polynomials, for c4 in c2 = 1/2 - z c4 and for c5 in c3 = 1/6 - z c5. Near zero they are taken at w itself. The root
- * is taken to twice the precision. Elsewhere c2 = (1 - c0)/w, which cancels at each full turn, where c0 > 0:
- * s^2/(w (1 + c0)) there, s = sin t; c3 = (1 - c1)/w. The last two cancel a little more than they should: see below. */
+ * pi/2 or by ln2, and need c0(z) = 1 - z c2(z) and r c1(z) = r - r z c3(z) at z = r^2 or -r^2: one pair of polynomials,
+ * for c4 in c2 = 1/2 - z c4 and for c5 in c3 = 1/6 - z c5. Near zero they are taken at w itself. Elsewhere
+ * c3 = (1 - c1)/w and c2 = (1 - c0)/w or, since this cancels near full turns, s^2/(w (1 + c0)) with s = sin t where
+ * c0 > 0. The root is taken to twice the precision. The last two, found in this way, are not yet c4 and c5. */
 BS_INLINE void FN(stumpff_six)(V w, V *c)
 {
     const S lowest = -BS_SINH_LARGEST * BS_SINH_LARGEST;
@@ -474,7 +474,7 @@ BS_INLINE void FN(stumpff_six)(V w, V *c)
     far0 = SELECT(hyperbolic, cosh_root, far0);
     far_sine = SELECT(hyperbolic, sinh_root, far_sine);
     V far1 = far_sine / root;
-    far1 = far1 - far1 * relative_tail;
+    far1 = SELECT(LE(far1, BS_LARGEST), far1 - far1 * relative_tail, far1);
     M turned = AND(NOT(hyperbolic), GT(far0, K(0)));
     V far2 = SELECT(turned, far_sine * far_sine, K(1) - far0) / SELECT(turned, w * (K(1) + far0), w);
     V far3 = (K(1) - far1) / w;
@@ -507,7 +507,7 @@ BS_STUMPFF(2)
 BS_STUMPFF(3)
 #undef BS_STUMPFF
 
-/* c4 and c5, which derivatives need, from a quarter of the argument: all terms are positive. */
+/* c4 and c5, which derivatives need, from a quarter of the argument: no term has the other sign. */
 BS_INLINE V FN(stumpff4)(V w)
 {
     V c[6];

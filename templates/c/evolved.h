@@ -15,11 +15,11 @@
      BS_EVOLVED_VANISHES  f is zero for all alpha: the ray meets every circle (it lies in the surface or in the
                           circles' common plane, or passes through a point shared by both circles);
      BS_EVOLVED_INVALID   something is not finite.
-   Ends: 0 and 1 belong to the surface, with BS_ROOTS_MARGIN roundings by which a root there may be off. Tangency: a
-   root where f is zero to rounding without a change of sign is reported once; two roots are two wherever f has the
-   other sign between them. A ray in the plane of one circle touches in this sense: there the meet Y vanishes, and
-   the ray may hit twice or not at all. Where the interpolant is imaginary (circles of one sphere, oppositely
-   turned) nothing is found. */
+   Ends: 0 and 1 belong to the surface, with BS_ROOTS_MARGIN roundings by which a root there may be off. Tangency:
+   two roots are two if f, where it is extreme between them, is more than its rounding error. If it is not, nobody
+   knows whether the ray hits twice, touches or just misses: one root is reported, at the extremum. A ray in the plane
+   of one circle touches in this sense: there the meet Y vanishes, and the ray may hit twice or not at all. Where the
+   interpolant is imaginary (circles of one sphere, oppositely turned) nothing is found. */
 
 #ifndef BS_EVOLVED_CONSTANTS
 #define BS_EVOLVED_CONSTANTS

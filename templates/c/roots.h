@@ -15,7 +15,7 @@
    holds one root when f changes sign and p has at most two roots. Otherwise it is halved. So no tolerance tells
    true from false. One is needed where p drowns in its own rounding errors, because roots of p lie closer together
    than about the square root of the unit roundoff: there f is asked at the extremum of p (ROOTS(settle)), and where
-   f only touches zero, to rounding, the touching root is reported once. */
+   it is zero to rounding, a touching root is reported once. */
 
 #ifndef BS_ROOTS_CONSTANTS
 #define BS_ROOTS_CONSTANTS
@@ -170,8 +170,8 @@ BS_INLINE int ROOTS(dips)(S before, S middle, S after)
     return BS_ABS1(middle) <= BS_ABS1(before) && BS_ABS1(middle) <= BS_ABS1(after);
 }
 
-/* f has like signs at lo and hi and is nearest to zero at a known point between. Two roots if it crosses there, one
-   if it touches. Golden section search. */
+/* f has like signs at lo and hi and is nearest to zero at a known point between. One root if it touches there,
+   two if it crosses. Golden section search. */
 BS_COLD void ROOTS(dip)(ROOTS(search) *s, S lo, S f_lo, S middle, S f_middle, S hi, S f_hi)
 {
     for (int step = 0; step < BS_ROOTS_STEPS && (f_middle < 0) == (f_lo < 0); step++) {
@@ -186,11 +186,11 @@ BS_COLD void ROOTS(dip)(ROOTS(search) *s, S lo, S f_lo, S middle, S f_middle, S 
         if (hi - lo <= BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S))
             break;
     }
-    if ((f_middle < 0) != (f_lo < 0)) {
+    if (ROOTS(touches)(s->data, middle, f_middle)) {
+        ROOTS(append)(s, middle);
+    } else if ((f_middle < 0) != (f_lo < 0)) {
         ROOTS(append)(s, ROOTS(refine)(s->data, lo, f_lo, middle, f_middle));
         ROOTS(append)(s, ROOTS(refine)(s->data, middle, f_middle, hi, f_hi));
-    } else if (ROOTS(touches)(s->data, middle, f_middle)) {
-        ROOTS(append)(s, middle);
     }
 }
 
@@ -233,7 +233,7 @@ BS_COLD void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S *c
         x = begin + width * (lo + (hi - lo) * (g_lo / (g_lo - g_hi)));
     const S fx = ROOTS(at)(s->data, x);
     const int crosses = (fx < 0) != (run->f_lo < 0);
-    if (!crosses && ROOTS(touches)(s->data, x, fx))
+    if (ROOTS(touches)(s->data, x, fx))
         ROOTS(append)(s, x);
     else if (crosses || (x > run->lo && x < run->hi && ROOTS(dips)(run->f_lo, fx, run->f_hi)))
         ROOTS(dip)(s, run->lo, run->f_lo, x, fx, run->hi, run->f_hi);

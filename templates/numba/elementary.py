@@ -2,176 +2,20 @@
 
 Each function takes NumPy arrays and scalars, float64 or float32, as it stands, and scalars of either kind once
 `compiled` has put it through numba, which is never imported here. NumPy warns of the branches not taken.
-Methods: docs/elementary.md. Constants: benchmarks/derive_elementary.py.
+Methods: docs/elementary.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from types import FunctionType, SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from . import rows
+from .elementary_constants import DOUBLE, HALF_PI, HALF_PI_HALVES, SINGLE, TWO_OVER_PI
 from .rows import select
-
-
-class Constants(NamedTuple):
-    """What differs between the precisions. Polynomials have their lowest coefficient first, numbers are in parts."""
-
-    sine: Any
-    cosine: Any
-    stumpff4: Any
-    stumpff5: Any
-    exponential: Any
-    logarithm: Any
-    arctangent: Any
-    half_pi: Any
-    ln2: Any
-    ln2_pair: Any
-    quarter_pi: Any
-    per_half_pi: Any
-    per_ln2: Any
-    near: Any  # up to here products reduce an angle
-    shifter: Any  # added and taken off again, rounds to an integer
-    splitter: Any  # cuts a significand into halves
-    largest: Any
-    exp_range: Any  # beyond: zero, infinity
-    sinh_largest: Any  # beyond: infinity
-    forget: Any  # exp(-x) is nothing beside exp(x) from 2 to this power on
-    below: Any  # the Stumpff functions are polynomials in w itself between this
-    above: Any  # and this
-    sixth: Any
-    infinity: Any
-    nan: Any
-    zero: Any
-    quarter: Any
-    half: Any
-    one: Any
-    two: Any
-    four: Any
-    eight: Any
-    root_half: int  # bits, as float64
-
-
-def _float64(*values: str | float) -> tuple[Any, ...]:
-    return tuple(float.fromhex(v) if isinstance(v, str) else float(v) for v in values)
-
-
-def _float32(*values: str | float) -> tuple[Any, ...]:
-    return tuple(np.float32(v) for v in _float64(*values))
-
-
-# fmt: off
-_DOUBLE = Constants(
-    sine=_float64(
-        "0x1.5555555555548p-3", "-0x1.111111110f731p-7", "0x1.a01a019be94afp-13", "-0x1.71de355556c26p-19",
-        "0x1.ae5e4bae22a78p-26", "-0x1.5d8b651a58f85p-33",
-    ),
-    cosine=_float64(
-        "0x1.555555555554bp-5", "-0x1.6c16c16c15016p-10", "0x1.a01a019c8f4dbp-16", "-0x1.27e4f7f1b6a14p-22",
-        "0x1.1ee9dbecb79d9p-29", "-0x1.8fa695c162261p-37",
-    ),
-    stumpff4=_float64(
-        "0x1.5555555555555p-5", "-0x1.6c16c16c16c18p-10", "0x1.a01a01a01a04bp-16", "-0x1.27e4fb778872bp-22",
-        "0x1.1eed8effa9694p-29", "-0x1.93974ab77a0b2p-37", "0x1.ae7f26bb98d3ap-45", "-0x1.682cefdbfb008p-53",
-        "0x1.e3f86fc34c998p-62", "-0x1.21050be12755cp-70",
-    ),
-    stumpff5=_float64(
-        "0x1.1111111111111p-7", "-0x1.a01a01a01a01ap-13", "0x1.71de3a556c748p-19", "-0x1.ae64567f5343ep-26",
-        "0x1.6124613a94caep-33", "-0x1.ae7f3e9296891p-41", "0x1.952c66d90fe04p-49", "-0x1.2f4d4ce6e8219p-57",
-        "0x1.70e12dc1f01c4p-66", "-0x1.9015bffb9429fp-75",
-    ),
-    exponential=_float64(
-        "0x1.000000000000ap-1", "0x1.55555555554fap-3", "0x1.55555555508a1p-5", "0x1.1111111127c87p-7",
-        "0x1.6c16c1842204bp-10", "0x1.a01a012a0de64p-13", "0x1.a0199a22544f1p-16", "0x1.71df2618d1aeap-19",
-        "0x1.28ad5e73bfa76p-22", "0x1.ad7e074c994c5p-26",
-    ),
-    logarithm=_float64(
-        "0x1.5555555555592p-1", "0x1.999999997ff2ep-2", "0x1.24924941df2bdp-2", "0x1.c71c5216af335p-3",
-        "0x1.74663c597373p-3", "0x1.39a1f9771520bp-3", "0x1.2f0304c405abdp-3",
-    ),
-    arctangent=_float64(
-        "0x1.5555555555518p-2", "-0x1.99999999914ddp-3", "0x1.249249216ffb5p-3", "-0x1.c71c709692423p-4",
-        "0x1.745cf54f05e76p-4", "-0x1.3b11454a8ac64p-4", "0x1.10f3675c4f2e4p-4", "-0x1.dfed1097f67aep-5",
-        "0x1.a3a77f5585f75p-5", "-0x1.571de4fe64645p-5", "0x1.c1fa230e68603p-6", "-0x1.4c27078eb4efbp-7",
-    ),
-    half_pi=_float64("0x1.921fb5444p+0", "0x1.68c234c4cp-39", "0x1.98a2e03707345p-77", "0x0p+0"),
-    ln2=_float64("0x1.62e42fefap-1", "0x1.cf79abc9ep-40", "0x1.d9cc01f97b57ap-79", "0x0p+0"),
-    ln2_pair=_float64("0x1.62e42fefa38p-1", "0x1.ef35793c7673p-45"),
-    quarter_pi=_float64("0x1.921fb54442d18p-1", "0x1.1a62633145c07p-55"),
-    per_half_pi=_float64("0x1.45f306dc9c883p-1")[0],
-    per_ln2=_float64("0x1.71547652b82fep+0")[0],
-    near=_float64(102943.0)[0],
-    shifter=_float64("0x1.8p+52")[0],
-    splitter=_float64("0x1.0000002p+27")[0],
-    largest=_float64("0x1.fffffffffffffp+1023")[0],
-    exp_range=_float64(-746.0, 710.0),
-    sinh_largest=_float64(711.0)[0],
-    forget=_float64(64.0)[0],
-    below=_float64(-9.0)[0],
-    above=_float64(1.5)[0],
-    sixth=_float64(1.0 / 6.0)[0],
-    infinity=_float64(np.inf)[0],
-    nan=_float64(np.nan)[0],
-    zero=_float64(0.0)[0],
-    quarter=_float64(0.25)[0],
-    half=_float64(0.5)[0],
-    one=_float64(1.0)[0],
-    two=_float64(2.0)[0],
-    four=_float64(4.0)[0],
-    eight=_float64(8.0)[0],
-    root_half=0x3FE6A09E667F3BCD,
-)
-_SINGLE = Constants(
-    sine=_float32("0x1.555546p-3", "-0x1.110778p-7", "0x1.995402p-13"),
-    cosine=_float32("0x1.55554ap-5", "-0x1.6c0c28p-10", "0x1.99e806p-16"),
-    stumpff4=_float32(
-        "0x1.555556p-5", "-0x1.6c16cp-10", "0x1.a019eep-16", "-0x1.27efp-22",
-        "0x1.1d6d58p-29", "-0x1.bf5486p-37",
-    ),
-    stumpff5=_float32(
-        "0x1.11111p-7", "-0x1.a01a14p-13", "0x1.71e8bp-19", "-0x1.ac2de8p-26",
-        "0x1.87d376p-33",
-    ),
-    exponential=_float32(
-        "0x1.fffffcp-2", "0x1.555492p-3", "0x1.5558fp-5", "0x1.1239a8p-7",
-        "0x1.6a24eep-10",
-    ),
-    logarithm=_float32("0x1.55557ap-1", "0x1.995edap-2", "0x1.31dfep-2"),
-    arctangent=_float32(
-        "0x1.555514p-2", "-0x1.997ba4p-3", "0x1.22513cp-3", "-0x1.a044aap-4",
-        "0x1.a4cf6ep-5",
-    ),
-    half_pi=_float32("0x1.921p+0", "0x1.f6ap-13", "0x1.11p-26", "0x1.68c234p-39"),
-    ln2=_float32("0x1.62ep-1", "0x1.0bfp-15", "0x1.7d1p-28", "0x1.9ef358p-41"),
-    ln2_pair=_float32("0x1.62e4p-1", "0x1.7f7d1cp-20"),
-    quarter_pi=_float32("0x1.921fbp-1", "0x1.5110b4p-23"),
-    per_half_pi=_float32("0x1.45f306p-1")[0],
-    per_ln2=_float32("0x1.715476p+0")[0],
-    near=_float32(3216.0)[0],
-    shifter=_float32("0x1.8p+23")[0],
-    splitter=_float32("0x1.002p+12")[0],
-    largest=_float32("0x1.fffffep+127")[0],
-    exp_range=_float32(-105.0, 89.0),
-    sinh_largest=_float32(90.0)[0],
-    forget=_float32(32.0)[0],
-    below=_float32(-9.0)[0],
-    above=_float32(1.5)[0],
-    sixth=_float32(1.0 / 6.0)[0],
-    infinity=_float32(np.inf)[0],
-    nan=_float32(np.nan)[0],
-    zero=_float32(0.0)[0],
-    quarter=_float32(0.25)[0],
-    half=_float32(0.5)[0],
-    one=_float32(1.0)[0],
-    two=_float32(2.0)[0],
-    four=_float32(4.0)[0],
-    eight=_float32(8.0)[0],
-    root_half=0x3FE6A09E60000000,
-)
-# fmt: on
 
 _SHIFTER = 1.5 * 2.0**52
 _SPLITTER = 2.0**27 + 1.0
@@ -183,20 +27,6 @@ _DIGITS = 2.0**52  # an integer or'ed into its low bits is added to it
 _SMALLEST = 2.0**-1022  # normal number
 _SMALL_SCALE = 54  # subnormal numbers are scaled by this power of two
 _FAR_RANGE = 1e5, 1.7976931348623157e308  # what _reduce_far is made for, and a little beyond
-_HALF_PI = _float64("0x1.921fb54442d18p+0", "0x1.1a62633145c07p-54")
-_HALF_PI_HALVES = _float64("0x1.921fb5p+0", "0x1.110b46p-26")  # of the first part
-
-# Places of 2/pi after the point, 64 in each word, after a word of zeros.
-_TWO_OVER_PI = np.array(
-    [
-        0x0000000000000000, 0xA2F9836E4E441529, 0xFC2757D1F534DDC0, 0xDB6295993C439041,
-        0xFE5163ABDEBBC561, 0xB7246E3A424DD2E0, 0x06492EEA09D1921C, 0xFE1DEB1CB129A73E,
-        0xE88235F52EBB4484, 0xE99C7026B45F7E41, 0x3991D639835339F4, 0x9C845F8BBDF9283B,
-        0x1FF897FFDE05980F, 0xEF2F118B5A0A6D1F, 0x6D367ECF27CB09B7, 0x4F463F669E5FEA2D,
-        0x7527BAC7EBE5F17B, 0x3D0739F78A5292EA, 0x6BFB5FB11F8D5D08, 0x56033046FC7B6BAB,
-    ],
-    dtype=np.uint64,
-)
 _U0, _U1, _U31, _U32, _U61, _U62, _U63 = (np.uint64(n) for n in (0, 1, 31, 32, 61, 62, 63))
 _LOW31, _LOW32, _HALF_TURN = np.uint64(2**31 - 1), np.uint64(2**32 - 1), np.uint64(2**61)
 
@@ -204,10 +34,10 @@ _LOW31, _LOW32, _HALF_TURN = np.uint64(2**31 - 1), np.uint64(2**32 - 1), np.uint
 def _constants(x: Any) -> Any:
     """Those of the precision of x. Under numba the tests are decided when it compiles."""
     if isinstance(x, np.float32):
-        return _SINGLE
+        return SINGLE
     if isinstance(x, float):
-        return _DOUBLE
-    return _SINGLE if np.asarray(x).dtype == np.float32 else _DOUBLE
+        return DOUBLE
+    return SINGLE if np.asarray(x).dtype == np.float32 else DOUBLE
 
 
 def _like(value: Any, x: Any) -> Any:
@@ -279,8 +109,8 @@ def _two_over_pi(size: Any) -> Any:
     place = (word >> _MANTISSA) - (_BIAS + _MANTISSA + 2 - 64)
     first, shift = place >> 6, np.uint64(place & 63)
     back = _U63 - shift
-    w0, w1 = _TWO_OVER_PI[first], _TWO_OVER_PI[first + 1]
-    w2, w3 = _TWO_OVER_PI[first + 2], _TWO_OVER_PI[first + 3]
+    w0, w1 = TWO_OVER_PI[first], TWO_OVER_PI[first + 1]
+    w2, w3 = TWO_OVER_PI[first + 2], TWO_OVER_PI[first + 3]
     return (
         np.uint64((word & _MANTISSA_MASK) | (_MANTISSA_MASK + 1)),
         (w0 << shift) | ((w1 >> _U1) >> back),
@@ -294,10 +124,10 @@ def _times_half_pi(f: Any, f_rest: Any) -> Any:
     cut = f * _SPLITTER
     f_1 = cut - (cut - f)
     f_2 = f - f_1
-    product = f * _HALF_PI[0]
-    half_1, half_2 = _HALF_PI_HALVES
+    product = f * HALF_PI[0]
+    half_1, half_2 = HALF_PI_HALVES
     error = ((f_1 * half_1 - product) + f_1 * half_2 + f_2 * half_1) + f_2 * half_2
-    error = error + (f * _HALF_PI[1] + f_rest * _HALF_PI[0])
+    error = error + (f * HALF_PI[1] + f_rest * HALF_PI[0])
     high = product + error
     return high, (high - product) - error
 
@@ -501,7 +331,7 @@ def _stumpff_six(w: Any, c: Any) -> Any:
     far0 = select(hyperbolic, cosh_root, _change_sign(select(odd, sine, cosine), quadrant + 1))
     far_sine = select(hyperbolic, sinh_root, _change_sign(select(odd, cosine, sine), quadrant))
     far1 = far_sine / root
-    far1 = far1 - far1 * relative_tail
+    far1 = select(far1 <= c.largest, far1 - far1 * relative_tail, far1)
     turned = (w >= c.zero) & (far0 > c.zero)
     far2 = select(turned, far_sine * far_sine, c.one - far0) / select(turned, w * (c.one + far0), w)
     far3 = (c.one - far1) / w

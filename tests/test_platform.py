@@ -1,0 +1,256 @@
+"""The C platform layer: every instance compiles without a warning, masks mean what they say, rows arrive as columns."""
+
+from __future__ import annotations
+
+import ctypes
+import mmap
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.machine import has_wide_vectors
+from bladesmith.codegen.targets.nvrtc import compile_text
+
+HEADERS = Path(__file__).resolve().parents[1] / "templates" / "c"
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
+ROWS = range(1, 41)
+WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
+INSTANCES = [(bits, width) for bits in (64, 32) for width in WIDTHS]
+each_instance = pytest.mark.parametrize("bits,width", INSTANCES)
+
+#: Rows to a matrix of columns, and columns to rows, for every k; a range [begin, end) with a tail, as drivers have it.
+BODY = """
+#define TRANSPOSE(k)                                                                   \\
+    void FN(columns_##k)(S *out, const S *rows, ptrdiff_t n)                           \\
+    {                                                                                  \\
+        V v[k];                                                                        \\
+        ptrdiff_t i = 0;                                                               \\
+        for (; i + W <= n; i += W) {                                                   \\
+            FN(load_rows)(v, rows + i * k, k);                                         \\
+            for (int j = 0; j < k; j++) FN(store_rows)(out + j * n + i, v + j, 1);     \\
+        }                                                                              \\
+        if (i < n) {                                                                   \\
+            FN(load_tail)(v, rows + i * k, k, (int)(n - i));                           \\
+            for (int j = 0; j < k; j++) FN(store_tail)(out + j * n + i, v + j, 1, (int)(n - i)); \\
+        }                                                                              \\
+    }                                                                                  \\
+    void FN(rows_##k)(S *out, const S *columns, ptrdiff_t n)                           \\
+    {                                                                                  \\
+        V v[k];                                                                        \\
+        ptrdiff_t i = 0;                                                               \\
+        for (; i + W <= n; i += W) {                                                   \\
+            for (int j = 0; j < k; j++) FN(load_rows)(v + j, columns + j * n + i, 1);  \\
+            FN(store_rows)(out + i * k, v, k);                                         \\
+        }                                                                              \\
+        if (i < n) {                                                                   \\
+            for (int j = 0; j < k; j++) FN(load_tail)(v + j, columns + j * n + i, 1, (int)(n - i)); \\
+            FN(store_tail)(out + i * k, v, k, (int)(n - i));                           \\
+        }                                                                              \\
+    }
+%s
+int FN(lanes)(void) { return W; }
+void FN(broadcast)(S *out, const S *row)
+{
+    V v[5];
+    FN(load_broadcast)(v, row, 5);
+    FN(store_rows)(out, v, 5);
+}
+/* a row: a, b, c; results: a choice by every predicate, a root, a size, an any */
+void FN(masks)(S *out, const S *rows)
+{
+    V v[3], r[9];
+    FN(load_rows)(v, rows, 3);
+    V a = v[0], b = v[1], c = v[2], yes = SPLAT(1), no = SPLAT(K(-0.0));
+    M less = LT(a, b);
+    r[0] = SELECT(less, yes, no);
+    r[1] = SELECT(LE(a, b), yes, no);
+    r[2] = SELECT(GT(a, K(0.5)), a, b);
+    r[3] = SELECT(GE(a, b), yes, no);
+    r[4] = SELECT(OR(EQ(a, b), NE(b, c)), yes, no);
+    r[5] = SELECT(AND(NOT(less), NOT(LT(b, c))), a, c);
+    r[6] = SQRT(ABS(a)) * K(2) + K(0.1);
+    r[7] = FROM_BITS(BITS(a) ^ BITS(b) ^ BITS(b));
+    r[8] = SPLAT(ANY(GT(a, K(1e6))) ? 1 : 0);
+    FN(store_rows)(out, r, 9);
+}
+#undef TRANSPOSE
+""" % "".join(f"TRANSPOSE({k})\n" for k in ROWS)
+
+
+def tag(bits: int, width: int) -> str:
+    return f"f{bits}_{width}"
+
+
+def unit(bits: int, width: int, *headers: str) -> str:
+    """The inclusion of one instance."""
+    lines = [f"#define BS_BITS {bits}", f"#define BS_BYTES {width}", f"#define BS_TAG {tag(bits, width)}"]
+    lines += [f'#include "{name}"' for name in ("instance.h", "rows.h", *headers, "instance_end.h")]
+    return "\n".join(["BS_V3_BEGIN", *lines, "BS_V3_END"] if width == 32 else lines)
+
+
+def compiled(folder: Path, source: str, *options: str, compiler: str = COMPILERS[0]) -> ctypes.CDLL:
+    """A shared library of a C text and of the body in the same folder."""
+    text, library = folder / "unit.c", folder / f"{compiler}.so"
+    text.write_text('#include "platform.h"\n' + source, encoding="ascii")
+    command = [compiler, *C_FLAGS, *WARNING_FLAGS, *options, f"-I{HEADERS}", f"-I{folder}"]
+    done = subprocess.run(
+        [*command, "-shared", "-fPIC", str(text), "-o", str(library), "-lm"], capture_output=True, text=True
+    )
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    return ctypes.CDLL(str(library))
+
+
+@pytest.fixture(scope="module")
+def call(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., None]:
+    """Calls one function of one instance on arrays and a count."""
+    folder = tmp_path_factory.mktemp("platform")
+    (folder / "body.h").write_text(BODY, encoding="ascii")
+    source = "int has_v3(void) { return BS_CPU_HAS_V3(); }\n"
+    library = compiled(folder, source + "\n".join(unit(*each, "body.h") for each in INSTANCES))
+    assert bool(library.has_v3()) == has_wide_vectors() or platform.machine() != "x86_64"
+
+    def function(name: str, bits: int, width: int, *arguments: Any) -> int:
+        passed = [
+            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_ssize_t(a) for a in arguments
+        ]
+        return int(getattr(library, f"{name}_{tag(bits, width)}")(*passed))
+
+    return function
+
+
+def numbers(bits: int, *shape: int) -> Any:
+    return np.random.default_rng(bits).standard_normal(shape).astype(f"f{bits // 8}")
+
+
+class Fenced:
+    """Arrays that end where readable memory ends: a read or write beyond them is a crash."""
+
+    def __init__(self) -> None:
+        self.size = 4 * mmap.PAGESIZE
+        self.memory = mmap.mmap(-1, self.size + mmap.PAGESIZE)
+        base = ctypes.addressof(ctypes.c_char.from_buffer(self.memory))
+        libc = ctypes.CDLL(None, use_errno=True)
+        fence = ctypes.c_void_p(base + self.size)
+        assert libc.mprotect(fence, ctypes.c_size_t(mmap.PAGESIZE), 0) == 0
+
+    def array(self, like: Any) -> Any:
+        whole = np.frombuffer(self.memory, like.dtype, self.size // like.dtype.itemsize)
+        result = whole[len(whole) - like.size :].reshape(like.shape)
+        result[:] = like
+        return result
+
+
+@pytest.fixture(scope="module")
+def fences() -> tuple[Fenced, Fenced]:
+    return Fenced(), Fenced()
+
+
+@each_instance
+def test_rows_become_columns_and_columns_rows(
+    bits: int, width: int, call: Callable[..., Any], fences: tuple[Fenced, Fenced]
+) -> None:
+    lanes = call("lanes", bits, width)
+    assert lanes == max(1, width * 8 // bits)
+    for k in ROWS:
+        for n in {1, lanes - 1, lanes, lanes + 1, 2 * lanes + lanes // 2} - {0}:
+            rows = fences[0].array(numbers(bits, n, k))
+            columns = fences[1].array(np.full((k, n), np.nan, rows.dtype))
+            call(f"columns_{k}", bits, width, columns, rows, n)
+            assert np.array_equal(columns, rows.T), f"k = {k}, n = {n}"
+            expected = columns.copy()
+            back = fences[0].array(np.full((n, k), np.nan, rows.dtype))
+            columns = fences[1].array(expected)
+            call(f"rows_{k}", bits, width, back, columns, n)
+            assert np.array_equal(back, expected.T), f"k = {k}, n = {n}"
+
+
+@each_instance
+def test_a_row_for_all_lanes(bits: int, width: int, call: Callable[..., Any]) -> None:
+    row = numbers(bits, 5)
+    out = np.empty((call("lanes", bits, width), 5), row.dtype)
+    call("broadcast", bits, width, out, row)
+    assert (out == row).all()
+
+
+@each_instance
+def test_masks(bits: int, width: int, call: Callable[..., Any]) -> None:
+    special = [0.0, -0.0, 1.0, -1.0, np.nan, np.inf, -np.inf, 0.5]
+    dtype = np.dtype(f"f{bits // 8}")
+    rows = np.array([(a, b, c) for a in special for b in special for c in special], dtype)
+    lanes = call("lanes", bits, width)
+    for start in range(0, len(rows), lanes):
+        some = rows[start : start + lanes]
+        out = np.empty((lanes, 9), dtype)
+        call("masks", bits, width, out, some)
+        a, b, c = some.T
+        yes, no = np.ones(lanes, dtype), np.full(lanes, -0.0, dtype)
+        expected = np.stack(
+            [
+                np.where(a < b, yes, no),
+                np.where(a <= b, yes, no),
+                np.where(a > 0.5, a, b),
+                np.where(a >= b, yes, no),
+                np.where((a == b) | (b != c), yes, no),
+                np.where(~(a < b) & ~(b < c), a, c),
+                np.sqrt(np.abs(a)) * dtype.type(2) + dtype.type(0.1),
+                a,
+                np.full(lanes, (a > 1e6).any(), dtype),
+            ],
+            axis=1,
+        )
+        assert np.array_equal(out, expected, equal_nan=True)
+        numeric = ~np.isnan(expected)
+        assert np.array_equal(np.signbit(out)[numeric], np.signbit(expected)[numeric])
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("options", [("-O0",), ("-O2", "-std=gnu17")], ids="".join)
+def test_other_compilers_and_optimisations(compiler: str, options: tuple[str, ...], tmp_path: Path) -> None:
+    """Clean everywhere, with intrinsics in play at any level; a few row lengths are enough."""
+    few = "\n".join(line for line in BODY.splitlines() if not line.startswith("TRANSPOSE("))
+    (tmp_path / "body.h").write_text(
+        few.replace("int FN(lanes)", "TRANSPOSE(3)\nTRANSPOSE(5)\nint FN(lanes)"), encoding="ascii"
+    )
+    units = [unit(*each, "elementary.h", "body.h") for each in INSTANCES]
+    library = compiled(tmp_path, "\n".join(units), *options, compiler=compiler)
+    for bits, width in INSTANCES:
+        rows = numbers(bits, 9, 5)
+        columns = np.empty((5, 9), rows.dtype)
+        getattr(library, f"columns_5_{tag(bits, width)}")(
+            ctypes.c_void_p(columns.ctypes.data), ctypes.c_void_p(rows.ctypes.data), ctypes.c_ssize_t(9)
+        )
+        assert np.array_equal(columns, rows.T)
+
+
+def test_the_scalar_form_is_plain_c99(tmp_path: Path) -> None:
+    """What compilers without vector extensions take, made by hiding that this one has them."""
+    (tmp_path / "body.h").write_text(BODY, encoding="ascii")
+    units = "\n".join(unit(bits, 0, "elementary.h", "body.h") for bits in (64, 32))
+    plain = "#undef BS_VECTORS\n#define BS_VECTORS 0\n#undef BS_INLINE\n#define BS_INLINE static inline\n"
+    plain += "#undef BS_UNROLL\n#define BS_UNROLL\n#undef RESTRICT\n#define RESTRICT restrict\n"
+    compiled(tmp_path, plain + units, "-std=c99", "-Wno-unused-function")
+
+
+def test_an_impossible_instance_is_refused(tmp_path: Path) -> None:
+    for bits, width in ((16, 0), (64, 64)):
+        text = tmp_path / "bad.c"
+        text.write_text('#include "platform.h"\n' + unit(bits, width), encoding="ascii")
+        command = [COMPILERS[0], *C_FLAGS, f"-I{HEADERS}", "-c", str(text), "-o", os.devnull]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode != 0 and "#error" in done.stderr
+
+
+def test_the_same_text_is_cuda() -> None:
+    body = BODY.replace("void FN", "__device__ void FN").replace("int FN", "__device__ int FN")
+    source = '#include "platform.h"\n' + "\n".join(unit(bits, 0, "body.h") for bits in (64, 32))
+    names = ("platform.h", "instance.h", "rows.h", "instance_end.h")
+    headers = {name: (HEADERS / name).read_text(encoding="ascii") for name in names}
+    assert compile_text(source, {**headers, "body.h": body}).log == ""

@@ -1,0 +1,131 @@
+"""The scene compiler: a program holds what its scene needs and nothing else, and numbers are not a part of it."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bladesmith import tracer
+from bladesmith.codegen.build import compiler
+from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.programs.scene import EVERYTHING, METHODS, SURFACES, needs, scene_program
+from bladesmith.curves import Bezier
+from bladesmith.errors import CompilerMissingError, SceneError
+from bladesmith.tracer import engine
+
+CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
+CIRCLES = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
+
+
+def plain_scene(radius=1.0):
+    return tracer.Scene(
+        CAMERA, [tracer.Light((4, -6, 8))], [tracer.Sphere((0, 0, 1), radius), tracer.Plane((0, 0, 1), 0.0)]
+    )
+
+
+def evolved_scene():
+    return tracer.Scene(CAMERA, [tracer.Light((4, -6, 8))], [tracer.EvolvedCircles(Bezier(CIRCLES))])
+
+
+def library_of(scene: tracer.Scene) -> bytes:
+    """The compiled file that a scene runs."""
+    return Path(engine.engine_for(scene.needs).module.__file__).read_bytes()
+
+
+def test_a_scene_without_evolved_surfaces_compiles_no_evolved_code():
+    plain, evolved = plain_scene(), evolved_scene()
+    assert not any("evolved" in name for name in plain.kernels)
+    assert {"cga3d_sphere_hit", "cga3d_plane_hit", "cga3d_camera_direction"} <= set(plain.kernels)
+    assert "cga3d_disc_hit" not in plain.kernels and "cga3d_reflected_direction" not in plain.kernels
+    assert "evolved" not in plain.program.files["kernels.c"]
+    assert b"evolved" not in library_of(plain) and b"sphere_hits" in library_of(plain)
+    assert {"cga3d_evolved_octic", "cga3d_evolved_ray", "cga3d_evolved_normal"} <= set(evolved.kernels)
+    assert b"evolved_circles_hits" in library_of(evolved) and b"plane_hits" not in library_of(evolved)
+
+
+def test_only_the_chosen_method_is_compiled():
+    for method, own in (("isolate", "octic"), ("companion", "dodecic")):
+        kernels = scene_program(needs(["evolved_circles"], [method])).kernels
+        found = {other for other in ("octic", "dodecic") if f"cga3d_evolved_{other}" in kernels}
+        assert found == {own}
+    assert needs(["sphere"], ["companion"]) == needs(["sphere"])
+
+
+def test_numbers_are_arguments():
+    first, second = plain_scene(1.0), plain_scene(2.0)
+    assert first.needs == second.needs
+    assert engine.engine_for(first.needs) is engine.engine_for(second.needs)
+    assert first.program.extension().key() == second.program.extension().key()
+    assert not np.array_equal(first.render(16, 12), second.render(16, 12))
+
+
+def test_the_order_of_surfaces_does_not_matter_to_the_program():
+    a, b = plain_scene(), plain_scene()
+    b.surfaces = b.surfaces[::-1]
+    assert a.needs == b.needs
+
+
+def test_programs_are_the_same_text_every_time():
+    wanted = needs(["disc", "plane"], reflection=True)
+    assert scene_program(wanted).source == scene_program(wanted).source
+    assert wanted == needs(["plane", "disc", "plane"], reflection=True)
+
+
+def test_unknown_names_never_reach_a_template():
+    with pytest.raises(SceneError, match="did you mean 'sphere'"):
+        needs(["sphare"])
+    with pytest.raises(SceneError, match="did you mean 'sampled'"):
+        needs(["evolved_circles"], ["sample"])
+
+
+def test_rows_of_constants_have_the_declared_length():
+    for kind in SURFACES.values():
+        assert not kind.layout or sum(size for _, size in kind.layout) == kind.constants
+
+
+@pytest.mark.skipif(compiler() is None, reason="no compiler")
+@pytest.mark.parametrize(
+    "wanted",
+    [EVERYTHING, needs([]), needs(["evolved_circles"], ["companion"], pictures=False), needs(["disc"], single=True)],
+    ids=["everything", "nothing", "companion", "disc"],
+)
+def test_generated_sources_compile_without_a_warning(wanted, tmp_path):
+    extension = scene_program(wanted).extension()
+    for name, text in {**extension.headers, "kernels.c": extension.source}.items():
+        (tmp_path / name).write_text(text)
+    command = [*compiler().command, *C_FLAGS, *WARNING_FLAGS, "-c", "kernels.c", "-o", "kernels.o"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+def test_what_the_wheel_carries_serves_every_scene():
+    for kinds in ([], ["sphere"], list(SURFACES)):
+        for method in METHODS:
+            assert EVERYTHING.covers(needs(kinds, [method], reflection=True, single=True))
+    assert not needs(["sphere"]).covers(needs(["plane"]))
+
+
+def test_without_a_compiler_the_general_program_renders_the_same(monkeypatch):
+    scene = plain_scene()
+    expected = scene.render(24, 18)
+    general = engine.engine_for(EVERYTHING)
+
+    def missing(_):
+        raise CompilerMissingError("no C compiler was found")
+
+    monkeypatch.setattr(engine, "load", missing)
+    monkeypatch.setattr(engine, "_stock", lambda: general)
+    engine.engine_for.cache_clear()
+    try:
+        again = plain_scene()
+        np.testing.assert_array_equal(again.render(24, 18), expected)
+        assert "cga3d_evolved_octic" in again.kernels  # it says what is really there
+        monkeypatch.setattr(engine, "_stock", lambda: None)
+        engine.engine_for.cache_clear()
+        with pytest.raises(CompilerMissingError):
+            plain_scene().render(8, 8)
+    finally:
+        engine.engine_for.cache_clear()

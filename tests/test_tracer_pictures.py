@@ -1,0 +1,274 @@
+"""Pictures: what is where, light, shadow and mirrors, files and the command."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from bladesmith import tracer
+from bladesmith.cli.main import run
+from bladesmith.errors import InputError, SceneError
+from bladesmith.tracer import image as image_module
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "scenes"
+DEMO = Path(tracer.__file__).parent / "data" / "demo.toml"
+CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 1.0))
+MATT = {"specular": 0.0, "ambient": 0.0, "diffuse": 1.0}
+BLACK = (0.0, 0.0, 0.0)
+
+
+def dark(camera, lights, surfaces, **more):
+    return tracer.Scene(camera, lights, surfaces, horizon=BLACK, zenith=BLACK, **more)
+
+
+def middle_of(mask):
+    rows, columns = np.nonzero(mask)
+    return rows.mean(), columns.mean()
+
+
+def test_row_0_is_the_top_and_x_runs_to_the_right():
+    def ball(center, color):
+        return tracer.Sphere(center, 0.4, material={"color": color, "ambient": 1.0, "diffuse": 0.0, "specular": 0.0})
+
+    scene = dark(CAMERA, [], [ball((2, 0, 1), (1, 0, 0)), ball((0, 0, 2.5), (0, 0, 1)), ball((-2, 0, 1), (0, 1, 0))])
+    image = scene.render(80, 60)
+    assert image.shape == (60, 80, 3) and image.dtype == np.float64
+    red, blue, green = (middle_of(image[..., c] > 0.5) for c in (0, 2, 1))
+    assert red[1] > 50 and green[1] < 30 and abs(blue[1] - 39.5) < 0.6
+    assert blue[0] < 20 and abs(red[0] - 29.5) < 2 and abs(green[0] - 29.5) < 2
+
+
+def test_pictures_agree_with_rays():
+    """The fused driver and `Camera.rays` with `Scene.intersect` see the same surfaces."""
+    scene = tracer.Scene.load(DEMO)
+    for surface in scene.surfaces:
+        surface.material = tracer.Material(color=(1, 1, 1), ambient=1.0, diffuse=0.0, specular=0.0)
+    flat = dark(scene.camera, [], scene.surfaces)
+    seen = flat.render(60, 40)[..., 0] > 0.5
+    hits = flat.intersect(*scene.camera.rays(60, 40))
+    np.testing.assert_array_equal(seen, hits.hit)
+    assert set(np.unique(hits.surface)) == {-1, *range(len(scene.surfaces))}
+
+
+def test_light_follows_lambert():
+    surface = tracer.Plane((0, 0, 1), 0.0, material=MATT)
+    scene = dark(CAMERA, [tracer.Light((3, 4, 5), (0.5, 1.0, 2.0))], [surface])
+    origins, directions = CAMERA.rays(20, 15)
+    image, hits = scene.render(20, 15), scene.intersect(origins, directions)
+    towards = np.array([3, 4, 5]) - hits.point
+    cosine = towards[..., 2] / np.linalg.norm(towards, axis=-1)
+    expected = np.where(hits.hit, cosine * 0.8, 0.0)
+    for channel, strength in enumerate((0.5, 1.0, 2.0)):
+        np.testing.assert_allclose(image[..., channel], expected * strength, atol=1e-9)
+
+
+def test_highlights_follow_blinn():
+    material = {"color": (0, 0, 0), "specular": 1.0, "shininess": 12.5}
+    scene = dark(CAMERA, [tracer.Light((1, -3, 5))], [tracer.Sphere((0, 0, 1), 1.0, material=material)])
+    origins, directions = CAMERA.rays(40, 30)
+    hits = scene.intersect(origins, directions)
+    lamp = np.array([1, -3, 5]) - hits.point
+    lamp /= np.linalg.norm(lamp, axis=-1, keepdims=True)
+    half = lamp - directions
+    cosine = np.einsum("ijk,ijk->ij", half, hits.normal) / np.linalg.norm(half, axis=-1)
+    lit = hits.hit & (np.einsum("ijk,ijk->ij", lamp, hits.normal) > 0) & (cosine > 0)
+    expected = np.where(lit, np.maximum(cosine, 1e-300) ** 12.5, 0.0)
+    np.testing.assert_allclose(scene.render(40, 30)[..., 1], np.nan_to_num(expected), atol=1e-7)
+
+
+def test_shadows_fall_away_from_the_light():
+    floor = tracer.Plane((0, 0, 1), 0.0, material=MATT)
+    ball = tracer.Sphere((0, 0, 1), 0.5, material=MATT)
+    lit = dark(CAMERA, [tracer.Light((0, 0, 9))], [floor, ball])
+    hits = lit.intersect(*CAMERA.rays(60, 45))
+    image = lit.render(60, 45)[..., 0]
+    on_floor = hits.hit & (hits.surface == 0)
+    shadow_radius = 9 * 0.5 / math.sqrt(8**2 - 0.5**2)  # the cone from the lamp around the ball, on the floor
+    distance = np.hypot(hits.point[..., 0], hits.point[..., 1])
+    np.testing.assert_array_equal(image[on_floor] == 0, distance[on_floor] < shadow_radius)
+    assert (image[on_floor] == 0).sum() > 10
+
+
+def test_a_lamp_behind_a_surface_lights_and_shadows_nothing():
+    floor = tracer.Plane((0, 0, 1), 0.0, material=MATT)
+    below = dark(CAMERA, [tracer.Light((0, 0, -3))], [floor])
+    assert np.all(below.render(20, 15) == 0)
+    beyond = dark(CAMERA, [tracer.Light((0, 0, 3))], [floor, tracer.Sphere((0, 0, 5), 0.5, material=MATT)])
+    alone = dark(CAMERA, [tracer.Light((0, 0, 3))], [floor])
+    hits = beyond.intersect(*CAMERA.rays(20, 15))
+    seen = hits.surface == 0  # the ball is farther than the lamp: no shadow
+    np.testing.assert_array_equal(beyond.render(20, 15)[seen], alone.render(20, 15)[seen])
+
+
+def test_mirrors_show_what_the_reflected_ray_sees():
+    mirror = tracer.Plane((0, 0, 1), 0.0, material={"reflectivity": 1.0})
+    ball = tracer.Sphere((0, 0, 1.5), 0.7, material={"color": (1, 0, 0), "ambient": 1.0, "diffuse": 0, "specular": 0})
+    scene = dark(CAMERA, [], [mirror, ball])
+    assert "cga3d_reflected_direction" in scene.kernels
+    origins, directions = CAMERA.rays(60, 45)
+    hits = scene.intersect(origins, directions)
+    flipped = directions * (1, 1, -1)
+    second = scene.intersect(np.where(hits.hit[..., None], hits.point, origins) + 1e-9 * flipped, flipped)
+    expected = (hits.surface == 1) | ((hits.surface == 0) & (second.surface == 1))
+    np.testing.assert_array_equal(scene.render(60, 45)[..., 0] == 1.0, expected)
+    assert ((hits.surface == 0) & (second.surface == 1)).sum() > 20
+    np.testing.assert_array_equal(dark(CAMERA, [], [mirror], reflections=0).render(4, 3), 0.08)
+
+
+def test_facing_mirrors_end():
+    mirrors = [tracer.Plane((0, 1, 0), y, material={"reflectivity": 0.9, "ambient": 1.0}) for y in (-9.0, 3.0)]
+    image = dark(CAMERA, [], mirrors, reflections=200).render(10, 8)
+    assert np.isfinite(image).all() and image.max() < 1
+
+
+def test_squares_alternate():
+    material = {"color": (1, 1, 1), "checker": BLACK, "checker_size": 0.5, "ambient": 1.0, "diffuse": 0, "specular": 0}
+    scene = dark(CAMERA, [], [tracer.Plane((0, 0, 1), 0.0, material=material)])
+    hits = scene.intersect(*CAMERA.rays(50, 40))
+    cells = np.floor(hits.point[..., 0] / 0.5) + np.floor(hits.point[..., 1] / 0.5)
+    inside = np.abs(hits.point[..., :2] / 0.5 - np.round(hits.point[..., :2] / 0.5)).min(axis=-1) > 1e-6
+    near = hits.hit & inside & (hits.t < 100)
+    white = scene.render(50, 40)[..., 0] == 1.0
+    parity = white[near] == (cells[near] % 2 == 0)
+    assert parity.all() or not parity.any()
+
+
+def test_threads_antialiasing_and_precision():
+    scene = tracer.Scene.load(DEMO)
+    one = scene.render(64, 48, threads=1, antialias=1)
+    np.testing.assert_array_equal(scene.render(64, 48, threads=3, antialias=1), one)
+    assert scene.render().shape == (640, 960, 3)  # the file's own size
+    fine = scene.render(32, 24, antialias=4)
+    coarse = one.reshape(24, 2, 32, 2, 3).mean(axis=(1, 3))
+    assert np.abs(fine - coarse).mean() < 0.03
+    single = scene.render(64, 48, antialias=1, dtype=np.float32)
+    assert single.dtype == np.float32
+    assert np.mean(np.abs(single - one).max(axis=-1) > 0.02) < 0.02
+
+
+def test_progress_is_told():
+    told = []
+    tracer.Scene.load(EXAMPLES / "orientation.toml").render(
+        100, 90, progress=lambda done, total: told.append((done, total))
+    )
+    assert told[-1] == (9000, 9000) and all(a[0] < b[0] for a, b in zip(told, told[1:], strict=False))
+
+
+# -- files ---------------------------------------------------------------------------------------------------
+
+
+def test_the_bundled_scene_is_the_example():
+    assert DEMO.read_text() == (EXAMPLES / "demo.toml").read_text()
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
+def test_examples_render(path):
+    image = tracer.Scene.load(path).render(32, 24)
+    assert np.isfinite(image).all() and image.std() > 0.02
+
+
+def test_pictures_are_srgb(tmp_path):
+    levels = np.array([0.0, 0.001, 0.18, 0.5, 1.0, 7.0, -1.0, np.nan])
+    tracer.save_image(tmp_path / "a.png", np.repeat(levels[None, :, None], 3, axis=2))
+    with Image.open(tmp_path / "a.png") as picture:
+        assert np.asarray(picture)[0, :, 0].tolist() == [0, 3, 118, 188, 255, 255, 0, 0]
+    assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_an_interrupted_save_leaves_the_old_picture(tmp_path, monkeypatch):
+    target = tmp_path / "a.png"
+    target.write_bytes(b"old")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Image.Image, "save", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        tracer.save_image(target, np.zeros((2, 2, 3)))
+    assert target.read_bytes() == b"old" and [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+@pytest.mark.parametrize(("name", "message"), [("a.xyz", "format"), ("none/a.png", "no folder"), ("a", "format")])
+def test_pictures_that_cannot_be_saved_are_refused_early(name, message, tmp_path):
+    with pytest.raises(InputError, match=message):
+        image_module.check_writable(tmp_path / name)
+
+
+GOOD = """
+[camera]
+position = [0.0, -8.0, 2.0]
+look_at = [0.0, 0.0, 0.0]
+
+[[lights]]
+position = [4.0, -6.0, 8.0]
+
+[[surfaces]]
+kind = "sphere"
+center = [1.5, 0.0, 0.5]
+radius = 0.5
+"""
+EVOLVED = """
+[[surfaces]]
+kind = "evolved_circles"
+controls = [{center = [0, 0, 0], normal = [0, 0, 1], radius = 1}, {center = [0, 1, 2], normal = [0, 0.5, 1], radius = 1}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("radius = 0.5", "radios = 0.5", 12, ["surfaces[0].radios", "did you mean 'radius'"]),
+        ("radius = 0.5", "radius = -0.4", 12, ["surfaces[0].radius", "-0.4"]),
+        ("radius = 0.5", "radius = nan", 12, ["surfaces[0].radius", "finite"]),
+        ("position = [0.0, -8.0, 2.0]", "position = [0.0, inf, 2.0]", 3, ["camera.position", "finite"]),
+        ('kind = "sphere"', 'kind = "spehre"', 10, ["did you mean 'sphere'"]),
+        ("look_at = [0.0, 0.0, 0.0]", "look_at = [0.0, -8.0, 2.0]", 4, ["camera.look_at", "own position"]),
+        ("look_at = [0.0, 0.0, 0.0]", "look_at = [0.0, 0.0]", 4, ["camera.look_at"]),
+        ("center = [1.5, 0.0, 0.5]", 'center = ["a", 0.0, 0.5]', 11, ["surfaces[0].center"]),
+        ("radius = 0.5", "radius = 0.5\nreflectivity = 2", 13, ["reflectivity"]),
+        ("normal = [0, 0.5, 1]", "normal = [0, 0, 0]", 16, ["controls[1].normal", "zero"]),
+        ("[[lights]]", "[[lights]", 6, []),
+    ],
+)
+def test_scene_files_are_checked(old, new, line, words, tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text((GOOD + EVOLVED).replace(old, new))
+    with pytest.raises(SceneError) as caught:
+        tracer.Scene.load(path)
+    text = str(caught.value)
+    assert "scene.toml" in text and f"line {line}" in text, text
+    assert all(word in text for word in words), text
+
+
+def test_the_command_renders(tmp_path, capsys):
+    scene, target = tmp_path / "scene.toml", tmp_path / "out.png"
+    scene.write_text(GOOD + EVOLVED)
+    size = ["--width", "40", "--height", "30"]
+    assert run(["render", str(scene), "-o", str(target), *size, "--quiet"]) == 0
+    with Image.open(target) as picture:
+        assert picture.size == (40, 30)
+    assert capsys.readouterr().err == ""
+    assert run(["render", str(scene), "-o", str(target), *size, "--progress", "--method", "sampled"]) == 0
+    assert "40 x 30" in capsys.readouterr().err
+    scene.write_text(GOOD.replace("radius", "radios"))
+    assert run(["render", str(scene), "-o", str(target)]) == 2
+    assert "did you mean 'radius'" in capsys.readouterr().err
+    assert run(["render", str(tmp_path / "missing.toml"), "-o", str(target)]) == 2
+    assert run(["render", str(scene), "-o", str(tmp_path / "no" / "out.png")]) == 2
+    assert run(["render", str(scene), "--method", "guess"]) == 2
+
+
+def test_an_interrupted_render_leaves_no_file(tmp_path, monkeypatch):
+    scene, target = tmp_path / "scene.toml", tmp_path / "out.png"
+    scene.write_text(GOOD)
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(tracer.Scene, "render", interrupted)
+    assert run(["render", str(scene), "-o", str(target), "--quiet"]) == 130
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
