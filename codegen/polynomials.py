@@ -156,7 +156,9 @@ def constraint_polynomials(kernel: Kernel, atoms: Sequence[Node]) -> list[tuple[
 
 def rebuild(graph: Graph, parts: Regions, expressions: Sequence[Expr], count: int) -> tuple[Node, ...]:
     """Nodes of factored expressions (one per target); returns the last ``count``: the outputs."""
-    by_target = {t.id: e for t, e in zip(parts.targets, expressions, strict=True)}
+    by_target: dict[int, Expr] = {}
+    for t, e in zip(parts.targets, expressions, strict=True):
+        by_target.setdefault(t.id, e)  # a shared sum that is also an output: its definition comes first
     made: dict[int, Node] = {}
     expression_nodes: dict[int, Node] = {}
 

@@ -243,7 +243,7 @@ def infer_kind(graph: Graph, mv: Multivector) -> Kind:
     values = _lane_values(graph, mv)
     fitting = [
         kind
-        for kind in mv.algebra.kinds.values()
+        for kind in reversed(mv.algebra.kinds.values())  # of equal ones the plain kinds win: "bivector", not "twist"
         if set(mv.terms) <= set(kind.blades) and (kind.size <= 2 * len(mv.terms)) and kind.violated(values) is None
     ]
     own = tuple(mv.terms)

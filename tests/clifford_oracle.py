@@ -18,6 +18,7 @@ from typing import Any
 
 import clifford
 import numpy as np
+
 from bladesmith.codegen.algebra import Algebra, outer_sign
 
 #: Our vectors on clifford's orthonormal ones, for labels that differ.
@@ -39,6 +40,7 @@ class Oracle:
         self.algebra = algebra
         self.layout = layout
         self.change = _outermorphism(algebra, layout, vectors)
+        self.tables: dict[str, np.ndarray] = {}
 
     def to(self, rows: np.ndarray) -> np.ndarray:
         """Dense rows in our blade order -> rows in clifford's."""
@@ -48,10 +50,11 @@ class Oracle:
         """The way back."""
         return rows @ np.linalg.inv(self.change).T
 
-    @cache
     def table(self, name: str) -> np.ndarray:
         """gmt, omt or imt: multiplication table of the geometric, outer or inner product, [left, result, right]."""
-        return np.asarray(getattr(self.layout, name).todense(), float)
+        if name not in self.tables:
+            self.tables[name] = np.asarray(getattr(self.layout, name).todense(), float)
+        return self.tables[name]
 
     def product(self, name: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """A product of our rows, computed by clifford's table."""

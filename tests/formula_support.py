@@ -13,8 +13,9 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-import bladesmith.codegen.catalogue as catalogue
 import numpy as np
+
+import bladesmith.codegen.catalogue as catalogue
 from bladesmith.codegen.algebra import Algebra
 from bladesmith.codegen.kinds import Kind, NumericSource, scalar_argument
 from bladesmith.codegen.multivector import Multivector, from_values
@@ -83,9 +84,10 @@ class Traced:
         for own, other in zip(rows, graph, strict=True):
             one, two = (np.stack([np.broadcast_to(v, lead) for v in values], -1) for values in (own, other))
             assert np.array_equal(np.isnan(one).any(-1), np.isnan(two).any(-1)), self.kernel.name
-            size = np.nanmax(np.abs(one), -1, initial=0, keepdims=True)
-            same = np.abs(one - two) <= 1e-9 * np.where(np.isfinite(size), size, 1) + 1e-300
-            assert np.all(same | np.isnan(one) | ~np.isfinite(one)), self.kernel.name
+            size = np.max(np.abs(one), -1, initial=0, keepdims=True)
+            regular = np.isfinite(size) & np.ones(one.shape, bool)
+            difference = np.abs(np.where(regular, one, 0) - np.where(regular, two, 0))
+            assert np.all(difference <= 1e-9 * np.where(np.isfinite(size), size, 1)), self.kernel.name
             results.append(one)
         return [
             r[..., 0] if o.role == "status" or o.kind.blades == (0,) else r

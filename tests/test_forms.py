@@ -10,7 +10,7 @@ from bladesmith.codegen.catalogue import algebra_from_data
 from bladesmith.codegen.errors import SpecError
 from bladesmith.codegen.graph import evaluate
 from bladesmith.codegen.kinds import NumericSource
-from bladesmith.codegen.multivector import Multivector
+from bladesmith.codegen.multivector import Multivector, sqrt
 from bladesmith.codegen.simplify import ADMITTED_RATIO, choose, chosen_form, error_ratio, forms, record_of, staged
 from bladesmith.codegen.spec import load_spec, stock_spec_path
 from bladesmith.codegen.trace import Kernel, trace
@@ -88,3 +88,12 @@ def test_records_restore_the_form_and_refuse_another_formula() -> None:
         choose(other, record_of(kernel))
     with pytest.raises(SpecError, match="damaged"):
         choose(move_point(), {**record_of(kernel), "nodes": [["+", 5, "1"]]})
+
+
+def test_a_shared_sum_may_be_an_output() -> None:
+    def both(x: Multivector) -> tuple[Multivector, Multivector]:
+        total = (x * x).grade(0) + 1
+        return total, sqrt(total) + total * total
+
+    kernel = trace(both, [PGA.layout("motor")], name="both")
+    assert [f.name for f in forms(kernel)][:2] == ["staged", "local"]

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.algebra import orthonormal
 from bladesmith.codegen.errors import GradeError
 from bladesmith.codegen.formulas import exponentials, motions, products
 from bladesmith.codegen.kinds import Kind, add_plain_kinds
+from bladesmith.codegen.multivector import from_values
 from bladesmith.codegen.rings import PrecisionRing
 from bladesmith.codegen.status import Status
 
@@ -22,6 +24,7 @@ SPATIAL = ("cga3d", "pga3d")
 NULL = ("ni", "0")
 #: Errors that are allowed, in units of 2.2e-16 relative to the rotation or the translation part.
 EXP_ULPS, LOG_ULPS = 4, 12
+PRECISE = PrecisionRing(100)
 
 
 def split(kind: Kind) -> tuple[list[int], list[int]]:
@@ -47,17 +50,20 @@ def bivectors(name: str) -> tuple[Array, Array, Array]:
     b = np.zeros((count, 6))
     b[:, rotation] = unit(rng.normal(size=(count, 3))) * angle[:, None] / 2
     b[:, translation] = unit(rng.normal(size=(count, 3))) * length[:, None] / 2
-    b[::5, translation] = b[::5, rotation][:, ::-1] * np.array([1.0, -1.0, 1.0]) * length[::5, None]  # often pure screws
+    along = b[::5, rotation][:, ::-1] * np.array([1.0, -1.0, 1.0])
+    b[::5, translation] = along * length[::5, None]  # pure screws
     return b, angle, 2 * np.linalg.norm(b[:, translation], axis=1)
 
 
 @cache
 def exact(name: str, halves: int = 1) -> list[list[Any]]:
-    """exp(b/halves) by the series, at 110 digits: translations of 1e6 are squared away."""
-    algebra = stock(name)
-    ring = PrecisionRing(110)
-    kind, motor = algebra.kind("twist"), algebra.kind("motor")
-    return [motor.values(series_exp(precise(kind, row, ring) / halves)) for row in bivectors(name)[0]]
+    """exp(b/halves) by the series, at 100 digits: translations of 1e6 are squared away."""
+    motor = stock(name).kind("motor")
+    if halves == 1:
+        roots = (from_values(motor.algebra, PRECISE, motor.blades, values) for values in exact(name, 2))
+        return [motor.values(root * root) for root in roots]
+    kind = stock(name).kind("twist")
+    return [motor.values(series_exp(precise(kind, row, PRECISE) / halves)) for row in bivectors(name)[0]]
 
 
 def as_floats(values: list[list[Any]]) -> Array:
@@ -65,7 +71,8 @@ def as_floats(values: list[list[Any]]) -> Array:
 
 
 def errors(ours: Array, values: list[list[Any]]) -> Array:
-    return np.array([[float(e - float(o)) for o, e in zip(a, row, strict=True)] for a, row in zip(ours, values, strict=True)])
+    pairs = zip(ours, values, strict=True)
+    return np.array([[float(e - float(o)) for o, e in zip(a, row, strict=True)] for a, row in pairs])
 
 
 def worst(name: str, error: Array, scale: Array) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.formulas import blades, classification, conformal, motions, products, projective
 from bladesmith.codegen.status import Status
 
@@ -53,6 +54,7 @@ def test_points() -> None:
     assert point.returns == CGA.kind("point")
     distance = Traced(CGA, products.inner, "point", "point")(point(a), point(b))
     assert np.allclose(distance, -np.sum((a - b) ** 2, 1) / 2, atol=1e-14)
+    assert np.allclose(Traced(CGA, conformal.normalise_point, "~point")(-2.5 * point(a)), point(a), rtol=4 * EPS)
     found, status = Traced(CGA, conformal.point_parameters, "~point").all(-2.5 * point(a))
     assert np.all(status == Status.OK) and np.allclose(found, a, rtol=4 * EPS)
     _, status = Traced(CGA, conformal.point_parameters, "~point").all(np.array([[0, 0, 0, 0, 1.0]]))
@@ -66,6 +68,8 @@ def test_flat_points_and_directions() -> None:
     point = multivector(CGA.kind("point"), Traced(CGA, conformal.point, V)(a))
     assert np.allclose(flat(a), rows(CGA.kind("flat_point"), point ^ point.basis("ni")), atol=0)
     assert np.array_equal(Traced(CGA, conformal.flat_point_parameters, "flat_point")(flat(a)), a)
+    normalise = Traced(CGA, conformal.normalise_flat_point, "~flat_point")
+    assert normalise.returns == CGA.kind("flat_point") and np.allclose(normalise(-3 * flat(a)), flat(a))
     direction = Traced(CGA, conformal.direction, V)
     assert np.array_equal(direction(a), a)
     assert np.array_equal(Traced(CGA, conformal.direction_parameters, "direction")(direction(a)), a)
@@ -251,15 +255,21 @@ def test_pga_objects() -> None:
         traced = Traced(PGA, formula, *[V if np.ndim(a) == 2 else N for a in arguments])
         assert traced.returns == PGA.kind(kind)
     assert np.allclose(Traced(PGA, projective.point_parameters, "point")(Traced(PGA, projective.point, V)(p)), p)
-    position, direction = Traced(PGA, projective.line_parameters, "line").all(Traced(PGA, projective.line, V, V)(p, d))
+    line, plane = Traced(PGA, projective.line, V, V)(p, d), Traced(PGA, projective.plane, V, N)(n, offset)
+    position, direction = Traced(PGA, projective.line_parameters, "line").all(line)
     m = unit(d)
     assert np.allclose(direction, m, atol=1e-15) and np.allclose(position, p - np.sum(p * m, 1)[:, None] * m, atol=1e-14)
-    normal, found = Traced(PGA, projective.plane_parameters, "plane").all(Traced(PGA, projective.plane, V, N)(n, offset))
+    normal, found = Traced(PGA, projective.plane_parameters, "plane").all(plane)
     assert np.allclose(normal, unit(n)) and np.allclose(found, offset / np.linalg.norm(n, axis=1))
-    kinds = PGA.kind("point"), PGA.kind("direction")
-    difference = rows(kinds[1], multivector(kinds[0], Traced(PGA, projective.point, V)(p + d) - Traced(PGA, projective.point, V)(p)))
+    kinds, point = (PGA.kind("point"), PGA.kind("direction")), Traced(PGA, projective.point, V)
+    difference = rows(kinds[1], multivector(kinds[0], point(p + d) - point(p)))
     direction = Traced(PGA, projective.direction, V)(d)
     assert np.allclose(direction, difference, atol=1e-14)
+    normalise = Traced(PGA, projective.normalise_point, "~point")
+    assert normalise.returns == PGA.kind("point") and np.allclose(normalise(-3 * point(p)), point(p))
+    at_infinity = np.where(np.array(kinds[0].blades) == PGA.parse_blade("e123")[0], 0.0, point(p))
+    nothing, status = normalise.all(at_infinity)
+    assert np.all(status == Status.SINGULAR) and np.all(np.isnan(nothing))
     assert np.array_equal(Traced(PGA, projective.direction_parameters, "direction")(direction), d)
     for formula, arguments in ((projective.line, (p, 0 * d)), (projective.plane, (0 * n, offset))):
         traced = Traced(PGA, formula, *[V if np.ndim(a) == 2 else N for a in arguments])
@@ -292,7 +302,8 @@ def test_motions_move_points_as_matrices_do(algebra: Any) -> None:
     rotation = rotation_matrix(axis, angle)
     expected = p + (rotation @ (x - p)[..., None])[..., 0]
     assert np.allclose(position(move(turn, point(x))), expected, atol=1e-12)
-    shift = rows(algebra.kind("motor"), multivector(algebra.kind("translator"), Traced(algebra, motions.translator, V)(t)))
+    shift = multivector(algebra.kind("translator"), Traced(algebra, motions.translator, V)(t))
+    shift = rows(algebra.kind("motor"), shift)
     both = Traced(algebra, products.geometric, "motor", "motor")(shift, turn)
     matrix = Traced(algebra, motions.motor_to_matrix, "motor")(both).reshape(-1, 4, 4)
     assert np.allclose(matrix[:, :3, :3], rotation, atol=1e-13)
@@ -338,7 +349,8 @@ def test_motor_from_matrix_at_every_angle(algebra: Any) -> None:
 def test_half_turns_have_a_fixed_sign() -> None:
     """<R>_0 = 0 exactly: the first coefficient that is not zero is positive."""
     for diagonal in ((1, -1, -1), (-1, 1, -1), (-1, -1, 1)):
-        rotor, status = Traced(CGA, motions.rotor_from_matrix, V, V, V).all(*np.diag(np.array(diagonal, float))[:, None])
+        columns = np.diag(np.array(diagonal, float))[:, None]
+        rotor, status = Traced(CGA, motions.rotor_from_matrix, V, V, V).all(*columns)
         assert np.all(status == Status.OK)
         assert np.array_equal(np.sort(rotor[0]), [0, 0, 0, 1])
 

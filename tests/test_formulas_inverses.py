@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from bladesmith.codegen.algebra import Algebra, orthonormal
 from bladesmith.codegen.errors import GradeError
 from bladesmith.codegen.formulas import conformal, frames, inverses, versors
@@ -14,8 +17,6 @@ from bladesmith.codegen.kinds import RationalSource, add_plain_kinds
 from bladesmith.codegen.multivector import Multivector
 from bladesmith.codegen.rings import NumericRing
 from bladesmith.codegen.status import Status
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.algebra import Algebra, grade, orthonormal
 from bladesmith.codegen.formulas import conformal, frames, motions, products, projective, versors
 from bladesmith.codegen.kinds import add_plain_kinds
@@ -189,6 +190,7 @@ def test_reflections_move_points_as_geometry_says() -> None:
         found, _ = Traced(cga, conformal.point_parameters, "~point").all(moved)
         assert np.all(status == Status.OK)
         assert np.allclose(found, image, rtol=1e-9, atol=1e-9), kind
+        assert np.allclose(Traced(cga, versors.reflect_in_unit, "point", kind)(point, mirror), moved, rtol=1e-9, atol=1e-9)
         again, _ = Traced(cga, versors.reflect, "~point", kind).all(moved, mirror)
         assert np.allclose(again, point, rtol=1e-9, atol=1e-9), kind
         if kind != "point_pair":
@@ -214,6 +216,7 @@ def test_pga_reflections_keep_points_points() -> None:
         reflected = Traced(pga, versors.reflect, "point", kind)
         assert reflected.returns == pga.kind("point")
         assert np.allclose(reflected(point(x), mirror), point(image), atol=1e-12), kind
+        assert np.allclose(Traced(pga, versors.reflect_in_unit, "point", kind)(point(x), mirror), point(image), atol=1e-12)
 
 
 def test_a_singular_mirror_is_reported() -> None:
@@ -305,7 +308,8 @@ def test_matrices_of_linear_maps_act_on_column_coefficients(algebra: Algebra) ->
     matrix = frames.matrix_of(function, basis, basis)
     numbers = np.array([[float(m.terms.get(0, 0.0)) for m in entries] for entries in matrix])
     assert np.allclose(numbers @ rows(everything, x), rows(everything, function(x)), atol=1e-12)
-    assert np.allclose(rows(everything, frames.apply_matrix(matrix, y, basis, basis)), rows(everything, function(y)), atol=1e-12)
+    applied = frames.apply_matrix(matrix, y, basis, basis)
+    assert np.allclose(rows(everything, applied), rows(everything, function(y)), atol=1e-12)
 
 
 def test_sandwich_as_a_matrix() -> None:

@@ -26,36 +26,24 @@ WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
 INSTANCES = [(bits, width) for bits in (64, 32) for width in WIDTHS]
 each_instance = pytest.mark.parametrize("bits,width", INSTANCES)
 
-#: Rows to a matrix of columns, and columns to rows, for every k; a range [begin, end) with a tail, as drivers have it.
+#: Rows to the lanes of columns, and back, for every k; a count below W is a tail.
 BODY = """
-#define TRANSPOSE(k)                                                                   \\
-    void FN(columns_##k)(S *out, const S *rows, ptrdiff_t n)                           \\
-    {                                                                                  \\
-        V v[k];                                                                        \\
-        ptrdiff_t i = 0;                                                               \\
-        for (; i + W <= n; i += W) {                                                   \\
-            FN(load_rows)(v, rows + i * k, k);                                         \\
-            for (int j = 0; j < k; j++) FN(store_rows)(out + j * n + i, v + j, 1);     \\
-        }                                                                              \\
-        if (i < n) {                                                                   \\
-            FN(load_tail)(v, rows + i * k, k, (int)(n - i));                           \\
-            for (int j = 0; j < k; j++) FN(store_tail)(out + j * n + i, v + j, 1, (int)(n - i)); \\
-        }                                                                              \\
-    }                                                                                  \\
-    void FN(rows_##k)(S *out, const S *columns, ptrdiff_t n)                           \\
-    {                                                                                  \\
-        V v[k];                                                                        \\
-        ptrdiff_t i = 0;                                                               \\
-        for (; i + W <= n; i += W) {                                                   \\
-            for (int j = 0; j < k; j++) FN(load_rows)(v + j, columns + j * n + i, 1);  \\
-            FN(store_rows)(out + i * k, v, k);                                         \\
-        }                                                                              \\
-        if (i < n) {                                                                   \\
-            for (int j = 0; j < k; j++) FN(load_tail)(v + j, columns + j * n + i, 1, (int)(n - i)); \\
-            FN(store_tail)(out + i * k, v, k, (int)(n - i));                           \\
-        }                                                                              \\
+#define TRANSPOSE(k)                                                    \\
+    void FN(columns_##k)(S *out, const S *rows, ptrdiff_t count)        \\
+    {                                                                   \\
+        V v[k];                                                         \\
+        if (count == W) FN(load_rows)(v, rows, k);                      \\
+        else FN(load_tail)(v, rows, k, (int)count);                     \\
+        memcpy(out, v, sizeof v);                                       \\
+    }                                                                   \\
+    void FN(rows_##k)(S *out, const S *columns, ptrdiff_t count)        \\
+    {                                                                   \\
+        V v[k];                                                         \\
+        memcpy(v, columns, sizeof v);                                   \\
+        if (count == W) FN(store_rows)(out, v, k);                      \\
+        else FN(store_tail)(out, v, k, (int)count);                     \\
     }
-%s
+TRANSPOSES
 int FN(lanes)(void) { return W; }
 void FN(broadcast)(S *out, const S *row)
 {
@@ -82,7 +70,7 @@ void FN(masks)(S *out, const S *rows)
     FN(store_rows)(out, r, 9);
 }
 #undef TRANSPOSE
-""" % "".join(f"TRANSPOSE({k})\n" for k in ROWS)
+""".replace("TRANSPOSES", "\n".join(f"TRANSPOSE({k})" for k in ROWS))
 
 
 def tag(bits: int, width: int) -> str:
@@ -90,7 +78,7 @@ def tag(bits: int, width: int) -> str:
 
 
 def unit(bits: int, width: int, *headers: str) -> str:
-    """The inclusion of one instance."""
+    """Text that includes one instance."""
     lines = [f"#define BS_BITS {bits}", f"#define BS_BYTES {width}", f"#define BS_TAG {tag(bits, width)}"]
     lines += [f'#include "{name}"' for name in ("instance.h", "rows.h", *headers, "instance_end.h")]
     return "\n".join(["BS_V3_BEGIN", *lines, "BS_V3_END"] if width == 32 else lines)
@@ -99,7 +87,7 @@ def unit(bits: int, width: int, *headers: str) -> str:
 def compiled(folder: Path, source: str, *options: str, compiler: str = COMPILERS[0]) -> ctypes.CDLL:
     """A shared library of a C text and of the body in the same folder."""
     text, library = folder / "unit.c", folder / f"{compiler}.so"
-    text.write_text('#include "platform.h"\n' + source, encoding="ascii")
+    text.write_text('#include <string.h>\n#include "platform.h"\n' + source, encoding="ascii")
     command = [compiler, *C_FLAGS, *WARNING_FLAGS, *options, f"-I{HEADERS}", f"-I{folder}"]
     done = subprocess.run(
         [*command, "-shared", "-fPIC", str(text), "-o", str(library), "-lm"], capture_output=True, text=True
@@ -119,7 +107,8 @@ def call(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., None]:
 
     def function(name: str, bits: int, width: int, *arguments: Any) -> int:
         passed = [
-            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_ssize_t(a) for a in arguments
+            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_ssize_t(a)
+            for a in arguments
         ]
         return int(getattr(library, f"{name}_{tag(bits, width)}")(*passed))
 
@@ -160,16 +149,16 @@ def test_rows_become_columns_and_columns_rows(
     lanes = call("lanes", bits, width)
     assert lanes == max(1, width * 8 // bits)
     for k in ROWS:
-        for n in {1, lanes - 1, lanes, lanes + 1, 2 * lanes + lanes // 2} - {0}:
-            rows = fences[0].array(numbers(bits, n, k))
-            columns = fences[1].array(np.full((k, n), np.nan, rows.dtype))
-            call(f"columns_{k}", bits, width, columns, rows, n)
-            assert np.array_equal(columns, rows.T), f"k = {k}, n = {n}"
-            expected = columns.copy()
-            back = fences[0].array(np.full((n, k), np.nan, rows.dtype))
-            columns = fences[1].array(expected)
-            call(f"rows_{k}", bits, width, back, columns, n)
-            assert np.array_equal(back, expected.T), f"k = {k}, n = {n}"
+        for count in range(1, lanes + 1):
+            rows = fences[0].array(numbers(bits, count, k))
+            columns = np.full((k, lanes), np.nan, rows.dtype)
+            call(f"columns_{k}", bits, width, columns, rows, count)
+            padded = rows[np.minimum(np.arange(lanes), count - 1)]  # missing rows repeat the last one
+            assert np.array_equal(columns, padded.T), f"k = {k}, count = {count}"
+            columns[:, count:] = np.nan
+            back = fences[1].array(np.full((count + 1, k), np.nan, rows.dtype))
+            call(f"rows_{k}", bits, width, back[1:], columns, count)
+            assert np.array_equal(back[1:], rows) and np.isnan(back[0]).all(), f"k = {k}, count = {count}"
 
 
 @each_instance
@@ -222,10 +211,11 @@ def test_other_compilers_and_optimisations(compiler: str, options: tuple[str, ..
     units = [unit(*each, "elementary.h", "body.h") for each in INSTANCES]
     library = compiled(tmp_path, "\n".join(units), *options, compiler=compiler)
     for bits, width in INSTANCES:
-        rows = numbers(bits, 9, 5)
-        columns = np.empty((5, 9), rows.dtype)
+        lanes = getattr(library, f"lanes_{tag(bits, width)}")()
+        rows = numbers(bits, lanes, 5)
+        columns = np.empty((5, lanes), rows.dtype)
         getattr(library, f"columns_5_{tag(bits, width)}")(
-            ctypes.c_void_p(columns.ctypes.data), ctypes.c_void_p(rows.ctypes.data), ctypes.c_ssize_t(9)
+            ctypes.c_void_p(columns.ctypes.data), ctypes.c_void_p(rows.ctypes.data), ctypes.c_ssize_t(lanes)
         )
         assert np.array_equal(columns, rows.T)
 

@@ -224,3 +224,43 @@ def test_a_camera_by_its_motor():
     plain = tracer.Camera(cga.translator((1.0, 2.0, 3.0)) * cga.rotor((0, 0, 1), 0.0), 1.0, 1.0, 1.0)
     np.testing.assert_allclose(plain.position, [1, 2, 3], atol=1e-15)
     np.testing.assert_allclose(plain.rays(1, 1)[1][0, 0], [0, 1, 0], atol=1e-15)
+
+
+# -- reflection ----------------------------------------------------------------------------------------------
+
+
+def test_reflected_lines():
+    """Against mirror images of directions, and in spheres against the printed (4.7)."""
+    from bladesmith import cga3d as cga
+
+    random = np.random.default_rng(14)
+    surfaces = [
+        tracer.Plane((0.1, 0.2, 1.0), 0.3),
+        tracer.Disc((0, 0, 0.1), (0.2, 0.1, -1), 5.0),
+        tracer.Sphere((0, 0, 0), 1.0),
+        tracer.EvolvedCircles(Bezier(TUBE)),
+    ]
+    for surface in surfaces:
+        origins = random.normal(size=(30, 3)) * 0.2 + (0.5, 0.3, 4)
+        directions = random.normal(size=(30, 3)) * 0.3 - origins
+        found = surface.intersect(origins, directions)
+        some = found.count > 0
+        assert some.sum() > 10
+        points, normals = found.point[some, 0], found.normal[some, 0]
+        directions = directions[some] / np.linalg.norm(directions[some], axis=1, keepdims=True)
+        lines = cga.line(origins[some], directions)
+        reflected = tracer.reflect(lines, cga.point(points), surface)
+        along = 2 * np.einsum("ij,ij->i", directions, normals)[:, None] * normals
+        expected = cga.line(points, directions - along)
+        np.testing.assert_allclose(reflected.values, expected.values, atol=1e-9)
+        if isinstance(surface, tracer.Sphere):
+            s, x = cga.sphere(surface.center, surface.radius), cga.point(points)
+            inverted = (s * lines * s).grade(3)
+            printed = (-1 * ((x | inverted) ^ cga.ni)).grade(3)
+            again = cga.line(points, line_direction(printed))
+            np.testing.assert_allclose(again.values, expected.values, atol=1e-9)
+
+
+def line_direction(line):
+    """Of a line of any weight, from its coefficients of e_i ^ n0 ^ n_inf, up to a positive factor."""
+    return -np.stack([line[f"e{i}noni"] for i in (1, 2, 3)], -1)

@@ -131,14 +131,27 @@ def _spanned(a: Multivector, others: list[Multivector]) -> Checked:
     return translator(a) >> unit, outcome(a, (~regular, Status.SINGULAR))
 
 
+def normalise_point(x: Multivector) -> Checked:
+    """A point at weight one, X . n_inf = -1. SINGULAR: it is at infinity."""
+    weight = -(x | infinity(x))
+    regular = absolute(weight) > 0
+    return x / only_if(regular, weight), outcome(x, (~regular, Status.SINGULAR))
+
+
+def normalise_flat_point(x: Multivector) -> Checked:
+    """A flat point at weight one. SINGULAR: it is at infinity."""
+    weight = -x.scalar_product(infinity(x) ^ origin(x))
+    regular = absolute(weight) > 0
+    return x / only_if(regular, weight), outcome(x, (~regular, Status.SINGULAR))
+
+
 # -- back to parameters ------------------------------------------------------------------------------------
 
 
 def point_parameters(x: Multivector) -> tuple[Result, Result]:
     """Position of a point of any weight. SINGULAR: it is at infinity."""
-    weight = -(x | infinity(x))
-    regular = absolute(weight) > 0
-    return named("position", euclidean_part(x) / only_if(regular, weight)), outcome(x, (~regular, Status.SINGULAR))
+    unit, status = normalise_point(x)
+    return named("position", euclidean_part(unit)), status
 
 
 def direction_parameters(x: Multivector) -> Result:
@@ -148,9 +161,8 @@ def direction_parameters(x: Multivector) -> Result:
 
 def flat_point_parameters(x: Multivector) -> tuple[Result, Result]:
     """Position of a flat point of any weight. SINGULAR: it is at infinity."""
-    weight = x.scalar_product(infinity(x) ^ origin(x)).grade(0)
-    regular = absolute(weight) > 0
-    return named("position", -attached_part(x) / only_if(regular, weight)), outcome(x, (~regular, Status.SINGULAR))
+    unit, status = normalise_flat_point(x)
+    return named("position", attached_part(unit)), status
 
 
 def line_parameters(x: Multivector) -> tuple[Result, Result]:
@@ -205,7 +217,7 @@ def point_pair_parameters(x: Multivector) -> tuple[Result, Result, Result]:
 
 
 def round_center(x: Multivector) -> tuple[Multivector, Multivector, Mask]:
-    """Centre of a round bivector M ^ H (a point pair, or the dual of a circle), its x . n_inf = H/r, and where it is round.
+    """Of a round bivector x = M ^ H/r (a point pair, the dual of a circle): centre, x . n_inf = H/r, is it round.
 
     M is the dual sphere about the centre, orthogonal to H: x (x . n_inf) = M/r^2, whose Euclidean part is the
     centre, so no squared coordinates are subtracted.

@@ -22,7 +22,7 @@ from ..multivector import (
 from ..status import Status
 from ..trace import Result
 from .euclidean import attached_part, axes, null_vector, space
-from .outcome import epsilon, only_if, outcome, unless
+from .outcome import as_computed, epsilon, is_finite, only_if, outcome
 from .products import absolute_product
 
 
@@ -61,11 +61,12 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     origin is taken (about e3 where nothing moves), with status NOT_UNIQUE. In the plane there is none: SINGULAR.
     INVALID: r ~r differs from 1 by more than the square root of the rounding unit.
     """
-    c, v, q = r.grade(0), r.grade(2), r.grade(4)
-    valid = is_unit(r)
+    c, v, q = _parts(r)
+    valid = is_unit(c + v + q)
     s = sqrt(-(v * v).grade(0))
     if not s.terms:  # translators, by their blades
-        return v / only_if(valid, c), outcome(r, (unless(valid), Status.INVALID))
+        valid = valid & (c > 0)
+        return v / only_if(valid, c), outcome(r, (~valid, Status.INVALID))
     half_angle = atan2(s, c)
     moves = s > 0
     full_turn = ~moves & (c < 0)
@@ -81,36 +82,45 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
 
 
 def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
-    """exp(log(r)/2): the unit motor of half the motion, normalised from 1 + r.
+    """exp(log(r)/2): the unit motor of half the motion, 1 + r normalised.
 
-    (1 + r)(1 + ~r) = 2 h + 2 q with h = 1 + c, which is s^2/(1 - c) where c < 0. A full turn has the half turn
-    about the axis that `log_motor` takes, with the same status.
+    1 + r = h + v + q with h = 1 + c, which is |v|^2/(1 - c) where c < 0: no digits are lost towards -1. A full
+    turn has the half turn about the axis that `log_motor` takes, with the same statuses.
     """
-    c, v, q = r.grade(0), r.grade(2), r.grade(4)
-    valid = is_unit(r)
+    c, v, q = _parts(r)
+    valid = is_unit(c + v + q)
     square = -(v * v).grade(0)
     if not square.terms:
-        return 1 + v / (2 * only_if(valid, c)), outcome(r, (unless(valid), Status.INVALID))
+        valid = valid & (c > 0)
+        return 1 + v / (2 * only_if(valid, c)), outcome(r, (~valid, Status.INVALID))
     h = select(c < 0, square / (1 - c), 1 + c)
-    h = only_if(valid, h)
-    root = (h + v + q) * (1 - q / (2 * h)) / sqrt(2 * h)
-    full_turn = (square <= 0) & (c < 0)
+    middle = only_if(valid, h) + v + q
+    norm = middle * ~middle
+    s0, s4 = norm.grade(0), norm.grade(4)
+    root = middle * (1 - s4 / (2 * s0)) / sqrt(s0)
+    full_turn = (square <= 0) & (c < 0) & valid
     axis, possible = _turn_axis(v)
     half_turn = -axis * (1 - _translation(v) / 2)
-    if valid is not None:
-        full_turn = full_turn & valid
     return _finished(r, select(full_turn, half_turn, root), valid, full_turn, possible)
 
 
-def is_unit(r: Multivector) -> Mask | None:
-    """Whether r ~r = 1 to half of the digits, each coefficient on the scale of its terms; None where it is proved."""
+def _parts(r: Multivector) -> tuple[Multivector, Multivector, Multivector]:
+    """Grades 0, 2 and 4 as computed: r ~r = 1 holds to rounding only, and nothing may be simplified with it.
+
+    (1 - c^2 for |v|^2 would lose every digit of a small angle.)
+    """
+    rounded = as_computed(r)
+    return rounded.grade(0), rounded.grade(2), rounded.grade(4)
+
+
+def is_unit(r: Multivector) -> Mask:
+    """Whether r ~r = 1 to half of the digits, each coefficient on the scale of its terms."""
     defect = r * ~r - 1
     scale = absolute_product(r, ~r)
     tolerance = sqrt(epsilon(r))
-    mask = None
+    mask = is_finite(r)
     for blade, value in defect.terms.items():
-        near = absolute(r.new({0: value})) <= tolerance * r.new({0: scale.terms[blade]})
-        mask = near if mask is None else mask & near
+        mask = mask & (absolute(r.new({0: value})) <= tolerance * r.new({0: scale.terms[blade]}))
     return mask
 
 
@@ -136,9 +146,9 @@ def _turn_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
 
 
 def _finished(
-    r: Multivector, value: Multivector, valid: Mask | None, full_turn: Mask, possible: Mask | None
+    r: Multivector, value: Multivector, valid: Mask, full_turn: Mask, possible: Mask | None
 ) -> tuple[Multivector, Result]:
-    cases = [(unless(valid), Status.INVALID), (full_turn, Status.NOT_UNIQUE)]
+    cases = [(~valid, Status.INVALID), (full_turn, Status.NOT_UNIQUE)]
     if possible is not None:
         nowhere = full_turn & ~possible
         value = value * only_if(~nowhere, r.constant(1))

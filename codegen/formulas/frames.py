@@ -16,6 +16,7 @@ from ..multivector import Multivector
 from ..trace import Result, row
 
 LinearMap = Callable[[Multivector], Multivector]
+Product = Callable[[Multivector, Multivector], Multivector]
 
 
 def blade_frame(like: Multivector, blades: Iterable[int]) -> list[Multivector]:
@@ -62,7 +63,7 @@ def pseudo_reciprocal_frame(frame: Sequence[Multivector]) -> list[Multivector]:
     return _solved(gram, images)
 
 
-def coframe(frame: Sequence[Multivector]) -> tuple[list[Multivector], Callable[[Multivector, Multivector], Multivector]]:
+def coframe(frame: Sequence[Multivector]) -> tuple[list[Multivector], Product]:
     """The frame that reads coefficients, and the product to read them with: scalar, or `pairing` where degenerate."""
     if frame[0].algebra.is_degenerate:
         return pseudo_reciprocal_frame(frame), pairing
@@ -72,7 +73,9 @@ def coframe(frame: Sequence[Multivector]) -> tuple[list[Multivector], Callable[[
 # -- linear maps -------------------------------------------------------------------------------------------
 
 
-def matrix_of(function: LinearMap, frame: Sequence[Multivector], codomain: Sequence[Multivector]) -> list[list[Multivector]]:
+def matrix_of(
+    function: LinearMap, frame: Sequence[Multivector], codomain: Sequence[Multivector]
+) -> list[list[Multivector]]:
     """Matrix of a linear map on column coefficients: M_ji = <F(X_i) X^j>_0, or <F(X_i) ^ P^j>_I.
 
     (The printed c_ij of 1.2.4 is its transpose.) Rows belong to ``codomain``, columns to ``frame``.
@@ -91,7 +94,8 @@ def apply_matrix(
     """F(x) from the matrix of F, for x in the span of ``frame``."""
     readers, product = coframe(frame)
     columns = [product(x, reader) for reader in readers]
-    return x.sum(m * c * y for entries, y in zip(matrix, codomain, strict=True) for m, c in zip(entries, columns, strict=True))
+    image = [x.sum(m * c for m, c in zip(entries, columns, strict=True)) for entries in matrix]
+    return x.sum(c * y for c, y in zip(image, codomain, strict=True))
 
 
 def sandwich_matrix(r: Multivector, blades: Sequence[int]) -> Result:

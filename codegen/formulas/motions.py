@@ -105,7 +105,9 @@ def is_rotation(columns: list[Multivector]) -> Mask:
     return mask
 
 
-def motor_from_matrix(e1: Multivector, e2: Multivector, e3: Multivector, origin: Multivector) -> tuple[Multivector, Result]:
+def motor_from_matrix(
+    e1: Multivector, e2: Multivector, e3: Multivector, origin: Multivector
+) -> tuple[Multivector, Result]:
     """Unit motor with <R>_0 >= 0 from the images of e1, e2, e3 (columns) and of the origin, as vectors.
 
     The tie <R>_0 = 0 is broken by the first coefficient that is not zero. INVALID: the columns are no rotation.

@@ -28,26 +28,17 @@ def as_computed(x: Multivector) -> Multivector:
     return x.new({b: x.ring.apply("rounded", c) for b, c in x.terms.items()})
 
 
-def only_if(mask: Mask | None, x: Multivector) -> Multivector:
-    """The scalar x where the mask holds, else NaN; None holds always.
-
-    Divide by it, or multiply with it, and the item is NaN.
-    """
-    return x if mask is None else select(mask, x, undefined(x))
+def only_if(mask: Mask, x: Multivector) -> Multivector:
+    """The scalar x where the mask holds, else NaN. Divide by it, or multiply with it, and the item is NaN."""
+    return select(mask, x, undefined(x))
 
 
-def outcome(like: Multivector, *cases: tuple[Mask | None, Status]) -> Result:
-    """Status output: the code of the first case that holds, else `OK`; a mask None never holds."""
+def outcome(like: Multivector, *cases: tuple[Mask, Status]) -> Result:
+    """Status output: the code of the first case that holds, else `OK`."""
     code = like.constant(Status.OK)
     for mask, value in reversed(cases):
-        if mask is not None:
-            code = select(mask, like.constant(value), code)
+        code = select(mask, like.constant(value), code)
     return status(code)
-
-
-def unless(mask: Mask | None) -> Mask | None:
-    """The opposite of a mask that may be None, for "always" before and "never" after."""
-    return None if mask is None else ~mask
 
 
 def is_finite(x: Multivector) -> Mask:

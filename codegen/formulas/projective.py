@@ -61,16 +61,20 @@ def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
     return unit + (unit | a) * null_vector(a), outcome(a, (~regular, Status.SINGULAR))
 
 
+def normalise_point(x: Multivector) -> Checked:
+    """A point at weight one, so that x ~I3 = 1 + e0 x. SINGULAR: it is at infinity."""
+    weight = x.scalar_product(~space(x))
+    regular = absolute(weight) > 0
+    return x / only_if(regular, weight), outcome(x, (~regular, Status.SINGULAR))
+
+
 # -- back to parameters ------------------------------------------------------------------------------------
 
 
 def point_parameters(x: Multivector) -> tuple[Result, Result]:
     """Position of a point of any weight. SINGULAR: it is at infinity."""
-    product = x * ~space(x)
-    weight = euclidean_part(product).grade(0)
-    regular = absolute(weight) > 0
-    position = -attached_part(product).grade(1) / only_if(regular, weight)
-    return named("position", position), outcome(x, (~regular, Status.SINGULAR))
+    unit, status = normalise_point(x)
+    return named("position", -attached_part(unit * ~space(x)).grade(1)), status
 
 
 def direction_parameters(x: Multivector) -> Result:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .camera import Camera
 from .image import save_image
+from .reflection import reflect
 from .scene import Hits, Light, Scene
 from .surfaces import Disc, EvolvedCircles, Intersections, Material, Plane, Sphere, Surface
 
@@ -19,5 +20,6 @@ __all__ = [
     "Scene",
     "Sphere",
     "Surface",
+    "reflect",
     "save_image",
 ]

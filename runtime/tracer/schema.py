@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -169,11 +170,16 @@ def _camera(table: CameraTable) -> Camera:
     return Camera.look_at(table.position, table.look_at, table.up, math.radians(table.field_of_view))
 
 
+#: What messages about objects call them; in a file the path says it.
+_OBJECTS = ("camera", "plane", "sphere", "disc", "material", "light")
+
+
 def _made(document: Document[SceneTable], path: tuple[Any, ...], make: Any) -> Any:
     """What the schema cannot see (a normal of length zero): its error gets a file and a line."""
     try:
         return make()
     except SceneError as error:
         key, _, rest = error.what.partition(" ")
-        name = key.rpartition(".")[2]
-        raise document.error((*path, name), rest) from None
+        parts = re.findall(r"[A-Za-z_]+|\d+", key)
+        inner = [int(part) if part.isdigit() else part for part in parts if part not in _OBJECTS]
+        raise document.error((*path, *inner), rest) from None

@@ -213,7 +213,9 @@ BS_INLINE int FN(evolved_sampled)(S *roots, int max_roots, const S *ray9, const 
             const int first = run == 1; /* no neighbour before: take the one behind */
             const S f3 = first ? FN(evolved_meet_square)(ray9, surface2, next, K(1) - next) : K(0);
             const S t = first ? FN(evolved_quadratic)(f1, f2, f3, 0) : FN(evolved_quadratic)(f0, f1, f2, 1) - K(1);
-            roots[count++] = a + (t - K(1)) * step;
+            const S root = a + (t - K(1)) * step;
+            roots[count] = count > 0 && root < roots[count - 1] ? roots[count - 1] : root; /* by a rounding */
+            count++;
         }
         f0 = f1, f1 = f2, run++;
     }

@@ -6,6 +6,7 @@ BS_INLINE int FN(scene_prepare)(int kind, const S *parameters, S *constants)
   if (kind == number) return FN(name##_prepare)(constants, parameters);
   BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
+  (void)kind, (void)parameters, (void)constants; /* of a scene without surfaces */
   return 0;
 }
 
@@ -21,6 +22,7 @@ BS_INLINE void FN(scene_search)(FN(search) *search, const bs_scene *scene, const
     FN(name##_hits)(search, BS_ROW(scene, number, size, search->index), ray);
   BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
+  (void)search, (void)scene, (void)ray;
 }
 
 /* Unit normal at a hit, on the side that the ray comes from. */
@@ -31,6 +33,7 @@ BS_INLINE void FN(scene_normal)(S *normal, const bs_scene *scene, const FN(ray) 
   if (hit->kind == number) FN(name##_normal)(either, BS_ROW(scene, number, size, hit->index), ray, hit);
   BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
+  (void)scene, (void)hit;
   FN(cga3d_facing)(normal, either, ray->direction);
 }
 
@@ -46,6 +49,7 @@ BS_INLINE int FN(scene_shadowed)(const bs_scene *scene, const FN(ray) *ray)
     FN(name##_hits)(&search, BS_ROW(scene, number, size, i), ray);
   BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
+  (void)ray;
   return search.count;
 }
 
