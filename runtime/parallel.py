@@ -14,6 +14,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 Part = Callable[[int, int], None]
 #: Chunks per thread where the caller names no size: enough for progress, few enough to cost nothing.
 CHUNKS_PER_THREAD = 16
+#: Cheap items that are worth a chunk: some 100 microseconds of work.
+GRAIN = 16384
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
 POLL = 0.1
 _inside = threading.local()
@@ -70,6 +72,15 @@ def run(
         _serial(part, ranges, progress)
     else:
         _threaded(part, ranges, count, progress)
+
+
+def split(part: Part, n: int) -> None:
+    """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread."""
+    threads = thread_count()
+    if n < 2 * GRAIN or threads == 1:
+        part(0, n)
+    else:
+        run(part, n, threads, chunk=max(GRAIN, -(-n // threads)))
 
 
 def _serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[int], None] | None) -> None:

@@ -175,8 +175,8 @@ def arguments(name: str, bits: int) -> tuple[Any, ...]:
     ratio = rng.choice([0.5, 1.0, 2.0], len(x)) * (1 + info.eps * rng.integers(-3, 4, len(x)))
     with np.errstate(over="ignore"):
         close = np.clip((x * ratio).astype(dtype), -info.max, info.max)  # near the edges between cases
-    # mpmath has no negative zero: those of the second operand are left to the special values
-    return np.concatenate([x, x]), np.concatenate([rng.permutation(x), close]) + dtype(0)
+    y = np.concatenate([x, x]), np.concatenate([rng.permutation(x), close])
+    return y[0] + dtype(0), y[1] + dtype(0)  # mpmath has no negative zero: those are among the special values
 
 
 def stumpff(k: int, w: Any) -> Any:
@@ -198,14 +198,21 @@ def stumpff(k: int, w: Any) -> Any:
 
 
 @cache
-def exact(name: str, bits: int) -> list[Any]:
-    """Results to 60 digits and more."""
-    results = []
+def exact(name: str, bits: int) -> tuple[list[Any], list[Any]]:
+    """Results to 60 digits and more, and the errors that are allowed besides those in ulps.
+
+    None, but for the Stumpff functions what a change of the argument by eps^2 makes: it is seen next to zeros only.
+    """
+    results, allowed = [], []
+    change = 1 + mp.mpf(float(np.finfo(floating(bits)).eps)) ** 2
     for numbers in zip(*(a.tolist() for a in arguments(name, bits)), strict=True):
         x = [mp.mpf(number) for number in numbers]
-        with mp.workprec(FAR if abs(x[0]) > 1e9 else 200):
+        allowed.append(mp.mpf(0))
+        with mp.workprec(FAR if abs(x[0]) > 1e9 else 240):
             if name.startswith("stumpff"):
-                results.append(stumpff(int(name[-1]), x[0]))
+                k = int(name[-1])
+                results.append(stumpff(k, x[0]))
+                allowed[-1] = abs(stumpff(k, x[0] * change) - results[-1])
             elif name == "log" and x[0] == 0:
                 results.append(-mp.inf)
             else:
@@ -213,16 +220,16 @@ def exact(name: str, bits: int) -> list[Any]:
                     [mp.mpf(max(-5e3, min(5e3, v))) for v in x] if name in ("exp", "sinh", "cosh") else x
                 )
                 results.append(getattr(mp, name)(*limited))
-    return results
+    return results, allowed
 
 
-def errors(actual: Any, expected: list[Any]) -> Any:
+def errors(actual: Any, expected: list[Any], allowed: list[Any]) -> Any:
     """In units of the last place of the exact result; infinite for a wrong infinity or NaN."""
     info = np.finfo(actual.dtype)
     smallest = mp.mpf(2) ** (info.minexp - info.nmant)
     overflow = mp.mpf(2) ** info.maxexp * (1 - mp.mpf(2) ** -(info.nmant + 2))
     found = []
-    for a, e in zip(actual.tolist(), expected, strict=True):
+    for a, e, free in zip(actual.tolist(), expected, allowed, strict=True):
         if abs(e) >= overflow:
             found.append(0.0 if a == mp.sign(e) * mp.inf else 1.0 if abs(a) == info.max else mp.inf)
         elif not np.isfinite(a):
@@ -231,7 +238,7 @@ def errors(actual: Any, expected: list[Any]) -> Any:
             place = smallest
             if e != 0:
                 place = max(place, mp.mpf(2) ** (int(mp.floor(mp.log(abs(e), 2))) - info.nmant))
-            found.append(float(abs(mp.mpf(a) - e) / place))
+            found.append(float(max(abs(mp.mpf(a) - e) - free, 0) / place))
     return np.array(found, float)
 
 
@@ -240,7 +247,7 @@ def errors(actual: Any, expected: list[Any]) -> Any:
 def test_errors_are_within_the_promised_ulps(name: str, bits: int, libraries: dict[str, ctypes.CDLL]) -> None:
     x = arguments(name, bits)
     actual = run(libraries[COMPILERS[0]], name, WIDTHS[-1], *x)
-    found = errors(actual, exact(name, bits))
+    found = errors(actual, *exact(name, bits))
     worst = int(np.argmax(found))
     at = ", ".join(f"{float(a[worst])!r} ({float(a[worst]).hex()})" for a in x)
     print(f"{name}, {bits} bits: {found[worst]:.3f} ulp of {len(found)} arguments, at {at}")
@@ -428,7 +435,7 @@ def test_constants_are_those_of_the_derivation(bits: int) -> None:
 
 
 def test_cuda_compiles_and_contracts_nothing() -> None:
-    body = BODY.replace("void FN", 'extern "C" __device__ void FN')
+    body = BODY.replace("void FN", 'extern "C" __global__ void FN')
     source = '#include "platform.h"\n' + "\n".join(unit(bits, 0) for bits in PRECISIONS)
     names = ("platform.h", "instance.h", "rows.h", "elementary.h", "instance_end.h")
     headers = {name: (HEADERS / name).read_text(encoding="ascii") for name in names}
@@ -451,7 +458,7 @@ def by_identity(function: Callable[..., Any]) -> Callable[..., Any]:
 def test_compiled_functions_call_each_other_decorated() -> None:
     """What numba does, done by a decorator that changes nothing: scalars, without NumPy's select."""
     plain = elementary.compiled(by_identity)
-    assert plain.stumpff2(np.float64(0.0)) == 0.5
-    assert plain.sincos is not elementary.sincos and plain.sin(np.float64(2.0)) == elementary.sin(
-        np.float64(2.0)
-    )
+    assert plain.sincos is not elementary.sincos
+    with np.errstate(all="ignore"):
+        assert plain.stumpff2(np.float64(0.0)) == 0.5
+        assert plain.sin(np.float64(2.0)) == elementary.sin(np.float64(2.0))

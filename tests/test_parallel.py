@@ -77,6 +77,14 @@ def test_an_interrupt_waits_for_running_chunks_and_drops_the_others():
     assert sorted(started) == sorted(ended) and len(started) < 100
 
 
+@pytest.mark.parametrize("n", [0, 10, parallel.GRAIN, 5 * parallel.GRAIN + 3])
+def test_cheap_items_come_in_large_chunks(n, monkeypatch):
+    monkeypatch.setattr(parallel, "thread_count", lambda threads=None: threads or 2)
+    ranges = []
+    parallel.split(lambda begin, end: ranges.append((begin, end)), n)
+    assert sum(end - begin for begin, end in ranges) == n and len(ranges) <= 2
+
+
 def test_no_threads_is_an_error():
     with pytest.raises(ValueError, match="at least one"):
         parallel.run(lambda begin, end: None, 10, threads=0)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import subprocess
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bladesmith import tracer
-from bladesmith.codegen.build import compiler
+from bladesmith.codegen.build import compiler, generated_extension, load
 from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.programs.scene import EVERYTHING, METHODS, SURFACES, needs, scene_program
 from bladesmith.curves import Bezier
@@ -99,6 +100,19 @@ def test_generated_sources_compile_without_a_warning(wanted, tmp_path):
     command = [*compiler().command, *C_FLAGS, *WARNING_FLAGS, "-c", "kernels.c", "-o", "kernels.o"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.skipif(compiler() is None, reason="no compiler")
+def test_a_generated_folder_of_the_program_compiles_and_loads(tmp_path):
+    """As setup.py and `bladesmith generate` treat every folder of generated/."""
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    for name, text in scene_program(needs(["sphere"])).files.items():
+        (folder / name).write_text(text)
+    module = load(generated_extension(folder, Path(str(resources.files("bladesmith.templates"))) / "c"))
+    assert module.ffi.string(module.lib.bs_source_hash()) != b""
+    row = engine.Engine(needs(["sphere"]), module).prepare("sphere", np.array([1.0, 2.0, 3.0, 0.5]))
+    assert row.tolist() == [1, 2, 3, 0.5]
 
 
 def test_what_the_wheel_carries_serves_every_scene():

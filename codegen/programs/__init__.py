@@ -96,7 +96,7 @@ class Program:
     def extension(self) -> ExtensionSource:
         """The same, ready to compile into the cache."""
         headers = {name: template_text(f"c/{name}") for name in self.headers}
-        headers.update({name: text for name, text in self.files.items() if name != "kernels.c"})
+        headers["kernels.h"] = self.files["kernels.h"]
         return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers)
 
 

@@ -111,6 +111,7 @@ _HEADERS = (
     "platform.h",
     "instance.h",
     "instance_end.h",
+    "scene_types.h",
     "scene_common.h",
     "scene_ray.h",
     "scene_trace.h",
@@ -210,7 +211,7 @@ def scene_program(wanted: SceneNeeds) -> Program:
         "elementary": wanted.pictures,
     }
     headers = [*_HEADERS, *(["elementary.h"] if wanted.pictures else []), *fragments, *extra]
-    return program("scene", declared, "c/scene.c.j2", "c/scene.cdef", headers, values)
+    return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values)
 
 
 def _title(wanted: SceneNeeds) -> str:

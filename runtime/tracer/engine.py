@@ -1,6 +1,6 @@
 """Compiled scene programs: found or made for what a scene needs, and called on arrays.
 
-The only module of the tracer that knows the layout of the driver's structures (templates/c/scene.cdef).
+The only module of the tracer that knows the layout of the driver's structures (templates/c/scene_types.h).
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ class Hits:
 
 
 class Scene:
-    """What is seen, and from where.
+    """What is seen, and from where. Not changed once it is made: another picture is another scene.
 
     Parameters
     ----------
@@ -79,6 +79,8 @@ class Scene:
         Linear colors of the sky, at and below the horizon and straight up (e3).
     reflections : int
         Reflections that are followed along one ray.
+    settings : mapping, optional
+        Defaults of `render`: width, height, antialias.
     """
 
     def __init__(

@@ -1,3 +1,5 @@
+/* bladesmith: the structures and functions of a scene driver, as C and cffi read them. */
+
 typedef struct {
   ptrdiff_t count;          /* surfaces of one kind */
   const void *constants;    /* a row for each */
