@@ -134,7 +134,8 @@ def _stumpff(k: int) -> Any:
 _FACTORIAL = (1, 1, 2, 6, 24, 120)
 _NUMPY: dict[str, Any] = {
     "sqrt": np.sqrt, "reciprocal": lambda a: np.float64(1) / a if np.ndim(a) == 0 else a.dtype.type(1) / a,
-    "abs": np.abs, "rounded": lambda a: a, "sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log, "atan2": np.arctan2,
+    "abs": np.abs, "rounded": lambda a: a,
+    "sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log, "atan2": np.arctan2,
     "lt": np.less, "le": np.less_equal, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not,
     **{f"stumpff{k}": _stumpff(k) for k in range(6)},
 }  # fmt: skip

@@ -28,7 +28,7 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
 PRECISIONS = (64, 32)
 LANES = 8  # the most that an instance has; arrays are padded to it
-EACH = 600  # arguments per range
+EACH = 300  # arguments per range
 FAR = 1500  # binary digits for reducing the largest angles
 
 #: Promised errors in ulp; docs/elementary.md has the measured ones, which are smaller.
@@ -204,7 +204,7 @@ def exact(name: str, bits: int) -> tuple[list[Any], list[Any]]:
     None, but for the Stumpff functions what a change of the argument by eps^2 makes: it is seen next to zeros only.
     """
     results, allowed = [], []
-    change = 1 + mp.mpf(float(np.finfo(floating(bits)).eps)) ** 2
+    eps = mp.mpf(float(np.finfo(floating(bits)).eps))
     for numbers in zip(*(a.tolist() for a in arguments(name, bits)), strict=True):
         x = [mp.mpf(number) for number in numbers]
         allowed.append(mp.mpf(0))
@@ -212,7 +212,7 @@ def exact(name: str, bits: int) -> tuple[list[Any], list[Any]]:
             if name.startswith("stumpff"):
                 k = int(name[-1])
                 results.append(stumpff(k, x[0]))
-                allowed[-1] = abs(stumpff(k, x[0] * change) - results[-1])
+                allowed[-1] = abs(stumpff(k, x[0] * (1 + eps**2)) - results[-1])
             elif name == "log" and x[0] == 0:
                 results.append(-mp.inf)
             else:
@@ -309,7 +309,7 @@ def test_python_gives_the_bits_of_c(name: str, bits: int, libraries: dict[str, c
 
 
 @pytest.mark.parametrize(
-    "bits,names", [(64, ["sin", "atan2", "exp", "log", "stumpff3"]), (32, ["cos", "log"])]
+    "bits,names", [(64, ["sin", "atan2", "exp", "stumpff3"]), (32, ["log"])]
 )
 def test_numba_gives_the_bits_of_c(bits: int, names: list[str], libraries: dict[str, ctypes.CDLL]) -> None:
     """A few, because compiling takes a second each; between them they hold all helpers."""

@@ -190,7 +190,8 @@ def test_reflections_move_points_as_geometry_says() -> None:
         found, _ = Traced(cga, conformal.point_parameters, "~point").all(moved)
         assert np.all(status == Status.OK)
         assert np.allclose(found, image, rtol=1e-9, atol=1e-9), kind
-        assert np.allclose(Traced(cga, versors.reflect_in_unit, "point", kind)(point, mirror), moved, rtol=1e-9, atol=1e-9)
+        in_unit = Traced(cga, versors.reflect_in_unit, "point", kind)(point, mirror)
+        assert np.allclose(in_unit, moved, rtol=1e-9, atol=1e-9), kind
         again, _ = Traced(cga, versors.reflect, "~point", kind).all(moved, mirror)
         assert np.allclose(again, point, rtol=1e-9, atol=1e-9), kind
         if kind != "point_pair":
@@ -216,7 +217,8 @@ def test_pga_reflections_keep_points_points() -> None:
         reflected = Traced(pga, versors.reflect, "point", kind)
         assert reflected.returns == pga.kind("point")
         assert np.allclose(reflected(point(x), mirror), point(image), atol=1e-12), kind
-        assert np.allclose(Traced(pga, versors.reflect_in_unit, "point", kind)(point(x), mirror), point(image), atol=1e-12)
+        in_unit = Traced(pga, versors.reflect_in_unit, "point", kind)(point(x), mirror)
+        assert np.allclose(in_unit, point(image), atol=1e-12), kind
 
 
 def test_a_singular_mirror_is_reported() -> None:

@@ -22,26 +22,45 @@ from bladesmith.codegen.targets.nvrtc import compile_text
 HEADERS = Path(__file__).resolve().parents[1] / "templates" / "c"
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 ROWS = range(1, 41)
+TAILS = (
+    *range(1, 14),
+    16,
+    31,
+    32,
+    33,
+    40,
+)  # their text is long, and repeats itself with the length of a block
 WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
 INSTANCES = [(bits, width) for bits in (64, 32) for width in WIDTHS]
 each_instance = pytest.mark.parametrize("bits,width", INSTANCES)
 
-#: Rows to the lanes of columns, and back, for every k; a count below W is a tail.
+#: Rows to the lanes of columns, and back, for every k; and a count of rows below W.
 BODY = """
 #define TRANSPOSE(k)                                                    \\
-    void FN(columns_##k)(S *out, const S *rows, ptrdiff_t count)        \\
+    void FN(columns_##k)(S *out, const S *rows)                         \\
     {                                                                   \\
         V v[k];                                                         \\
-        if (count == W) FN(load_rows)(v, rows, k);                      \\
-        else FN(load_tail)(v, rows, k, (int)count);                     \\
+        FN(load_rows)(v, rows, k);                                      \\
         memcpy(out, v, sizeof v);                                       \\
     }                                                                   \\
-    void FN(rows_##k)(S *out, const S *columns, ptrdiff_t count)        \\
+    void FN(rows_##k)(S *out, const S *columns)                         \\
     {                                                                   \\
         V v[k];                                                         \\
         memcpy(v, columns, sizeof v);                                   \\
-        if (count == W) FN(store_rows)(out, v, k);                      \\
-        else FN(store_tail)(out, v, k, (int)count);                     \\
+        FN(store_rows)(out, v, k);                                      \\
+    }
+#define TAIL(k)                                                         \\
+    void FN(tail_columns_##k)(S *out, const S *rows, ptrdiff_t count)   \\
+    {                                                                   \\
+        V v[k];                                                         \\
+        FN(load_tail)(v, rows, k, (int)count);                          \\
+        memcpy(out, v, sizeof v);                                       \\
+    }                                                                   \\
+    void FN(tail_rows_##k)(S *out, const S *columns, ptrdiff_t count)   \\
+    {                                                                   \\
+        V v[k];                                                         \\
+        memcpy(v, columns, sizeof v);                                   \\
+        FN(store_tail)(out, v, k, (int)count);                          \\
     }
 TRANSPOSES
 int FN(lanes)(void) { return W; }
@@ -70,7 +89,14 @@ void FN(masks)(S *out, const S *rows)
     FN(store_rows)(out, r, 9);
 }
 #undef TRANSPOSE
-""".replace("TRANSPOSES", "\n".join(f"TRANSPOSE({k})" for k in ROWS))
+#undef TAIL
+"""
+ALL = "\n".join([*(f"TRANSPOSE({k})" for k in ROWS), *(f"TAIL({k})" for k in TAILS)])
+FEW = "TRANSPOSE(3)\nTRANSPOSE(5)"
+
+
+def write_body(folder: Path, transposes: str) -> None:
+    (folder / "body.h").write_text(BODY.replace("TRANSPOSES", transposes), encoding="ascii")
 
 
 def tag(bits: int, width: int) -> str:
@@ -100,7 +126,7 @@ def compiled(folder: Path, source: str, *options: str, compiler: str = COMPILERS
 def call(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., None]:
     """Calls one function of one instance on arrays and a count."""
     folder = tmp_path_factory.mktemp("platform")
-    (folder / "body.h").write_text(BODY, encoding="ascii")
+    write_body(folder, ALL)
     source = "int has_v3(void) { return BS_CPU_HAS_V3(); }\n"
     library = compiled(folder, source + "\n".join(unit(*each, "body.h") for each in INSTANCES))
     assert bool(library.has_v3()) == has_wide_vectors() or platform.machine() != "x86_64"
@@ -149,15 +175,16 @@ def test_rows_become_columns_and_columns_rows(
     lanes = call("lanes", bits, width)
     assert lanes == max(1, width * 8 // bits)
     for k in ROWS:
-        for count in range(1, lanes + 1):
+        for count in range(1, lanes + 1) if k in TAILS else [lanes]:
             rows = fences[0].array(numbers(bits, count, k))
             columns = np.full((k, lanes), np.nan, rows.dtype)
-            call(f"columns_{k}", bits, width, columns, rows, count)
+            prefix, tail = ("", []) if count == lanes else ("tail_", [count])
+            call(f"{prefix}columns_{k}", bits, width, columns, rows, *tail)
             padded = rows[np.minimum(np.arange(lanes), count - 1)]  # missing rows repeat the last one
             assert np.array_equal(columns, padded.T), f"k = {k}, count = {count}"
             columns[:, count:] = np.nan
             back = fences[1].array(np.full((count + 1, k), np.nan, rows.dtype))
-            call(f"rows_{k}", bits, width, back[1:], columns, count)
+            call(f"{prefix}rows_{k}", bits, width, back[1:], columns, *tail)
             assert np.array_equal(back[1:], rows) and np.isnan(back[0]).all(), f"k = {k}, count = {count}"
 
 
@@ -204,10 +231,7 @@ def test_masks(bits: int, width: int, call: Callable[..., Any]) -> None:
 @pytest.mark.parametrize("options", [("-O0",), ("-O2", "-std=gnu17")], ids="".join)
 def test_other_compilers_and_optimisations(compiler: str, options: tuple[str, ...], tmp_path: Path) -> None:
     """Clean everywhere, with intrinsics in play at any level; a few row lengths are enough."""
-    few = "\n".join(line for line in BODY.splitlines() if not line.startswith("TRANSPOSE("))
-    (tmp_path / "body.h").write_text(
-        few.replace("int FN(lanes)", "TRANSPOSE(3)\nTRANSPOSE(5)\nint FN(lanes)"), encoding="ascii"
-    )
+    write_body(tmp_path, FEW)
     units = [unit(*each, "elementary.h", "body.h") for each in INSTANCES]
     library = compiled(tmp_path, "\n".join(units), *options, compiler=compiler)
     for bits, width in INSTANCES:
@@ -222,7 +246,7 @@ def test_other_compilers_and_optimisations(compiler: str, options: tuple[str, ..
 
 def test_the_scalar_form_is_plain_c99(tmp_path: Path) -> None:
     """What compilers without vector extensions take, made by hiding that this one has them."""
-    (tmp_path / "body.h").write_text(BODY, encoding="ascii")
+    write_body(tmp_path, ALL)
     units = "\n".join(unit(bits, 0, "elementary.h", "body.h") for bits in (64, 32))
     plain = "#undef BS_VECTORS\n#define BS_VECTORS 0\n#undef BS_INLINE\n#define BS_INLINE static inline\n"
     plain += "#undef BS_UNROLL\n#define BS_UNROLL\n#undef RESTRICT\n#define RESTRICT restrict\n"
@@ -239,7 +263,8 @@ def test_an_impossible_instance_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_same_text_is_cuda() -> None:
-    body = BODY.replace("void FN", "__device__ void FN").replace("int FN", "__device__ int FN")
+    body = BODY.replace("TRANSPOSES", ALL)
+    body = body.replace("void FN", "__device__ void FN").replace("int FN", "__device__ int FN")
     source = '#include "platform.h"\n' + "\n".join(unit(bits, 0, "body.h") for bits in (64, 32))
     names = ("platform.h", "instance.h", "rows.h", "instance_end.h")
     headers = {name: (HEADERS / name).read_text(encoding="ascii") for name in names}

@@ -256,6 +256,27 @@ def test_far_away_the_surface_is_the_same():
     np.testing.assert_allclose(b.point - shift, a.point, atol=2e-9)
 
 
+@pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-3, 0.3])
+def test_rays_from_far_away_meet_it_too(tilt):
+    """Also near the plane of a circle, where points are found by steps that must settle."""
+    random = np.random.default_rng(15)
+    for surface in random_surfaces(5, seed=51):
+        center, normal, radius = circles_of(surface, random.uniform(0.2, 0.8, size=20))
+        across = np.cross(normal, random.normal(size=(20, 3)))
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        middle = center + 0.3 * radius * np.cross(normal, across)
+        directions = across + tilt * normal
+        near = surface.intersect(middle - 3 * radius * directions, directions)
+        for distance in (1e3, 1e6):
+            far = surface.intersect(middle - distance * directions, directions)
+            assert np.all(far.count[near.count == 2] >= 1)
+            same = far.count == near.count
+            assert same.mean() > 0.9
+            width = near.point.shape[1]
+            miss = np.abs(far.point[same][:, :width] - near.point[same])
+            assert np.nanmedian(miss) < 1e-12 * distance
+
+
 def test_opposed_circles_are_turned_over_and_it_is_said(caplog):
     circles = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 0.5), (0, 0, -1), 1.0)]
     with caplog.at_level("WARNING", "bladesmith"):

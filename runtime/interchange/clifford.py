@@ -66,8 +66,7 @@ def from_clifford(value: Any, algebra: Algebra | None = None) -> Multivector:
     InputError
         If it is no multivector of `clifford`, or its layouts differ.
     """
-    items = np.asarray(value, object) if not hasattr(value, "layout") else np.array(None, object)
-    flat = [value] if items.ndim == 0 else list(items.reshape(-1))
+    shape, flat = _items(value)
     if not flat or any(not hasattr(mv, "layout") or not hasattr(mv, "value") for mv in flat):
         raise InputError("from_clifford takes multivectors of the package clifford, one or an array of them.")
     layout = flat[0].layout
@@ -78,11 +77,23 @@ def from_clifford(value: Any, algebra: Algebra | None = None) -> Multivector:
     given: NDArray[Any] = np.stack([np.asarray(mv.value, float) for mv in flat])
     dense = np.zeros_like(given)
     dense[:, columns] = given * signs
-    dense = dense.reshape(*items.shape, dense.shape[-1])
+    dense = dense.reshape(*shape, dense.shape[-1])
     present = [b for i, b in enumerate(orthonormal.blades) if dense[..., i].any()] or [orthonormal.blades[0]]
     place = {int(b): i for i, b in enumerate(orthonormal.blades)}
     made = orthonormal.multivector(dense[..., [place[int(b)] for b in present]], blades=present)
     return made if algebra is None else algebra.multivector(made)
+
+
+def _items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
+    """Shape and items of nested sequences; NumPy cannot be asked, for it would look into the multivectors."""
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return value.shape, list(value.reshape(-1))
+    if not isinstance(value, list | tuple):
+        return (), [value]
+    shapes, parts = zip(*(_items(item) for item in value), strict=True) if value else ((), ())
+    if len(set(shapes)) > 1:
+        raise InputError("the nested lists of multivectors are ragged.")
+    return (len(value), *(shapes[0] if shapes else ())), [item for part in parts for item in part]
 
 
 @cache

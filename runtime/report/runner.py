@@ -89,7 +89,7 @@ def _measure(
         case.describe(inputs, worst) if worst >= 0 else "",
         int(lost.size),
         case.describe(inputs, int(lost[0])) if lost.size else "",
-        _time(lambda: method.run(inputs, setting), 1 if quick else REPEATS) / count * 1e9,
+        _time(lambda: method.run(inputs, setting), 1 if quick else REPEATS) / (count * study.copies) * 1e9,
         answer,
     )
 

@@ -74,6 +74,8 @@ class Study:
         Items per case (a tenth in a quick run).
     answer : callable
         ``answer(result, inputs, index)``: what came out, in words, shown for singular cases.
+    copies : int
+        How many times a method computes each item in one call: times are per computation.
     source : str
         Where the method comes from.
     """
@@ -87,5 +89,6 @@ class Study:
     unit: str
     count: int = 200
     answer: Callable[[Any, Any, int], str] | None = None
+    copies: int = 1
     source: str = ""
     notes: str = ""

@@ -73,7 +73,8 @@ BS_INLINE int FN(evolved_circles_prepare)(S *k, const S *parameters)
 
 typedef struct {
   const S *k;
-  S origin[3];      /* of the ray, in the frame */
+  S origin[3];      /* of the ray, in the frame, moved along it to where the surface is */
+  S moved;          /* by this parameter */
   const S *direction;
   const S *roots;
   int root_count;
@@ -84,7 +85,7 @@ typedef struct {
 BS_INLINE void FN(evolved_offer)(FN(search) *search, const FN(evolved_meeting) *m, S t, S a, const S *position)
 {
   const S unit = m->k[FN(EVOLVED_SCALE)];
-  FN(hit) *const hit = FN(accept)(search, t * unit, K(1) - a); /* the curve's parameter is 0 at the first circle */
+  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, K(1) - a); /* the curve's parameter is 0 at the first circle */
   if (!hit) return;
   for (int i = 0; i < 3; i++) {
     hit->local[i] = position[i];
@@ -148,12 +149,14 @@ BS_OWN void FN(evolved_circles_hits)(FN(search) *search, const S *k, const FN(ra
   const S *const bound = k + FN(EVOLVED_BOUND), *const unit = k + FN(EVOLVED_SCALE);
   S scalars[9], roots[BS_ROOTS_MOST];
   FN(evolved_meeting) m;
-  m.k = k, m.direction = ray->direction, m.roots = roots, m.flat_count = 0;
+  m.k = k, m.direction = ray->direction, m.roots = roots, m.flat_count = 0, m.moved = 0;
   for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
   if (bound[3] < BS_FAR) {
     S span[2], first[3], last[3];
     FN(cga3d_sphere_hit)(span, first, last, m.origin, m.direction, bound, bound + 3);
     if (!(span[1] * unit[0] > search->t_min && span[0] * unit[0] < search->t_max)) return;
+    m.moved = K(0.5) * (span[0] + span[1]);
+    for (int i = 0; i < 3; i++) m.origin[i] += m.moved * m.direction[i];
   }
   FN(cga3d_evolved_ray)(scalars, m.origin, m.direction, c, c + 10, c + 20, c + 30);
   m.root_count = FN(evolved_roots)(roots, scalars, surface, search);
