@@ -10,11 +10,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import mpmath as mp
 
 mp.mp.dps = 40
-Real = mp.mpf
+Real: TypeAlias = Any  # mpmath's number
 POINTS_PER_TERM = 16  # of the grid on which the exchange looks for extrema
 EXCHANGES = 8
 SLACK = Real("1e-6")  # intervals are this much wider, relatively: a reduced argument may fall just outside
@@ -60,7 +61,9 @@ def fits() -> list[Fit]:
     below, above = mp.mpf(-9), mp.mpf(3) / 2
     return [
         Fit("SIN", lambda z: stumpff(3, z), mp.mpf(0), quarter, lambda z: z / stumpff(1, z), {64: 6, 32: 3}),
-        Fit("COS", lambda z: stumpff(4, z), mp.mpf(0), quarter, lambda z: z**2 / stumpff(0, z), {64: 6, 32: 3}),
+        Fit(
+            "COS", lambda z: stumpff(4, z), mp.mpf(0), quarter, lambda z: z**2 / stumpff(0, z), {64: 6, 32: 3}
+        ),
         Fit("C4", lambda w: stumpff(4, w), below, above, lambda w: abs(w) / stumpff(2, w), {64: 10, 32: 6}),
         Fit("C5", lambda w: stumpff(5, w), below, above, lambda w: abs(w) / stumpff(3, w), {64: 10, 32: 5}),
         Fit(
@@ -106,7 +109,8 @@ def minimax(fit: Fit, count: int, fixed: list[Real]) -> tuple[list[Real], Real]:
     best: tuple[list[Real], Real] = ([], mp.inf)
     for _ in range(EXCHANGES):
         rows = [
-            [grid[i] ** (len(fixed) + j) for j in range(free)] + [(-1) ** number / max(weights[i], mp.mpf("1e-40"))]
+            [grid[i] ** (len(fixed) + j) for j in range(free)]
+            + [(-1) ** number / max(weights[i], mp.mpf("1e-40"))]
             for number, i in enumerate(chosen)
         ]
         solution = mp.lu_solve(mp.matrix(rows), mp.matrix([rest[i] for i in chosen]))

@@ -140,9 +140,8 @@ class Graph:
             return self._node(name, (), None, self.lanes.apply(name))
         if name == "reciprocal" and self.lanes.is_zero(self.values[arguments[0].id]):
             raise TraceError("a divisor is identically zero on the declared kinds; declare the input as a layout.")
-        if arguments[0].op == "const" and name in ("reciprocal", "abs"):
-            x = arguments[0].data
-            return self.constant(1 / x if name == "reciprocal" else abs(x))
+        if name == "reciprocal" and arguments[0].op == "const":  # no other function: in the lanes they are opaque
+            return self.constant(1 / arguments[0].data)
         if name == "sqrt" and (arguments[0] is self.zero or arguments[0] is self.one):
             return arguments[0]
         if name in ("sqrt", "lt", "le") and self.lanes.count < MANY_LANES:

@@ -179,8 +179,9 @@ def error_ratio(form: Form) -> float:
 
 
 def samples(kernel: Kernel) -> Iterator[dict[tuple[int, int], Any]]:
-    """Inputs for error bounds: ordinary members, large ones, and near-coincident ones."""
-    for scale, separation in ((1.0, None), (100.0, None), (1.0, 1e-6)):
+    """Inputs for error bounds: ordinary members, large ones, near-coincident ones, and versors near 1 and -1."""
+    near = 1e-6
+    for scale, separation, unit in ((1, 0, 0), (100, 0, 0), (1, near, 0), (1, 0, 1), (1, 0, -1)):
         values: dict[tuple[int, int], Any] = {}
         first: dict[Kind, list[Any]] = {}
         source = NumericSource(SAMPLES, seed=7, scale=scale)
@@ -191,6 +192,9 @@ def samples(kernel: Kernel) -> Iterator[dict[tuple[int, int], Any]]:
                 row = [v * (1 + separation * source.scalar()) for v in first[item.kind]]
             else:
                 row = item.kind.values(item.kind.sample(source))
+                if unit and item.kind.blades[0] == 0 and item.kind.form == "multivector":
+                    row = [near * v for v in row]
+                    row[0] = row[0] + unit
                 first[item.kind] = row
             values.update({(i, j): v for j, v in enumerate(row)})
         yield values

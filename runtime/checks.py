@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 #: room for what a long chain of operations leaves (1e-12 in double, 5e-4 in single precision).
 TOLERANCE_ULPS = 4096
 
+#: A multivector is not blown up to a kind of more than this many times its coefficients.
+MOST_ZEROS = 2
+
 
 @dataclass(frozen=True)
 class Sized:
@@ -155,7 +158,14 @@ def linear_scale(kind: Kind) -> tuple[float, ...] | None:
 
 
 def kinds_on(x: Multivector) -> Sequence[Kind]:
-    """Constrained kinds on exactly the blades of x."""
-    return x._type.remembered(  # type: ignore[no-any-return]
-        "kinds", lambda: [k for k in x.algebra.kinds.values() if k.constraints and k.blades == x._type.blades]
-    )
+    """Constrained kinds that x may be scaled to: those on its blades, then larger ones that hold them."""
+    found: Sequence[Kind] = x._type.remembered("kinds", lambda: _kinds_on(x))
+    return found
+
+
+def _kinds_on(x: Multivector) -> Sequence[Kind]:
+    own = set(x._type.blades)
+    if own == {0}:
+        return ()
+    fitting = [k for k in x.algebra.kinds.values() if k.constraints and own <= set(k.blades)]
+    return sorted((k for k in fitting if k.size <= MOST_ZEROS * len(own)), key=lambda k: k.size)

@@ -166,7 +166,7 @@ class EuclideanAlgebra(Algebra):
             point = (across + np.cross(axis, across) / np.tan(half)[..., None]) / 2
         point = np.where((half > 0)[..., None], point, 0.0).astype(x.dtype)
         status = merged(status, np.where(rest, np.uint8(Status.NOT_UNIQUE), np.uint8(0)))
-        return self.named(Motor, (axis, 2 * half, point, advance), x, status)
+        return self.named(Motor, (axis + 0.0, 2 * half, point + 0.0, advance + 0.0), x, status)  # no -0.0
 
     def rotor_parameters(self, x: Multivector) -> Any:
         """Axis, angle and a point of the axis of a rotation about the origin."""

@@ -70,33 +70,28 @@ def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = Fa
 
 
 def _scaled(x: Multivector) -> Multivector:
-    """x at unit scale, of the first kind on its blades whose members all items are."""
-    result: Multivector | None = None
+    """x at unit scale, of the first kind that holds its blades and whose members all items are."""
     for kind in checks.kinds_on(x):
-        scaled = _for_kind(x, kind)
-        if scaled is None:
-            scaled = result = _over_norm(x) if result is None else result
+        scaled = _for_kind(checks.converted(x, kind.layout), kind)
         answered = ~np.isnan(scaled._data).all(-1)
         if answered.any() and checks.holds(kind, scaled._data[answered]).all():
             return x._make(x.algebra.type_of(kind, x.dtype), scaled._data, x._lead, scaled._status)
-    return _over_norm(x) if result is None else result
+    return _over_norm(x)
 
 
-def _for_kind(x: Multivector, kind: Kind) -> Multivector | None:
-    """x scaled in the way of one kind: by its weight, or to its nearest member; None where its norm has to do."""
+def _for_kind(x: Multivector, kind: Kind) -> Multivector:
+    """x, on the kind's blades, scaled in its way: by its weight, to its nearest member, or else by its norm."""
     weights = checks.linear_scale(kind)
     if weights:
         return _by_weight(x, weights)
-    if not x._type.remembered(("repairs", kind), lambda: _is_repaired(x, kind)):
-        return None
-    return call(x.algebra, NEAREST, x).value  # type: ignore[no-any-return]
+    if x._type.remembered(("repairs", kind), lambda: _is_repaired(x, kind)):
+        return call(x.algebra, NEAREST, x).value  # type: ignore[no-any-return]
+    return _over_norm(x)
 
 
 def _of_kind(x: Multivector, kind: Kind) -> Multivector:
     """x scaled to a kind; items that are no members are invalid."""
     scaled = _for_kind(x, kind)
-    if scaled is None:
-        scaled = _over_norm(x)
     answered = ~np.isnan(scaled._data).all(-1)
     bad = answered & ~checks.holds(kind, scaled._data)
     status = merged(scaled._status, np.where(bad, np.uint8(Status.INVALID), np.uint8(Status.OK)))

@@ -308,9 +308,7 @@ def test_python_gives_the_bits_of_c(name: str, bits: int, libraries: dict[str, c
     assert_same_bits(np.array(scalars), expected[::211], "scalars", *some)
 
 
-@pytest.mark.parametrize(
-    "bits,names", [(64, ["sin", "atan2", "exp", "stumpff3"]), (32, ["log"])]
-)
+@pytest.mark.parametrize("bits,names", [(64, ["sin", "atan2", "exp", "stumpff3"]), (32, ["log"])])
 def test_numba_gives_the_bits_of_c(bits: int, names: list[str], libraries: dict[str, ctypes.CDLL]) -> None:
     """A few, because compiling takes a second each; between them they hold all helpers."""
     assert find_spec("numba"), "the test extra holds numba"

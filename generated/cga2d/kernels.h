@@ -404,3 +404,694 @@ BS_INLINE void FN(cga2d_sandwich_motor_point_pair)(V *RESTRICT out, const V *RES
   out[4] = x_e2ni * t6 - K(2.0) * (x_e1ni * t5 - r_e1ni * t8 - r_e2ni * t7); /* e2ni */
   out[5] = x_noni * t2 + K(2.0) * (r_s * t3 - r_e12 * t4); /* noni */
 }
+
+/* cga2d_normalise_vector: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
+BS_INLINE void FN(cga2d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_no = x_in[2];
+  const V x_ni = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e1 * x_e1;
+  const V t2 = ABS(t1);
+  const V t3 = x_e2 * x_e2;
+  const V t4 = ABS(t3);
+  const V t5 = x_no * x_ni;
+  const V t6 = ABS(t5);
+  const V t7 = ABS(t1 + t3 - K(2.0) * t5);
+  const M t8 = LT(K(64.0) * (t0 * (t2 + t4 + K(2.0) * t6)), t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, t7, t9);
+  const V t11 = SQRT(t10);
+  const V t12 = K(1.0) / t11;
+  const M t13 = NOT(t8);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e1 * t12; /* e1 */
+  out[1] = x_e2 * t12; /* e2 */
+  out[2] = x_no * t12; /* no */
+  out[3] = x_ni * t12; /* ni */
+  status[0] = t14; /* 1 */
+}
+
+/* cga2d_normalise_bivector: x over its norm; null multivectors (a point, for one) are singular. 14 mul, 6 add, 13 other. */
+BS_INLINE void FN(cga2d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e1no = x_in[1];
+  const V x_e1ni = x_in[2];
+  const V x_e2no = x_in[3];
+  const V x_e2ni = x_in[4];
+  const V x_noni = x_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e12 * x_e12;
+  const V t2 = ABS(t1);
+  const V t3 = x_noni * x_noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e1no * x_e1ni;
+  const V t6 = ABS(t5);
+  const V t7 = x_e2no * x_e2ni;
+  const V t8 = ABS(t7);
+  const V t9 = ABS(t1 - t3 - K(2.0) * (t5 + t7));
+  const M t10 = LT(K(64.0) * (t0 * (t2 + t4 + K(2.0) * (t6 + t8))), t9);
+  const V t11 = SPLAT(BS_NOT_A_NUMBER);
+  const V t12 = SELECT(t10, t9, t11);
+  const V t13 = SQRT(t12);
+  const V t14 = K(1.0) / t13;
+  const M t15 = NOT(t10);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e12 * t14; /* e12 */
+  out[1] = x_e1no * t14; /* e1no */
+  out[2] = x_e1ni * t14; /* e1ni */
+  out[3] = x_e2no * t14; /* e2no */
+  out[4] = x_e2ni * t14; /* e2ni */
+  out[5] = x_noni * t14; /* noni */
+  status[0] = t16; /* 1 */
+}
+
+/* cga2d_normalise_trivector: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
+BS_INLINE void FN(cga2d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12no = x_in[0];
+  const V x_e12ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e2noni = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e12no * x_e12ni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e1noni * x_e1noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e2noni * x_e2noni;
+  const V t6 = ABS(t5);
+  const V t7 = ABS(-K(2.0) * t1 - t3 - t5);
+  const M t8 = LT(K(64.0) * (t0 * (K(2.0) * t2 + t4 + t6)), t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, t7, t9);
+  const V t11 = SQRT(t10);
+  const V t12 = K(1.0) / t11;
+  const M t13 = NOT(t8);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e12no * t12; /* e12no */
+  out[1] = x_e12ni * t12; /* e12ni */
+  out[2] = x_e1noni * t12; /* e1noni */
+  out[3] = x_e2noni * t12; /* e2noni */
+  status[0] = t14; /* 1 */
+}
+
+/* cga2d_normalise_flat_any_motor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 9 mul, 2 add, 12 other. */
+BS_INLINE void FN(cga2d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e1ni = x_in[2];
+  const V x_e2ni = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = t0 * (t2 + t4);
+  const V t6 = t1 + t3;
+  const M t7 = LT(K(64.0) * t5, t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, t6, t8);
+  const V t10 = SQRT(t9);
+  const V t11 = K(1.0) / t10;
+  const M t12 = LT(t6, -K(64.0) * t5);
+  const M t13 = NOT(t7);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  const V t15 = SELECT(t12, SPLAT(2.0), t14);
+  out[0] = x_s * t11; /* 1 */
+  out[1] = x_e12 * t11; /* e12 */
+  out[2] = x_e1ni * t11; /* e1ni */
+  out[3] = x_e2ni * t11; /* e2ni */
+  status[0] = t15; /* 1 */
+}
+
+/* cga2d_normalise_flat_any_line: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 8 mul, 2 add, 12 other. */
+BS_INLINE void FN(cga2d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e1noni = x_in[1];
+  const V x_e2noni = x_in[2];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e1noni * x_e1noni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e2noni * x_e2noni;
+  const V t4 = ABS(t3);
+  const V t5 = t0 * (t2 + t4);
+  const V t6 = -(-t1 - t3);
+  const M t7 = LT(K(64.0) * t5, t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, t6, t8);
+  const V t10 = SQRT(t9);
+  const V t11 = K(1.0) / t10;
+  const M t12 = LT(t6, -K(64.0) * t5);
+  const M t13 = NOT(t7);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  const V t15 = SELECT(t12, SPLAT(2.0), t14);
+  out[0] = x_e12ni * t11; /* e12ni */
+  out[1] = x_e1noni * t11; /* e1noni */
+  out[2] = x_e2noni * t11; /* e2noni */
+  status[0] = t15; /* 1 */
+}
+
+/* cga2d_normalise_flat_any_circle: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 12 mul, 4 add, 13 other. */
+BS_INLINE void FN(cga2d_normalise_flat_any_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12no = x_in[0];
+  const V x_e12ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e2noni = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e12no * x_e12ni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e1noni * x_e1noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e2noni * x_e2noni;
+  const V t6 = ABS(t5);
+  const V t7 = t0 * (K(2.0) * t2 + t4 + t6);
+  const V t8 = -(-K(2.0) * t1 - t3 - t5);
+  const M t9 = LT(K(64.0) * t7, t8);
+  const V t10 = SPLAT(BS_NOT_A_NUMBER);
+  const V t11 = SELECT(t9, t8, t10);
+  const V t12 = SQRT(t11);
+  const V t13 = K(1.0) / t12;
+  const M t14 = LT(t8, -K(64.0) * t7);
+  const M t15 = NOT(t9);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  const V t17 = SELECT(t14, SPLAT(2.0), t16);
+  out[0] = x_e12no * t13; /* e12no */
+  out[1] = x_e12ni * t13; /* e12ni */
+  out[2] = x_e1noni * t13; /* e1noni */
+  out[3] = x_e2noni * t13; /* e2noni */
+  status[0] = t17; /* 1 */
+}
+
+/* cga2d_exp_bivector_twist: exp(b) = c0(w) + b c1(w) + q (c1(w) + b (c2(w) - c3(w)))/2, with Stumpff functions c_k. 4 mul, 0 add, 2 other. */
+BS_INLINE void FN(cga2d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b_in)
+{
+  const V b_e12 = b_in[0];
+  const V b_e1ni = b_in[1];
+  const V b_e2ni = b_in[2];
+  const V t0 = b_e12 * b_e12;
+  const V t1 = STUMPFF0(t0);
+  const V t2 = STUMPFF1(t0);
+  out[0] = t1; /* 1 */
+  out[1] = b_e12 * t2; /* e12 */
+  out[2] = b_e1ni * t2; /* e1ni */
+  out[3] = b_e2ni * t2; /* e2ni */
+}
+
+/* cga2d_log_motor_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 11 mul, 9 add, 38 other. */
+BS_INLINE void FN(cga2d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e1ni = r_in[2];
+  const V r_e2ni = r_in[3];
+  const V t0 = r_e12;
+  const V t1 = t0 * t0;
+  const V t2 = SQRT(t1);
+  const M t3 = LT(SPLAT(0.0), t2);
+  const M t4 = NOT(t3);
+  const V t5 = r_s;
+  const M t6 = LT(t5, SPLAT(0.0));
+  const M t7 = AND(t4, t6);
+  const V t8 = r_e1ni;
+  const V t9 = r_e2ni;
+  const M t10 = LE(t8 * t8 + t9 * t9, SPLAT(0.0));
+  const M t11 = NOT(t10);
+  const M t12 = AND(t7, t11);
+  const M t13 = NOT(t12);
+  const V t14 = SPLAT(BS_NOT_A_NUMBER);
+  const V t15 = SELECT(t13, SPLAT(1.0), t14);
+  const V t16 = ABS(t5);
+  const V t17 = ABS(t0);
+  const V t18 = ABS(t8);
+  const V t19 = ABS(t9);
+  const V t20 = t16 + t17 + t18 + t19;
+  const V t21 = t20;
+  const M t22 = LE(t20 - t21, SPLAT(0.0));
+  const V t23 = t5 * t5;
+  const V t24 = ABS(t23 + t1 - K(1.0));
+  const V t25 = ABS(t23);
+  const V t26 = ABS(-t1);
+  const V t27 = SPLAT(BS_EPSILON);
+  const V t28 = SQRT(t27);
+  const M t29 = LE(t24, (t25 + t26) * t28);
+  const M t30 = AND(t22, t29);
+  const V t31 = ATAN2(t2, t5);
+  const V t32 = K(1.0) / t2;
+  const V t33 = SELECT(t6, SPLAT(-1.0), SPLAT(1.0));
+  const V t34 = SELECT(t3, t31 * t32, t33);
+  const V t35 = SELECT(t30, t34, t14);
+  const V t36 = SELECT(t7, t31, SPLAT(0.0));
+  const V t37 = t15 * t35;
+  const M t38 = NOT(t30);
+  const V t39 = SELECT(t7, SPLAT(3.0), SPLAT(0.0));
+  const V t40 = SELECT(t12, SPLAT(1.0), t39);
+  const V t41 = SELECT(t38, SPLAT(6.0), t40);
+  out[0] = t15 * (t0 * t35 - t36); /* e12 */
+  out[1] = t8 * t37; /* e1ni */
+  out[2] = t9 * t37; /* e2ni */
+  status[0] = t41; /* 1 */
+}
+
+/* cga2d_sqrt_motor_motor: exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 17 mul, 11 add, 40 other. */
+BS_INLINE void FN(cga2d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e1ni = r_in[2];
+  const V r_e2ni = r_in[3];
+  const V t0 = r_e12;
+  const V t1 = t0 * t0;
+  const M t2 = LE(t1, SPLAT(0.0));
+  const V t3 = r_s;
+  const M t4 = LT(t3, SPLAT(0.0));
+  const M t5 = AND(t2, t4);
+  const V t6 = ABS(t3);
+  const V t7 = ABS(t0);
+  const V t8 = r_e1ni;
+  const V t9 = ABS(t8);
+  const V t10 = r_e2ni;
+  const V t11 = ABS(t10);
+  const V t12 = t6 + t7 + t9 + t11;
+  const V t13 = t12;
+  const M t14 = LE(t12 - t13, SPLAT(0.0));
+  const V t15 = t3 * t3;
+  const V t16 = ABS((t15 + t1) - K(1.0));
+  const V t17 = ABS(t15);
+  const V t18 = ABS(-t1);
+  const V t19 = SPLAT(BS_EPSILON);
+  const V t20 = SQRT(t19);
+  const M t21 = LE(t16, (t17 + t18) * t20);
+  const M t22 = AND(t14, t21);
+  const M t23 = AND(t5, t22);
+  const V t24 = K(1.0) / (K(1.0) - t3);
+  const V t25 = SELECT(t4, t1 * t24, t3 + K(1.0));
+  const V t26 = SPLAT(BS_NOT_A_NUMBER);
+  const V t27 = SELECT(t22, t25, t26);
+  const V t28 = SQRT(t27 * t27 + t1);
+  const V t29 = K(1.0) / t28;
+  const V t30 = SELECT(t23, SPLAT(0.0), t27 * t29);
+  const M t31 = LE(t8 * t8 + t10 * t10, SPLAT(0.0));
+  const M t32 = NOT(t31);
+  const M t33 = AND(t23, t32);
+  const M t34 = NOT(t33);
+  const V t35 = SELECT(t34, SPLAT(1.0), t26);
+  const V t36 = SELECT(t23, SPLAT(-1.0), t0 * t29);
+  const V t37 = SELECT(t23, K(0.5) * t10, t8 * t29);
+  const V t38 = SELECT(t23, -K(0.5) * t8, t10 * t29);
+  const M t39 = NOT(t22);
+  const V t40 = SELECT(t23, SPLAT(3.0), SPLAT(0.0));
+  const V t41 = SELECT(t33, SPLAT(1.0), t40);
+  const V t42 = SELECT(t39, SPLAT(6.0), t41);
+  out[0] = t30 * t35; /* 1 */
+  out[1] = t36 * t35; /* e12 */
+  out[2] = t37 * t35; /* e1ni */
+  out[3] = t38 * t35; /* e2ni */
+  status[0] = t42; /* 1 */
+}
+
+/* cga2d_point_euclidean: X = x^2/2 n_inf + x + n0. 3 mul, 1 add. */
+BS_INLINE void FN(cga2d_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  out[0] = position_e1; /* e1 */
+  out[1] = position_e2; /* e2 */
+  out[2] = SPLAT(1.0); /* no */
+  out[3] = K(0.5) * (position_e1 * position_e1 + position_e2 * position_e2); /* ni */
+}
+
+/* cga2d_sphere_euclidean_number: Outward sphere (in the plane: circle). INVALID: the radius is not positive. 7 mul, 2 add, 6 other. */
+BS_INLINE void FN(cga2d_sphere_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+{
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V radius_s = radius_in[0];
+  const M t0 = LT(SPLAT(0.0), radius_s);
+  const V t1 = SPLAT(BS_NOT_A_NUMBER);
+  const V t2 = SELECT(t0, radius_s, t1);
+  const V t3 = K(1.0) / t2;
+  const V t4 = -K(0.5) * (t3 * (center_e1 * center_e1 + center_e2 * center_e2 - t2 * t2));
+  const M t5 = NOT(t0);
+  const V t6 = SELECT(t5, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t3; /* e12no */
+  out[1] = t4; /* e12ni */
+  out[2] = -center_e2 * t3; /* e1noni */
+  out[3] = center_e1 * t3; /* e2noni */
+  status[0] = t6; /* 1 */
+}
+
+/* cga2d_point_pair_euclidean_euclidean: A ^ B, normalised; from a to b. SINGULAR: a = b. 31 mul, 11 add, 8 other. */
+BS_INLINE void FN(cga2d_point_pair_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V t0 = b_e2 - a_e2;
+  const V t1 = b_e1 - a_e1;
+  const V t2 = t1 * t1 + t0 * t0;
+  const V t3 = SQRT(K(0.25) * t2);
+  const M t4 = LT(SPLAT(0.0), t3);
+  const V t5 = SPLAT(BS_NOT_A_NUMBER);
+  const V t6 = SELECT(t4, t3, t5);
+  const V t7 = K(1.0) / t6;
+  const V t8 = t0 * t7;
+  const V t9 = a_e1 + b_e1;
+  const V t10 = t9 * t7;
+  const V t11 = t1 * t7;
+  const V t12 = a_e2 + b_e2;
+  const V t13 = t12 * t7;
+  const V t14 = t7 * (t2 + t9 * t9 + t12 * t12);
+  const V t15 = t9 * t11 + t12 * t8;
+  const M t16 = LT(SPLAT(0.0), t7);
+  const M t17 = NOT(t16);
+  const V t18 = SELECT(t17, SPLAT(1.0), SPLAT(0.0));
+  out[0] = K(0.25) * (t8 * t10 - t11 * t13); /* e12 */
+  out[1] = -K(0.5) * (t7 * t11); /* e1no */
+  out[2] = -K(0.5) * (K(0.125) * (t11 * t14) - K(0.25) * (t10 * t15)); /* e1ni */
+  out[3] = -K(0.5) * (t7 * t8); /* e2no */
+  out[4] = -K(0.5) * (K(0.125) * (t8 * t14) - K(0.25) * (t13 * t15)); /* e2ni */
+  out[5] = K(0.25) * (t7 * t15); /* noni */
+  status[0] = t18; /* 1 */
+}
+
+/* cga2d_line_euclidean_euclidean: Line through a point along a direction. INVALID: the direction is zero. 6 mul, 2 add, 8 other. */
+BS_INLINE void FN(cga2d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT point_in, const V *RESTRICT direction_in)
+{
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V direction_e1 = direction_in[0];
+  const V direction_e2 = direction_in[1];
+  const V t0 = SQRT(direction_e1 * direction_e1 + direction_e2 * direction_e2);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const V t5 = direction_e2 * t4;
+  const V t6 = direction_e1 * t4;
+  const M t7 = LT(SPLAT(0.0), t4);
+  const M t8 = NOT(t7);
+  const V t9 = SELECT(t8, SPLAT(6.0), SPLAT(0.0));
+  out[0] = point_e1 * t5 - point_e2 * t6; /* e12ni */
+  out[1] = -t6; /* e1noni */
+  out[2] = -t5; /* e2noni */
+  status[0] = t9; /* 1 */
+}
+
+/* cga2d_line_through_euclidean_euclidean: A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b. 6 mul, 4 add, 8 other. */
+BS_INLINE void FN(cga2d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V t0 = b_e2 - a_e2;
+  const V t1 = b_e1 - a_e1;
+  const V t2 = SQRT(t1 * t1 + t0 * t0);
+  const M t3 = LT(SPLAT(0.0), t2);
+  const V t4 = SPLAT(BS_NOT_A_NUMBER);
+  const V t5 = SELECT(t3, t2, t4);
+  const V t6 = K(1.0) / t5;
+  const V t7 = t0 * t6;
+  const V t8 = t1 * t6;
+  const M t9 = LT(SPLAT(0.0), t6);
+  const M t10 = NOT(t9);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  out[0] = a_e1 * t7 - a_e2 * t8; /* e12ni */
+  out[1] = -t8; /* e1noni */
+  out[2] = -t7; /* e2noni */
+  status[0] = t11; /* 1 */
+}
+
+/* cga2d_circle_through_euclidean_euclidean_euclidean: A ^ B ^ C, normalised (for points on a line: the line). SINGULAR: two points coincide. 44 mul, 22 add, 17 other. */
+BS_INLINE void FN(cga2d_circle_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V c_e1 = c_in[0];
+  const V c_e2 = c_in[1];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = c_e1 - a_e1;
+  const V t2 = c_e2 - a_e2;
+  const V t3 = t1 * t1 + t2 * t2;
+  const V t4 = b_e1 - a_e1;
+  const V t5 = ABS(t4);
+  const V t6 = ABS(K(0.5) * (t3 * t5));
+  const V t7 = b_e2 - a_e2;
+  const V t8 = t4 * t4 + t7 * t7;
+  const V t9 = ABS(K(0.5) * t8);
+  const V t10 = ABS(t1 * t9);
+  const V t11 = t6 + t10;
+  const V t12 = ABS(t11 * t11);
+  const V t13 = ABS(t7);
+  const V t14 = ABS(K(0.5) * (t3 * t13));
+  const V t15 = ABS(t2 * t9);
+  const V t16 = t14 + t15;
+  const V t17 = ABS(t16 * t16);
+  const V t18 = t8 * t1 - t4 * t3;
+  const V t19 = t8 * t2 - t7 * t3;
+  const V t20 = K(0.25) * (t18 * t18) + K(0.25) * (t19 * t19);
+  const M t21 = LT(K(4096.0) * (t0 * t0 * (t12 + t17)), t20);
+  const V t22 = SPLAT(BS_NOT_A_NUMBER);
+  const V t23 = SELECT(t21, t20, t22);
+  const V t24 = SQRT(t23);
+  const V t25 = K(1.0) / t24;
+  const V t26 = t25 * (t7 * t1 - t4 * t2);
+  const V t27 = t18 * t25;
+  const V t28 = a_e2 * t26;
+  const V t29 = K(0.5) * t27 + K(0.5) * t28;
+  const V t30 = a_e1 * t26;
+  const V t31 = t19 * t25;
+  const V t32 = K(0.5) * t31 - K(0.5) * t30;
+  const V t33 = a_e2 * (K(2.0) * (K(0.5) * t27 + t29) + t28) - a_e1 * (K(2.0) * (K(0.5) * t31 + t32) - t30);
+  const M t34 = NOT(t21);
+  const V t35 = SELECT(t34, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t26; /* e12no */
+  out[1] = K(0.25) * t33; /* e12ni */
+  out[2] = t29 + K(0.5) * t28; /* e1noni */
+  out[3] = t32 - K(0.5) * t30; /* e2noni */
+  status[0] = t35; /* 1 */
+}
+
+/* cga2d_translator_euclidean: 1 - t n/2: translation by the vector t. 2 mul, 0 add. */
+BS_INLINE void FN(cga2d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+{
+  const V t_e1 = t_in[0];
+  const V t_e2 = t_in[1];
+  out[0] = SPLAT(1.0); /* 1 */
+  out[1] = SPLAT(0.0); /* e12 */
+  out[2] = -K(0.5) * t_e1; /* e1ni */
+  out[3] = -K(0.5) * t_e2; /* e2ni */
+}
+
+/* cga2d_planar_rotor_number_euclidean: Rotation of the plane about a point, counter-clockwise from e1 to e2. 3 mul, 0 add, 2 other. */
+BS_INLINE void FN(cga2d_planar_rotor_number_euclidean)(V *RESTRICT out, const V *RESTRICT angle_in, const V *RESTRICT point_in)
+{
+  const V angle_s = angle_in[0];
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V t0 = K(0.5) * angle_s;
+  const V t1 = COS(t0);
+  const V t2 = SIN(t0);
+  out[0] = t1; /* 1 */
+  out[1] = -t2; /* e12 */
+  out[2] = -point_e2 * t2; /* e1ni */
+  out[3] = point_e1 * t2; /* e2ni */
+}
+
+/* cga2d_motor_to_matrix_motor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 11 mul, 3 add. */
+BS_INLINE void FN(cga2d_motor_to_matrix_motor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e1ni = r_in[2];
+  const V r_e2ni = r_in[3];
+  const V t0 = r_s * r_s - r_e12 * r_e12;
+  const V t1 = r_s * r_e12;
+  matrix[0] = t0;
+  matrix[1] = K(2.0) * t1;
+  matrix[2] = -K(2.0) * (r_s * r_e1ni + r_e12 * r_e2ni);
+  matrix[3] = -K(2.0) * t1;
+  matrix[4] = t0;
+  matrix[5] = K(2.0) * (r_e12 * r_e1ni - r_s * r_e2ni);
+  matrix[6] = SPLAT(0.0);
+  matrix[7] = SPLAT(0.0);
+  matrix[8] = SPLAT(1.0);
+}
+
+/* cga2d_point_parameters_point: Position of a point of any weight. SINGULAR: it is at infinity. 2 mul, 0 add, 7 other. */
+BS_INLINE void FN(cga2d_point_parameters_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_no = x_in[2];
+  const V t0 = ABS(x_no);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_no, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = NOT(t1);
+  const V t6 = SELECT(t5, SPLAT(1.0), SPLAT(0.0));
+  position[0] = x_e1 * t4; /* e1 */
+  position[1] = x_e2 * t4; /* e2 */
+  status[0] = t6; /* 1 */
+}
+
+/* cga2d_sphere_parameters_circle: Center, positive radius and orientation (+1 outward) of a unit sphere. SINGULAR: it is a plane. 2 mul, 0 add, 10 other. */
+BS_INLINE void FN(cga2d_sphere_parameters_circle)(V *RESTRICT center, V *RESTRICT radius, V *RESTRICT orientation, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12no = x_in[0];
+  const V x_e1noni = x_in[2];
+  const V x_e2noni = x_in[3];
+  const V t0 = ABS(x_e12no);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_e12no, t2);
+  const V t4 = K(1.0) / t3;
+  const V t5 = ABS(t4);
+  const M t6 = LT(x_e12no, SPLAT(0.0));
+  const V t7 = SELECT(t6, SPLAT(-1.0), SPLAT(1.0));
+  const M t8 = NOT(t1);
+  const V t9 = SELECT(t8, SPLAT(1.0), SPLAT(0.0));
+  center[0] = x_e2noni * t4; /* e1 */
+  center[1] = -x_e1noni * t4; /* e2 */
+  radius[0] = t5; /* 1 */
+  orientation[0] = t7; /* 1 */
+  status[0] = t9; /* 1 */
+}
+
+/* cga2d_point_pair_parameters_point_pair: End points a and b of a unit point pair A ^ B. SINGULAR: it is a flat point. 10 mul, 7 add, 7 other. */
+BS_INLINE void FN(cga2d_point_pair_parameters_point_pair)(V *RESTRICT a, V *RESTRICT b, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e1no = x_in[1];
+  const V x_e2no = x_in[3];
+  const V x_noni = x_in[5];
+  const V t0 = x_e1no * x_e1no + x_e2no * x_e2no;
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const V t5 = (-x_e12 * x_e2no - x_e1no * x_noni) * t4;
+  const V t6 = K(1.0) / t0;
+  const V t7 = x_e1no * t6;
+  const V t8 = (x_e12 * x_e1no - x_e2no * x_noni) * t4;
+  const V t9 = x_e2no * t6;
+  const M t10 = NOT(t1);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  a[0] = t5 + t7; /* e1 */
+  a[1] = t8 + t9; /* e2 */
+  b[0] = t5 - t7; /* e1 */
+  b[1] = t8 - t9; /* e2 */
+  status[0] = t11; /* 1 */
+}
+
+/* cga2d_invariants_vector: Eight numbers of a multivector of one grade. 5 mul, 7 add, 8 other. */
+BS_INLINE void FN(cga2d_invariants_vector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_no = x_in[2];
+  const V x_ni = x_in[3];
+  const V t0 = x_e1 * x_e1;
+  const V t1 = x_e2 * x_e2;
+  const V t2 = x_no * x_ni;
+  const V t3 = ABS(t0);
+  const V t4 = ABS(t1);
+  const V t5 = ABS(t2);
+  const V t6 = ABS(x_e1);
+  const V t7 = ABS(x_e2);
+  const V t8 = ABS(x_no);
+  const V t9 = t6 + t7 + t8;
+  const V t10 = ABS(-x_no);
+  const V t11 = ABS(x_ni);
+  invariants[0] = t0 + t1 - K(2.0) * t2;
+  invariants[1] = t3 + t4 + K(2.0) * t5;
+  invariants[2] = SPLAT(0.0);
+  invariants[3] = SPLAT(0.0);
+  invariants[4] = t9;
+  invariants[5] = t10;
+  invariants[6] = t11 + t9;
+  invariants[7] = SPLAT(0.0);
+}
+
+/* cga2d_invariants_bivector: Eight numbers of a multivector of one grade. 11 mul, 17 add, 17 other. */
+BS_INLINE void FN(cga2d_invariants_bivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e1no = x_in[1];
+  const V x_e1ni = x_in[2];
+  const V x_e2no = x_in[3];
+  const V x_e2ni = x_in[4];
+  const V x_noni = x_in[5];
+  const V t0 = x_noni * x_noni;
+  const V t1 = x_e1no * x_e1ni;
+  const V t2 = x_e2no * x_e2ni;
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = ABS(t0);
+  const V t6 = ABS(t1);
+  const V t7 = ABS(t2);
+  const V t8 = x_e12 * x_noni;
+  const V t9 = x_e1ni * x_e2no;
+  const V t10 = x_e1no * x_e2ni;
+  const V t11 = ABS(K(2.0) * (t8 + t9 - t10));
+  const V t12 = ABS(t8);
+  const V t13 = ABS(t10);
+  const V t14 = ABS(t9);
+  const V t15 = ABS(K(2.0) * (t12 + t13 + t14));
+  const V t16 = ABS(x_e12);
+  const V t17 = ABS(x_e1no);
+  const V t18 = ABS(x_e2no);
+  const V t19 = t16 + t17 + t18;
+  const V t20 = ABS(-x_e1no);
+  const V t21 = ABS(-x_e2no);
+  const V t22 = ABS(x_noni);
+  const V t23 = ABS(x_e1ni);
+  const V t24 = ABS(x_e2ni);
+  invariants[0] = t0 + K(2.0) * (t1 + t2) - t3;
+  invariants[1] = t4 + t5 + K(2.0) * (t6 + t7);
+  invariants[2] = t11;
+  invariants[3] = t15;
+  invariants[4] = t19;
+  invariants[5] = t20 + t21 + t22;
+  invariants[6] = t22 + t23 + t24 + t19;
+  invariants[7] = SPLAT(0.0);
+}
+
+/* cga2d_invariants_trivector: Eight numbers of a multivector of one grade. 5 mul, 8 add, 8 other. */
+BS_INLINE void FN(cga2d_invariants_trivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e12no = x_in[0];
+  const V x_e12ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e2noni = x_in[3];
+  const V t0 = x_e12no * x_e12ni;
+  const V t1 = x_e1noni * x_e1noni;
+  const V t2 = x_e2noni * x_e2noni;
+  const V t3 = ABS(t0);
+  const V t4 = ABS(t1);
+  const V t5 = ABS(t2);
+  const V t6 = ABS(x_e12no);
+  const V t7 = ABS(-x_e12no);
+  const V t8 = ABS(x_e1noni);
+  const V t9 = ABS(x_e2noni);
+  const V t10 = t8 + t9;
+  const V t11 = ABS(x_e12ni);
+  invariants[0] = K(2.0) * t0 + t1 + t2;
+  invariants[1] = K(2.0) * t3 + t4 + t5;
+  invariants[2] = SPLAT(0.0);
+  invariants[3] = SPLAT(0.0);
+  invariants[4] = t6;
+  invariants[5] = t7 + t10;
+  invariants[6] = t6 + t11 + t10;
+  invariants[7] = SPLAT(0.0);
+}

@@ -389,6 +389,112 @@ BS_INLINE void FN(cga3d_geometric_even_even)(V *RESTRICT out, const V *RESTRICT 
   out[15] = t39; /* e23noni */
 }
 
+/* cga3d_geometric_translator_rotor: Geometric product x y. 12 mul, 8 add. */
+BS_INLINE void FN(cga3d_geometric_translator_rotor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e1ni = x_in[1];
+  const V x_e2ni = x_in[2];
+  const V x_e3ni = x_in[3];
+  const V y_s = y_in[0];
+  const V y_e12 = y_in[1];
+  const V y_e13 = y_in[2];
+  const V y_e23 = y_in[3];
+  out[0] = y_s; /* 1 */
+  out[1] = y_e12; /* e12 */
+  out[2] = y_e13; /* e13 */
+  out[3] = x_e1ni * y_s - x_e2ni * y_e12 - x_e3ni * y_e13; /* e1ni */
+  out[4] = y_e23; /* e23 */
+  out[5] = x_e1ni * y_e12 + x_e2ni * y_s - x_e3ni * y_e23; /* e2ni */
+  out[6] = x_e1ni * y_e13 + x_e2ni * y_e23 + x_e3ni * y_s; /* e3ni */
+  out[7] = x_e1ni * y_e23 + x_e3ni * y_e12 - x_e2ni * y_e13; /* e123ni */
+}
+
+/* cga3d_geometric_rotor_translator: Geometric product x y. 12 mul, 8 add. */
+BS_INLINE void FN(cga3d_geometric_rotor_translator)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e23 = x_in[3];
+  const V y_e1ni = y_in[1];
+  const V y_e2ni = y_in[2];
+  const V y_e3ni = y_in[3];
+  out[0] = x_s; /* 1 */
+  out[1] = x_e12; /* e12 */
+  out[2] = x_e13; /* e13 */
+  out[3] = x_s * y_e1ni + x_e12 * y_e2ni + x_e13 * y_e3ni; /* e1ni */
+  out[4] = x_e23; /* e23 */
+  out[5] = x_s * y_e2ni + x_e23 * y_e3ni - x_e12 * y_e1ni; /* e2ni */
+  out[6] = x_s * y_e3ni - x_e13 * y_e1ni - x_e23 * y_e2ni; /* e3ni */
+  out[7] = x_e12 * y_e3ni + x_e23 * y_e1ni - x_e13 * y_e2ni; /* e123ni */
+}
+
+/* cga3d_geometric_motor_any_motor: Geometric product x y. 48 mul, 40 add. */
+BS_INLINE void FN(cga3d_geometric_motor_any_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2ni = x_in[5];
+  const V x_e3ni = x_in[6];
+  const V x_e123ni = x_in[7];
+  const V y_s = y_in[0];
+  const V y_e12 = y_in[1];
+  const V y_e13 = y_in[2];
+  const V y_e1ni = y_in[3];
+  const V y_e23 = y_in[4];
+  const V y_e2ni = y_in[5];
+  const V y_e3ni = y_in[6];
+  const V y_e123ni = y_in[7];
+  const V t0 = x_s * y_e1ni + x_e12 * y_e2ni + x_e13 * y_e3ni + x_e1ni * y_s - x_e23 * y_e123ni - x_e2ni * y_e12 - x_e3ni * y_e13 - x_e123ni * y_e23;
+  const V t1 = x_s * y_e2ni - x_e12 * y_e1ni + x_e13 * y_e123ni + x_e1ni * y_e12 + x_e23 * y_e3ni + x_e2ni * y_s - x_e3ni * y_e23 + x_e123ni * y_e13;
+  const V t2 = x_s * y_e3ni - x_e12 * y_e123ni - x_e13 * y_e1ni + x_e1ni * y_e13 - x_e23 * y_e2ni + x_e2ni * y_e23 + x_e3ni * y_s - x_e123ni * y_e12;
+  const V t3 = x_s * y_e123ni + x_e12 * y_e3ni - x_e13 * y_e2ni + x_e1ni * y_e23 + x_e23 * y_e1ni - x_e2ni * y_e13 + x_e3ni * y_e12 + x_e123ni * y_s;
+  out[0] = x_s * y_s - x_e12 * y_e12 - x_e13 * y_e13 - x_e23 * y_e23; /* 1 */
+  out[1] = x_s * y_e12 + x_e12 * y_s - x_e13 * y_e23 + x_e23 * y_e13; /* e12 */
+  out[2] = x_s * y_e13 + x_e12 * y_e23 + x_e13 * y_s - x_e23 * y_e12; /* e13 */
+  out[3] = t0; /* e1ni */
+  out[4] = x_s * y_e23 - x_e12 * y_e13 + x_e13 * y_e12 + x_e23 * y_s; /* e23 */
+  out[5] = t1; /* e2ni */
+  out[6] = t2; /* e3ni */
+  out[7] = t3; /* e123ni */
+}
+
+/* cga3d_geometric_any_motor_any_motor: Geometric product x y. 48 mul, 40 add. */
+BS_INLINE void FN(cga3d_geometric_any_motor_any_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2ni = x_in[5];
+  const V x_e3ni = x_in[6];
+  const V x_e123ni = x_in[7];
+  const V y_s = y_in[0];
+  const V y_e12 = y_in[1];
+  const V y_e13 = y_in[2];
+  const V y_e1ni = y_in[3];
+  const V y_e23 = y_in[4];
+  const V y_e2ni = y_in[5];
+  const V y_e3ni = y_in[6];
+  const V y_e123ni = y_in[7];
+  const V t0 = x_s * y_e1ni + x_e12 * y_e2ni + x_e13 * y_e3ni + x_e1ni * y_s - x_e23 * y_e123ni - x_e2ni * y_e12 - x_e3ni * y_e13 - x_e123ni * y_e23;
+  const V t1 = x_s * y_e2ni - x_e12 * y_e1ni + x_e13 * y_e123ni + x_e1ni * y_e12 + x_e23 * y_e3ni + x_e2ni * y_s - x_e3ni * y_e23 + x_e123ni * y_e13;
+  const V t2 = x_s * y_e3ni - x_e12 * y_e123ni - x_e13 * y_e1ni + x_e1ni * y_e13 - x_e23 * y_e2ni + x_e2ni * y_e23 + x_e3ni * y_s - x_e123ni * y_e12;
+  const V t3 = x_s * y_e123ni + x_e12 * y_e3ni - x_e13 * y_e2ni + x_e1ni * y_e23 + x_e23 * y_e1ni - x_e2ni * y_e13 + x_e3ni * y_e12 + x_e123ni * y_s;
+  out[0] = x_s * y_s - x_e12 * y_e12 - x_e13 * y_e13 - x_e23 * y_e23; /* 1 */
+  out[1] = x_s * y_e12 + x_e12 * y_s - x_e13 * y_e23 + x_e23 * y_e13; /* e12 */
+  out[2] = x_s * y_e13 + x_e12 * y_e23 + x_e13 * y_s - x_e23 * y_e12; /* e13 */
+  out[3] = t0; /* e1ni */
+  out[4] = x_s * y_e23 - x_e12 * y_e13 + x_e13 * y_e12 + x_e23 * y_s; /* e23 */
+  out[5] = t1; /* e2ni */
+  out[6] = t2; /* e3ni */
+  out[7] = t3; /* e123ni */
+}
+
 /* cga3d_outer_multivector_multivector: Outer product x ^ y. 243 mul, 211 add. */
 BS_INLINE void FN(cga3d_outer_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
@@ -1441,24 +1547,169 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const 
   out[4] = x_ni * t33 + K(2.0) * t34; /* ni */
 }
 
-/* cga3d_sandwich_rotor_conformal_bivector: r x ~r: what a rotor does to an object (thesis 1.2.6). 210 mul, 208 add. */
-BS_INLINE void FN(cga3d_sandwich_rotor_conformal_bivector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+/* cga3d_sandwich_motor_any_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 54 mul, 41 add. */
+BS_INLINE void FN(cga3d_sandwich_motor_any_line)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
   const V r_e13 = r_in[2];
-  const V r_e1no = r_in[3];
-  const V r_e1ni = r_in[4];
-  const V r_e23 = r_in[5];
-  const V r_e2no = r_in[6];
-  const V r_e2ni = r_in[7];
-  const V r_e3no = r_in[8];
-  const V r_e3ni = r_in[9];
-  const V r_noni = r_in[10];
-  const V r_e123no = r_in[11];
-  const V r_e12noni = r_in[13];
-  const V r_e13noni = r_in[14];
-  const V r_e23noni = r_in[15];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  const V t0 = r_e23 * x_e13ni - r_e13 * x_e23ni;
+  const V t1 = r_e13 * x_e12ni + r_e2ni * x_e3noni - r_e12 * x_e13ni - r_e3ni * x_e2noni;
+  const V t2 = r_s * x_e1noni + r_e12 * x_e2noni + r_e13 * x_e3noni;
+  const V t3 = r_e23 * x_e3noni;
+  const V t4 = r_e12 * x_e1noni - r_s * x_e2noni - t3;
+  const V t5 = r_e13 * x_e1noni + r_e23 * x_e2noni;
+  const V t6 = r_e3ni * x_e1noni;
+  const V t7 = r_e23 * x_e12ni - r_e12 * x_e23ni - r_e1ni * x_e3noni;
+  const V t8 = r_s * t0 - r_e13 * t1 - r_e2ni * t2 - r_e1ni * t4 - r_e123ni * t5 - r_e23 * (t6 + t7);
+  const V t9 = r_e1ni * x_e2noni + r_e123ni * x_e3noni + t0 - r_e2ni * x_e1noni;
+  const V t10 = r_e12 * (r_e123ni * x_e1noni + t1) - r_e3ni * t2 - r_s * t7 - r_e23 * t9 - r_e1ni * t5;
+  const V t11 = r_s * x_e3noni - t5;
+  const V t12 = r_s * t1 + r_e13 * t9 + r_e12 * (r_e123ni * x_e2noni + t7) - r_e3ni * t3 - r_e2ni * t5;
+  out[0] = x_e12ni + K(2.0) * t8; /* e12ni */
+  out[1] = x_e13ni + K(2.0) * t10; /* e13ni */
+  out[2] = x_e1noni - K(2.0) * (r_e12 * t4 - r_e13 * t11); /* e1noni */
+  out[3] = K(4.0) * (r_e12 * t6) + x_e23ni + K(2.0) * t12; /* e23ni */
+  out[4] = x_e2noni - K(2.0) * (r_e12 * t2 - r_e23 * t11); /* e2noni */
+  out[5] = x_e3noni - K(2.0) * (r_e13 * t2 - r_e23 * t4); /* e3noni */
+}
+
+/* cga3d_sandwich_motor_twist: r x ~r: what a rotor does to an object (thesis 1.2.6). 51 mul, 39 add. */
+BS_INLINE void FN(cga3d_sandwich_motor_twist)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V x_e12 = x_in[0];
+  const V x_e13 = x_in[1];
+  const V x_e1ni = x_in[2];
+  const V x_e23 = x_in[3];
+  const V x_e2ni = x_in[4];
+  const V x_e3ni = x_in[5];
+  const V t0 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
+  const V t1 = r_e13 * x_e12 + r_s * x_e23 - r_e12 * x_e13;
+  const V t2 = r_s * x_e12 + r_e23 * x_e13 - r_e13 * x_e23;
+  const V t3 = r_e1ni * x_e12 + r_e123ni * x_e13 + r_s * x_e2ni + r_e23 * x_e3ni - r_e12 * x_e1ni - r_e3ni * x_e23;
+  const V t4 = r_e123ni * x_e12 + r_e13 * x_e1ni + r_e23 * x_e2ni - r_e1ni * x_e13 - r_e2ni * x_e23 - r_s * x_e3ni;
+  const V t5 = r_e2ni * x_e12 + r_e3ni * x_e13 + r_e123ni * x_e23 - r_s * x_e1ni - r_e12 * x_e2ni - r_e13 * x_e3ni;
+  out[0] = x_e12 - K(2.0) * (r_e23 * t0 + r_e13 * t1); /* e12 */
+  out[1] = x_e13 - K(2.0) * (r_e23 * t2 - r_e12 * t1); /* e13 */
+  out[2] = x_e1ni + K(2.0) * (r_e3ni * t0 + r_e12 * t3 - r_e2ni * t2 - r_e13 * t4); /* e1ni */
+  out[3] = x_e23 + K(2.0) * (r_e13 * t2 + r_e12 * t0); /* e23 */
+  out[4] = x_e2ni + K(2.0) * (r_e1ni * t2 + r_e12 * t5 - r_e3ni * t1 - r_e23 * t4); /* e2ni */
+  out[5] = x_e3ni - K(2.0) * (r_e1ni * t0 + r_e23 * t3 - r_e2ni * t1 - r_e13 * t5); /* e3ni */
+}
+
+/* cga3d_sandwich_motor_motor: r x ~r: what a rotor does to an object (thesis 1.2.6). 51 mul, 39 add. */
+BS_INLINE void FN(cga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2ni = x_in[5];
+  const V x_e3ni = x_in[6];
+  const V x_e123ni = x_in[7];
+  const V t0 = r_e23 * x_e12 - r_s * x_e13 - r_e12 * x_e23;
+  const V t1 = r_e13 * x_e12 + r_s * x_e23 - r_e12 * x_e13;
+  const V t2 = r_s * x_e12 + r_e23 * x_e13 - r_e13 * x_e23;
+  const V t3 = r_e1ni * x_e12 + r_e123ni * x_e13 + r_s * x_e2ni + r_e23 * x_e3ni - r_e12 * x_e1ni - r_e3ni * x_e23;
+  const V t4 = r_e123ni * x_e12 + r_e13 * x_e1ni + r_e23 * x_e2ni - r_e1ni * x_e13 - r_e2ni * x_e23 - r_s * x_e3ni;
+  const V t5 = r_e2ni * x_e12 + r_e3ni * x_e13 + r_e123ni * x_e23 - r_s * x_e1ni - r_e12 * x_e2ni - r_e13 * x_e3ni;
+  out[0] = x_s; /* 1 */
+  out[1] = x_e12 - K(2.0) * (r_e23 * t0 + r_e13 * t1); /* e12 */
+  out[2] = x_e13 - K(2.0) * (r_e23 * t2 - r_e12 * t1); /* e13 */
+  out[3] = x_e1ni + K(2.0) * (r_e3ni * t0 + r_e12 * t3 - r_e2ni * t2 - r_e13 * t4); /* e1ni */
+  out[4] = x_e23 + K(2.0) * (r_e13 * t2 + r_e12 * t0); /* e23 */
+  out[5] = x_e2ni + K(2.0) * (r_e1ni * t2 + r_e12 * t5 - r_e3ni * t1 - r_e23 * t4); /* e2ni */
+  out[6] = x_e3ni - K(2.0) * (r_e1ni * t0 + r_e23 * t3 - r_e2ni * t1 - r_e13 * t5); /* e3ni */
+  out[7] = x_e123ni; /* e123ni */
+}
+
+/* cga3d_commutator_twist_twist: Commutator product (x y - y x)/2. 18 mul, 12 add. */
+BS_INLINE void FN(cga3d_commutator_twist_twist)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e13 = x_in[1];
+  const V x_e1ni = x_in[2];
+  const V x_e23 = x_in[3];
+  const V x_e2ni = x_in[4];
+  const V x_e3ni = x_in[5];
+  const V y_e12 = y_in[0];
+  const V y_e13 = y_in[1];
+  const V y_e1ni = y_in[2];
+  const V y_e23 = y_in[3];
+  const V y_e2ni = y_in[4];
+  const V y_e3ni = y_in[5];
+  out[0] = x_e23 * y_e13 - x_e13 * y_e23; /* e12 */
+  out[1] = x_e12 * y_e23 - x_e23 * y_e12; /* e13 */
+  out[2] = x_e12 * y_e2ni + x_e13 * y_e3ni - x_e2ni * y_e12 - x_e3ni * y_e13; /* e1ni */
+  out[3] = x_e13 * y_e12 - x_e12 * y_e13; /* e23 */
+  out[4] = x_e1ni * y_e12 - x_e12 * y_e1ni + x_e23 * y_e3ni - x_e3ni * y_e23; /* e2ni */
+  out[5] = x_e1ni * y_e13 - x_e13 * y_e1ni - x_e23 * y_e2ni + x_e2ni * y_e23; /* e3ni */
+}
+
+/* cga3d_normalise_vector: x over its norm; null multivectors (a point, for one) are singular. 13 mul, 6 add, 13 other. */
+BS_INLINE void FN(cga3d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_no = x_in[3];
+  const V x_ni = x_in[4];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e1 * x_e1;
+  const V t2 = ABS(t1);
+  const V t3 = x_e2 * x_e2;
+  const V t4 = ABS(t3);
+  const V t5 = x_e3 * x_e3;
+  const V t6 = ABS(t5);
+  const V t7 = x_no * x_ni;
+  const V t8 = ABS(t7);
+  const V t9 = ABS(t1 + t3 + t5 - K(2.0) * t7);
+  const M t10 = LT(K(64.0) * (t0 * (t2 + t4 + t6 + K(2.0) * t8)), t9);
+  const V t11 = SPLAT(BS_NOT_A_NUMBER);
+  const V t12 = SELECT(t10, t9, t11);
+  const V t13 = SQRT(t12);
+  const V t14 = K(1.0) / t13;
+  const M t15 = NOT(t10);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e1 * t14; /* e1 */
+  out[1] = x_e2 * t14; /* e2 */
+  out[2] = x_e3 * t14; /* e3 */
+  out[3] = x_no * t14; /* no */
+  out[4] = x_ni * t14; /* ni */
+  status[0] = t16; /* 1 */
+}
+
+/* cga3d_normalise_bivector: x over its norm; null multivectors (a point, for one) are singular. 21 mul, 12 add, 16 other. */
+BS_INLINE void FN(cga3d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
   const V x_e1no = x_in[2];
@@ -1469,86 +1720,45 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_bivector)(V *RESTRICT out, cons
   const V x_e3no = x_in[7];
   const V x_e3ni = x_in[8];
   const V x_noni = x_in[9];
-  const V t0 = r_e1no * x_e2ni + r_e123no * x_e3ni - r_e2no * x_e1ni;
-  const V t1 = r_e1ni * x_e2no - r_e2ni * x_e1no;
-  const V t2 = r_s * x_e12 + r_e23 * x_e13 + r_e12noni * x_noni + t0 + t1 - r_e13 * x_e23;
-  const V t3 = r_s + r_noni;
-  const V t4 = r_e23 + r_e23noni;
-  const V t5 = r_e12 + r_e12noni;
-  const V t6 = r_e1ni * x_e12 + x_e2ni * t3 + x_e3ni * t4 - r_e2ni * x_noni - r_e3ni * x_e23 - x_e1ni * t5;
-  const V t7 = r_s - r_noni;
-  const V t8 = r_e23 - r_e23noni;
-  const V t9 = r_e12 - r_e12noni;
-  const V t10 = r_e1no * x_e12 + r_e2no * x_noni + r_e123no * x_e13 + x_e2no * t7 + x_e3no * t8 - r_e3no * x_e23 - x_e1no * t9;
-  const V t11 = r_e1no * x_e3ni - r_e3no * x_e1ni - r_e123no * x_e2ni;
-  const V t12 = r_e1ni * x_e3no - r_e3ni * x_e1no;
-  const V t13 = r_s * x_e13 + r_e12 * x_e23 + r_e13noni * x_noni + t11 + t12 - r_e23 * x_e12;
-  const V t14 = r_e13 + r_e13noni;
-  const V t15 = r_e1ni * x_e13 + r_e2ni * x_e23 + x_e3ni * t3 - r_e3ni * x_noni - x_e1ni * t14 - x_e2ni * t4;
-  const V t16 = r_e1ni * x_e1no + r_e2ni * x_e2no + r_e3ni * x_e3no;
-  const V t17 = r_e1no * x_e1ni + r_e2no * x_e2ni + r_e3no * x_e3ni;
-  const V t18 = r_s * x_noni + t16 - r_e12noni * x_e12 - r_e13noni * x_e13 - r_e23noni * x_e23 - t17;
-  const V t19 = r_e2ni * x_e3no - r_e3ni * x_e2no;
-  const V t20 = r_e2no * x_e3ni + r_e123no * x_e1ni - r_e3no * x_e2ni;
-  const V t21 = r_e23 * x_noni + r_noni * x_e23 + r_e13noni * x_e12 + t19 - r_e12noni * x_e13 - t20;
-  const V t22 = r_noni * x_noni + t17 + t16 - r_e12 * x_e12 - r_e13 * x_e13 - r_e23 * x_e23;
-  const V t23 = r_s * x_e23 + r_e13 * x_e12 + r_e23noni * x_noni + t20 + t19 - r_e12 * x_e13;
-  const V t24 = x_e1ni * t3 + x_e2ni * t5 + x_e3ni * t14 - r_e1ni * x_noni - r_e2ni * x_e12 - r_e3ni * x_e13;
-  const V t25 = r_e13 - r_e13noni;
-  const V t26 = r_e1no * x_noni + x_e1no * t7 + x_e2no * t9 + x_e3no * t25 - r_e2no * x_e12 - r_e3no * x_e13 - r_e123no * x_e23;
-  const V t27 = r_e1ni * x_e23 + r_e3ni * x_e12 + x_e3ni * t5 + x_e1ni * t4 - r_e2ni * x_e13 - x_e2ni * t14;
-  const V t28 = r_e1no * x_e23 + r_e3no * x_e12 + r_e123no * x_noni + x_e3no * t9 + x_e1no * t8 - r_e2no * x_e13 - x_e2no * t25;
-  const V t29 = r_e12 * x_noni + r_noni * x_e12 + r_e23noni * x_e13 + t1 - r_e13noni * x_e23 - t0;
-  const V t30 = r_e13 * x_noni + r_noni * x_e13 + r_e12noni * x_e23 + t12 - r_e23noni * x_e12 - t11;
-  const V t31 = r_s * t2 + r_e1no * t6 + r_e1ni * t10 + r_e23 * t13 + r_e123no * t15 + r_e12noni * t18 + r_e13noni * t21 - r_e12 * t22 - r_e13 * t23 - r_e2no * t24 - r_e2ni * t26 - r_e3no * t27 - r_e3ni * t28 - r_noni * t29 - r_e23noni * t30;
-  const V t32 = r_e1no * x_e13 + r_e2no * x_e23 + r_e3no * x_noni + x_e3no * t7 - r_e123no * x_e12 - x_e1no * t25 - x_e2no * t8;
-  const V t33 = r_s * t13 + r_e12 * t23 + r_e1no * t15 + r_e1ni * t32 + r_e2no * t27 + r_e2ni * t28 + r_e13noni * t18 + r_e23noni * t29 - r_e13 * t22 - r_e23 * t2 - r_e3no * t24 - r_e3ni * t26 - r_noni * t30 - r_e123no * t6 - r_e12noni * t21;
-  const V t34 = t18 - t22;
-  const V t35 = t2 - t29;
-  const V t36 = t13 - t30;
-  const V t37 = t23 - t21;
-  const V t38 = t7 * t26 + t9 * t10 + t25 * t32 + t8 * t28 + r_e1no * t34 - r_e2no * t35 - r_e3no * t36 - r_e123no * t37;
-  const V t39 = t18 + t22;
-  const V t40 = t2 + t29;
-  const V t41 = t13 + t30;
-  const V t42 = t3 * t24 + t5 * t6 + t14 * t15 + t4 * t27 - r_e1ni * t39 - r_e2ni * t40 - r_e3ni * t41;
-  const V t43 = r_s * t23 + r_e13 * t2 + r_e2no * t15 + r_e2ni * t32 + r_e123no * t24 + r_e12noni * t30 + r_e23noni * t18 - r_e12 * t13 - r_e1no * t27 - r_e1ni * t28 - r_e23 * t22 - r_e3no * t6 - r_e3ni * t10 - r_noni * t21 - r_e13noni * t29;
-  const V t44 = t7 * t10 + t8 * t32 + r_e1no * t35 + r_e123no * t36 + r_e2no * t34 - t9 * t26 - t25 * t28 - r_e3no * t37;
-  const V t45 = t23 + t21;
-  const V t46 = t3 * t6 + t4 * t15 + r_e1ni * t40 - t5 * t24 - t14 * t27 - r_e2ni * t39 - r_e3ni * t45;
-  const V t47 = t7 * t32 + t9 * t28 + r_e1no * t36 + r_e2no * t37 + r_e3no * t34 - t25 * t26 - t8 * t10 - r_e123no * t35;
-  const V t48 = t3 * t15 + t5 * t27 + r_e1ni * t41 + r_e2ni * t45 - t14 * t24 - t4 * t6 - r_e3ni * t39;
-  const V t49 = r_s * t18 + r_e12 * t29 + r_e13 * t30 + r_e1ni * t26 + r_e23 * t21 + r_e2ni * t10 + r_e3ni * t32 - r_e1no * t24 - r_e2no * t6 - r_e3no * t15 - r_noni * t22 - r_e123no * t27 - r_e12noni * t2 - r_e13noni * t13 - r_e23noni * t23;
-  out[0] = t31; /* e12 */
-  out[1] = t33; /* e13 */
-  out[2] = t38; /* e1no */
-  out[3] = t42; /* e1ni */
-  out[4] = t43; /* e23 */
-  out[5] = t44; /* e2no */
-  out[6] = t46; /* e2ni */
-  out[7] = t47; /* e3no */
-  out[8] = t48; /* e3ni */
-  out[9] = t49; /* noni */
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e12 * x_e12;
+  const V t2 = ABS(t1);
+  const V t3 = x_e13 * x_e13;
+  const V t4 = ABS(t3);
+  const V t5 = x_e23 * x_e23;
+  const V t6 = ABS(t5);
+  const V t7 = x_noni * x_noni;
+  const V t8 = ABS(t7);
+  const V t9 = x_e1no * x_e1ni;
+  const V t10 = ABS(t9);
+  const V t11 = x_e2no * x_e2ni;
+  const V t12 = ABS(t11);
+  const V t13 = x_e3no * x_e3ni;
+  const V t14 = ABS(t13);
+  const V t15 = ABS(t1 + t3 + t5 - t7 - K(2.0) * (t9 + t11 + t13));
+  const M t16 = LT(K(64.0) * (t0 * (t2 + t4 + t6 + t8 + K(2.0) * (t10 + t12 + t14))), t15);
+  const V t17 = SPLAT(BS_NOT_A_NUMBER);
+  const V t18 = SELECT(t16, t15, t17);
+  const V t19 = SQRT(t18);
+  const V t20 = K(1.0) / t19;
+  const M t21 = NOT(t16);
+  const V t22 = SELECT(t21, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e12 * t20; /* e12 */
+  out[1] = x_e13 * t20; /* e13 */
+  out[2] = x_e1no * t20; /* e1no */
+  out[3] = x_e1ni * t20; /* e1ni */
+  out[4] = x_e23 * t20; /* e23 */
+  out[5] = x_e2no * t20; /* e2no */
+  out[6] = x_e2ni * t20; /* e2ni */
+  out[7] = x_e3no * t20; /* e3no */
+  out[8] = x_e3ni * t20; /* e3ni */
+  out[9] = x_noni * t20; /* noni */
+  status[0] = t22; /* 1 */
 }
 
-/* cga3d_sandwich_rotor_conformal_trivector: r x ~r: what a rotor does to an object (thesis 1.2.6). 210 mul, 208 add. */
-BS_INLINE void FN(cga3d_sandwich_rotor_conformal_trivector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+/* cga3d_normalise_trivector: x over its norm; null multivectors (a point, for one) are singular. 21 mul, 12 add, 16 other. */
+BS_INLINE void FN(cga3d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
 {
-  const V r_s = r_in[0];
-  const V r_e12 = r_in[1];
-  const V r_e13 = r_in[2];
-  const V r_e1no = r_in[3];
-  const V r_e1ni = r_in[4];
-  const V r_e23 = r_in[5];
-  const V r_e2no = r_in[6];
-  const V r_e2ni = r_in[7];
-  const V r_e3no = r_in[8];
-  const V r_e3ni = r_in[9];
-  const V r_noni = r_in[10];
-  const V r_e123no = r_in[11];
-  const V r_e12noni = r_in[13];
-  const V r_e13noni = r_in[14];
-  const V r_e23noni = r_in[15];
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
   const V x_e12ni = x_in[2];
@@ -1559,129 +1769,2706 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_trivector)(V *RESTRICT out, con
   const V x_e23ni = x_in[7];
   const V x_e2noni = x_in[8];
   const V x_e3noni = x_in[9];
-  const V t0 = r_e1no * x_e23ni + r_e3no * x_e12ni - r_e2no * x_e13ni;
-  const V t1 = r_e1ni * x_e23no + r_e3ni * x_e12no - r_e2ni * x_e13no;
-  const V t2 = r_s * x_e123 + r_e12noni * x_e3noni + r_e23noni * x_e1noni - r_e13noni * x_e2noni - t0 - t1;
-  const V t3 = r_e1no * x_e12ni + r_e123no * x_e13ni - r_e3no * x_e23ni;
-  const V t4 = r_e1ni * x_e12no - r_e3ni * x_e23no;
-  const V t5 = r_e13 * x_e123 + r_noni * x_e2noni + r_e23noni * x_e3noni - r_e12noni * x_e1noni - t3 - t4;
-  const V t6 = r_s + r_noni;
-  const V t7 = r_e12 + r_e12noni;
-  const V t8 = r_e23 + r_e23noni;
-  const V t9 = r_e1ni * x_e3noni + r_e2ni * x_e123 + x_e13ni * t6 + x_e23ni * t7 - r_e3ni * x_e1noni - x_e12ni * t8;
-  const V t10 = r_s - r_noni;
-  const V t11 = r_e12 - r_e12noni;
-  const V t12 = r_e23 - r_e23noni;
-  const V t13 = r_e2no * x_e123 + r_e3no * x_e1noni + r_e123no * x_e2noni + x_e13no * t10 + x_e23no * t11 - r_e1no * x_e3noni - x_e12no * t12;
-  const V t14 = r_e13 + r_e13noni;
-  const V t15 = r_e1ni * x_e1noni + r_e2ni * x_e2noni + r_e3ni * x_e3noni - x_e12ni * t7 - x_e13ni * t14 - x_e23ni * t8;
-  const V t16 = r_e1no * x_e13ni + r_e2no * x_e23ni - r_e123no * x_e12ni;
-  const V t17 = r_e1ni * x_e13no + r_e2ni * x_e23no;
-  const V t18 = r_s * x_e3noni + t16 - r_e13 * x_e1noni - r_e23 * x_e2noni - r_e12noni * x_e123 - t17;
-  const V t19 = r_e2ni * x_e12no + r_e3ni * x_e13no;
-  const V t20 = r_e2no * x_e12ni + r_e3no * x_e13ni + r_e123no * x_e23ni;
-  const V t21 = r_s * x_e1noni + r_e12 * x_e2noni + r_e13 * x_e3noni + t19 - r_e23noni * x_e123 - t20;
-  const V t22 = r_noni * x_e3noni - r_e12 * x_e123 - r_e13noni * x_e1noni - r_e23noni * x_e2noni - t16 - t17;
-  const V t23 = r_e2ni * x_e3noni + x_e23ni * t6 + x_e12ni * t14 - r_e1ni * x_e123 - r_e3ni * x_e2noni - x_e13ni * t7;
-  const V t24 = r_e13 - r_e13noni;
-  const V t25 = r_e3no * x_e2noni + x_e23no * t10 + x_e12no * t24 - r_e1no * x_e123 - r_e2no * x_e3noni - r_e123no * x_e1noni - x_e13no * t11;
-  const V t26 = r_noni * x_e1noni + r_e12noni * x_e2noni + r_e13noni * x_e3noni + t20 + t19 - r_e23 * x_e123;
-  const V t27 = r_e1ni * x_e2noni + x_e12ni * t6 + x_e13ni * t8 - r_e2ni * x_e1noni - r_e3ni * x_e123 - x_e23ni * t14;
-  const V t28 = r_e2no * x_e1noni + x_e12no * t10 + x_e13no * t12 - r_e1no * x_e2noni - r_e3no * x_e123 - r_e123no * x_e3noni - x_e23no * t24;
-  const V t29 = r_e12 * x_e3noni + r_e23 * x_e1noni + r_noni * x_e123 + t0 - r_e13 * x_e2noni - t1;
-  const V t30 = r_s * x_e2noni + r_e23 * x_e3noni + r_e13noni * x_e123 + t3 - r_e12 * x_e1noni - t4;
-  const V t31 = r_s * t2 + r_e13 * t5 + r_e2no * t9 + r_e2ni * t13 + r_e123no * t15 + r_e12noni * t18 + r_e23noni * t21 - r_e12 * t22 - r_e1no * t23 - r_e1ni * t25 - r_e23 * t26 - r_e3no * t27 - r_e3ni * t28 - r_noni * t29 - r_e13noni * t30;
-  const V t32 = t21 - t26;
-  const V t33 = r_e123no * x_e123 - r_e1no * x_e1noni - r_e2no * x_e2noni - r_e3no * x_e3noni - x_e12no * t11 - x_e13no * t24 - x_e23no * t12;
-  const V t34 = t2 - t29;
-  const V t35 = t30 - t5;
-  const V t36 = t18 - t22;
-  const V t37 = t10 * t28 + t12 * t13 + r_e2no * t32 - t11 * t33 - t24 * t25 - r_e3no * t34 - r_e1no * t35 - r_e123no * t36;
-  const V t38 = t30 + t5;
-  const V t39 = t2 + t29;
-  const V t40 = t21 + t26;
-  const V t41 = t6 * t27 + t8 * t9 + r_e1ni * t38 - t7 * t15 - t14 * t23 - r_e3ni * t39 - r_e2ni * t40;
-  const V t42 = t10 * t13 + t11 * t25 + r_e2no * t34 + r_e3no * t32 + r_e123no * t35 - t24 * t33 - t12 * t28 - r_e1no * t36;
-  const V t43 = t18 + t22;
-  const V t44 = t6 * t9 + t7 * t23 + r_e2ni * t39 + r_e1ni * t43 - t14 * t15 - t8 * t27 - r_e3ni * t40;
-  const V t45 = r_s * t21 + r_e12 * t30 + r_e13 * t18 + r_e1ni * t33 + r_e23 * t29 + r_e2ni * t28 + r_e3ni * t13 - r_e1no * t15 - r_e2no * t27 - r_e3no * t9 - r_noni * t26 - r_e123no * t23 - r_e12noni * t5 - r_e13noni * t22 - r_e23noni * t2;
-  const V t46 = t10 * t25 + t24 * t28 + r_e3no * t35 - t11 * t13 - t12 * t33 - r_e1no * t34 - r_e123no * t32 - r_e2no * t36;
-  const V t47 = t6 * t23 + t14 * t27 + r_e2ni * t43 - t7 * t9 - t8 * t15 - r_e1ni * t39 - r_e3ni * t38;
-  const V t48 = r_s * t30 + r_e1no * t27 + r_e23 * t18 + r_e2ni * t33 + r_e3ni * t25 + r_e123no * t9 + r_e12noni * t26 + r_e13noni * t2 - r_e12 * t21 - r_e13 * t29 - r_e1ni * t28 - r_e2no * t15 - r_e3no * t23 - r_noni * t5 - r_e23noni * t22;
-  const V t49 = r_s * t18 + r_e12 * t29 + r_e1no * t9 + r_e2no * t23 + r_e3ni * t33 + r_e13noni * t26 + r_e23noni * t5 - r_e13 * t21 - r_e1ni * t13 - r_e23 * t30 - r_e2ni * t25 - r_e3no * t15 - r_noni * t22 - r_e123no * t27 - r_e12noni * t2;
-  out[0] = t31; /* e123 */
-  out[1] = t37; /* e12no */
-  out[2] = t41; /* e12ni */
-  out[3] = t42; /* e13no */
-  out[4] = t44; /* e13ni */
-  out[5] = t45; /* e1noni */
-  out[6] = t46; /* e23no */
-  out[7] = t47; /* e23ni */
-  out[8] = t48; /* e2noni */
-  out[9] = t49; /* e3noni */
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e123 * x_e123;
+  const V t2 = ABS(t1);
+  const V t3 = x_e1noni * x_e1noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e2noni * x_e2noni;
+  const V t6 = ABS(t5);
+  const V t7 = x_e3noni * x_e3noni;
+  const V t8 = ABS(t7);
+  const V t9 = x_e12no * x_e12ni;
+  const V t10 = ABS(t9);
+  const V t11 = x_e13no * x_e13ni;
+  const V t12 = ABS(t11);
+  const V t13 = x_e23no * x_e23ni;
+  const V t14 = ABS(t13);
+  const V t15 = ABS(t1 - t3 - t5 - t7 - K(2.0) * (t9 + t11 + t13));
+  const M t16 = LT(K(64.0) * (t0 * (t2 + t4 + t6 + t8 + K(2.0) * (t10 + t12 + t14))), t15);
+  const V t17 = SPLAT(BS_NOT_A_NUMBER);
+  const V t18 = SELECT(t16, t15, t17);
+  const V t19 = SQRT(t18);
+  const V t20 = K(1.0) / t19;
+  const M t21 = NOT(t16);
+  const V t22 = SELECT(t21, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e123 * t20; /* e123 */
+  out[1] = x_e12no * t20; /* e12no */
+  out[2] = x_e12ni * t20; /* e12ni */
+  out[3] = x_e13no * t20; /* e13no */
+  out[4] = x_e13ni * t20; /* e13ni */
+  out[5] = x_e1noni * t20; /* e1noni */
+  out[6] = x_e23no * t20; /* e23no */
+  out[7] = x_e23ni * t20; /* e23ni */
+  out[8] = x_e2noni * t20; /* e2noni */
+  out[9] = x_e3noni * t20; /* e3noni */
+  status[0] = t22; /* 1 */
 }
 
-/* cga3d_sandwich_rotor_conformal_quadvector: r x ~r: what a rotor does to an object (thesis 1.2.6). 104 mul, 97 add. */
-BS_INLINE void FN(cga3d_sandwich_rotor_conformal_quadvector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+/* cga3d_normalise_quadvector: x over its norm; null multivectors (a point, for one) are singular. 13 mul, 6 add, 13 other. */
+BS_INLINE void FN(cga3d_normalise_quadvector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
 {
-  const V r_s = r_in[0];
-  const V r_e12 = r_in[1];
-  const V r_e13 = r_in[2];
-  const V r_e1no = r_in[3];
-  const V r_e1ni = r_in[4];
-  const V r_e23 = r_in[5];
-  const V r_e2no = r_in[6];
-  const V r_e2ni = r_in[7];
-  const V r_e3no = r_in[8];
-  const V r_e3ni = r_in[9];
-  const V r_noni = r_in[10];
-  const V r_e123no = r_in[11];
-  const V r_e12noni = r_in[13];
-  const V r_e13noni = r_in[14];
-  const V r_e23noni = r_in[15];
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
   const V x_e12noni = x_in[2];
   const V x_e13noni = x_in[3];
   const V x_e23noni = x_in[4];
-  const V t0 = r_e13 * x_e123no + r_e123no * x_e13noni;
-  const V t1 = r_e13 * r_e123no + K(2.0) * (r_e1no * r_e12noni);
-  const V t2 = r_e12 * r_e12 + r_s * r_s + r_e12noni * r_e12noni + r_e13noni * r_e13noni + r_e23noni * r_e23noni + r_e23 * r_e23 + r_noni * r_noni;
-  const V t3 = r_s * r_noni + r_e12 * r_e12noni + r_e23 * r_e23noni;
-  const V t4 = r_e123no * x_e123ni - x_e23noni * (r_e23 - r_e23noni) - x_e12noni * (r_e12 - r_e12noni);
-  const V t5 = r_e3no * x_e123ni;
-  const V t6 = r_s * x_e12noni + r_e23 * x_e13noni - r_e13 * x_e23noni;
-  const V t7 = t5 - t6;
-  const V t8 = r_noni * x_e12noni + r_e23noni * x_e13noni - r_e13noni * x_e23noni;
-  const V t9 = r_e23noni * x_e12noni - r_noni * x_e13noni - r_e12noni * x_e23noni;
-  const V t10 = r_e2no * x_e123ni;
-  const V t11 = r_e12 * x_e23noni + r_s * x_e13noni - r_e23 * x_e12noni;
-  const V t12 = t10 + t11;
-  const V t13 = r_e1no * x_e123ni;
-  const V t14 = r_e13noni * x_e12noni + r_noni * x_e23noni;
-  const V t15 = r_e13 * x_e12noni + r_s * x_e23noni - r_e12 * x_e13noni;
-  const V t16 = x_e123no * t3 + r_e13noni * t0 + r_e123no * t4 + r_e3no * (t7 + t8) + r_e2no * (t9 + t12) + r_e1no * (t13 + t14 - t15);
-  const V t17 = r_e13 + K(2.0) * r_e13noni;
-  const V t18 = r_e1ni * x_e123no;
-  const V t19 = t18 + t15;
-  const V t20 = t14 - r_e12noni * x_e13noni;
-  const V t21 = r_e3ni * x_e123no + t8;
-  const V t22 = r_e2ni * x_e123no;
-  const V t23 = t22 + t9;
-  const V t24 = r_e1ni * (t19 + t20) + r_e3ni * (t6 + t21) - x_e123ni * t3 - r_e2ni * (t11 - t23);
-  const V t25 = t13 - t19;
-  const V t26 = r_e3no * x_e12noni + r_e1no * x_e23noni + x_e123no * (r_s - r_noni) - r_e2no * x_e13noni;
-  const V t27 = t10 + t23;
-  const V t28 = t18 + t20;
-  const V t29 = r_e23 * x_e123no + r_e123no * x_e23noni;
-  const V t30 = r_e2ni * x_e13noni + x_e123ni * (r_s + r_noni) - r_e3ni * x_e12noni - r_e1ni * x_e23noni;
-  const V t31 = r_e23 * t12 + r_e13 * t25 + r_e3ni * t26 + r_e23noni * t27 + r_e13noni * (t13 + t28) - r_e2ni * t29 - r_e123no * (r_e1ni * x_e13noni + x_e123ni * (r_e12 + r_e12noni)) - r_e3no * t30;
-  const V t32 = t5 + t21;
-  const V t33 = x_e12noni * (r_e1ni * r_e123no) + r_e23 * t7 + r_e2no * t30 + r_e23noni * t32 - r_e3ni * t29 - r_e12 * t25 - r_e2ni * t26 - r_e12noni * t28;
-  const V t34 = r_e3ni * t0 + r_e1ni * t26 + r_e123no * (r_e2ni * x_e12noni - x_e123ni * (r_e23 + r_e23noni)) + r_e12 * (t22 - t12) - r_e13 * t7 - r_e1no * t30 - r_e13noni * t32 - r_e12noni * t27;
-  out[0] = r_e13 * t0 + x_e13noni * t1 + x_e123no * t2 - K(2.0) * t16; /* e123no */
-  out[1] = x_e123ni * (r_e13 * t17 + t2) - K(2.0) * t24; /* e123ni */
-  out[2] = x_e12noni + K(2.0) * t31; /* e12noni */
-  out[3] = x_e13noni + K(2.0) * t33 - x_e123ni * (r_e123no * t17 + t1); /* e13noni */
-  out[4] = x_e23noni + K(2.0) * t34; /* e23noni */
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e123no * x_e123ni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12noni * x_e12noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13noni * x_e13noni;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23noni * x_e23noni;
+  const V t8 = ABS(t7);
+  const V t9 = ABS(-K(2.0) * t1 - t3 - t5 - t7);
+  const M t10 = LT(K(64.0) * (t0 * (K(2.0) * t2 + t4 + t6 + t8)), t9);
+  const V t11 = SPLAT(BS_NOT_A_NUMBER);
+  const V t12 = SELECT(t10, t9, t11);
+  const V t13 = SQRT(t12);
+  const V t14 = K(1.0) / t13;
+  const M t15 = NOT(t10);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e123no * t14; /* e123no */
+  out[1] = x_e123ni * t14; /* e123ni */
+  out[2] = x_e12noni * t14; /* e12noni */
+  out[3] = x_e13noni * t14; /* e13noni */
+  out[4] = x_e23noni * t14; /* e23noni */
+  status[0] = t16; /* 1 */
+}
+
+/* cga3d_normalise_even: x over its norm; null multivectors (a point, for one) are singular. 32 mul, 22 add, 21 other. */
+BS_INLINE void FN(cga3d_normalise_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e1no = x_in[3];
+  const V x_e1ni = x_in[4];
+  const V x_e23 = x_in[5];
+  const V x_e2no = x_in[6];
+  const V x_e2ni = x_in[7];
+  const V x_e3no = x_in[8];
+  const V x_e3ni = x_in[9];
+  const V x_noni = x_in[10];
+  const V x_e123no = x_in[11];
+  const V x_e123ni = x_in[12];
+  const V x_e12noni = x_in[13];
+  const V x_e13noni = x_in[14];
+  const V x_e23noni = x_in[15];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13 * x_e13;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23 * x_e23;
+  const V t8 = ABS(t7);
+  const V t9 = x_noni * x_noni;
+  const V t10 = ABS(t9);
+  const V t11 = x_e12noni * x_e12noni;
+  const V t12 = ABS(t11);
+  const V t13 = x_e13noni * x_e13noni;
+  const V t14 = ABS(t13);
+  const V t15 = x_e23noni * x_e23noni;
+  const V t16 = ABS(t15);
+  const V t17 = x_e1no * x_e1ni;
+  const V t18 = ABS(t17);
+  const V t19 = x_e2no * x_e2ni;
+  const V t20 = ABS(t19);
+  const V t21 = x_e3no * x_e3ni;
+  const V t22 = ABS(t21);
+  const V t23 = x_e123no * x_e123ni;
+  const V t24 = ABS(t23);
+  const V t25 = t2 + t4 + t6 + t8 + t10 + t12 + t14 + t16 + K(2.0) * (t18 + t20 + t22 + t24);
+  const V t26 = t1 + t3 + t5 + t7 - t9 - t11 - t13 - t15 - K(2.0) * (t17 + t19 + t21 + t23);
+  const V t27 = ABS(t26);
+  const M t28 = LT(K(64.0) * (t0 * t25), t27);
+  const V t29 = SPLAT(BS_NOT_A_NUMBER);
+  const V t30 = SELECT(t28, t27, t29);
+  const V t31 = SQRT(t30);
+  const V t32 = K(1.0) / t31;
+  const M t33 = NOT(t28);
+  const V t34 = SELECT(t33, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_s * t32; /* 1 */
+  out[1] = x_e12 * t32; /* e12 */
+  out[2] = x_e13 * t32; /* e13 */
+  out[3] = x_e1no * t32; /* e1no */
+  out[4] = x_e1ni * t32; /* e1ni */
+  out[5] = x_e23 * t32; /* e23 */
+  out[6] = x_e2no * t32; /* e2no */
+  out[7] = x_e2ni * t32; /* e2ni */
+  out[8] = x_e3no * t32; /* e3no */
+  out[9] = x_e3ni * t32; /* e3ni */
+  out[10] = x_noni * t32; /* noni */
+  out[11] = x_e123no * t32; /* e123no */
+  out[12] = x_e123ni * t32; /* e123ni */
+  out[13] = x_e12noni * t32; /* e12noni */
+  out[14] = x_e13noni * t32; /* e13noni */
+  out[15] = x_e23noni * t32; /* e23noni */
+  status[0] = t34; /* 1 */
+}
+
+/* cga3d_normalise_multivector: x over its norm; null multivectors (a point, for one) are singular. 60 mul, 46 add, 33 other. */
+BS_INLINE void FN(cga3d_normalise_multivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e1 = x_in[1];
+  const V x_e2 = x_in[2];
+  const V x_e3 = x_in[3];
+  const V x_no = x_in[4];
+  const V x_ni = x_in[5];
+  const V x_e12 = x_in[6];
+  const V x_e13 = x_in[7];
+  const V x_e1no = x_in[8];
+  const V x_e1ni = x_in[9];
+  const V x_e23 = x_in[10];
+  const V x_e2no = x_in[11];
+  const V x_e2ni = x_in[12];
+  const V x_e3no = x_in[13];
+  const V x_e3ni = x_in[14];
+  const V x_noni = x_in[15];
+  const V x_e123 = x_in[16];
+  const V x_e12no = x_in[17];
+  const V x_e12ni = x_in[18];
+  const V x_e13no = x_in[19];
+  const V x_e13ni = x_in[20];
+  const V x_e1noni = x_in[21];
+  const V x_e23no = x_in[22];
+  const V x_e23ni = x_in[23];
+  const V x_e2noni = x_in[24];
+  const V x_e3noni = x_in[25];
+  const V x_e123no = x_in[26];
+  const V x_e123ni = x_in[27];
+  const V x_e12noni = x_in[28];
+  const V x_e13noni = x_in[29];
+  const V x_e23noni = x_in[30];
+  const V x_e123noni = x_in[31];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e1 * x_e1;
+  const V t4 = ABS(t3);
+  const V t5 = x_e2 * x_e2;
+  const V t6 = ABS(t5);
+  const V t7 = x_e3 * x_e3;
+  const V t8 = ABS(t7);
+  const V t9 = x_e12 * x_e12;
+  const V t10 = ABS(t9);
+  const V t11 = x_e13 * x_e13;
+  const V t12 = ABS(t11);
+  const V t13 = x_e23 * x_e23;
+  const V t14 = ABS(t13);
+  const V t15 = x_noni * x_noni;
+  const V t16 = ABS(t15);
+  const V t17 = x_e123 * x_e123;
+  const V t18 = ABS(t17);
+  const V t19 = x_e1noni * x_e1noni;
+  const V t20 = ABS(t19);
+  const V t21 = x_e2noni * x_e2noni;
+  const V t22 = ABS(t21);
+  const V t23 = x_e3noni * x_e3noni;
+  const V t24 = ABS(t23);
+  const V t25 = x_e12noni * x_e12noni;
+  const V t26 = ABS(t25);
+  const V t27 = x_e13noni * x_e13noni;
+  const V t28 = ABS(t27);
+  const V t29 = x_e23noni * x_e23noni;
+  const V t30 = ABS(t29);
+  const V t31 = x_e123noni * x_e123noni;
+  const V t32 = ABS(t31);
+  const V t33 = x_no * x_ni;
+  const V t34 = ABS(t33);
+  const V t35 = x_e1no * x_e1ni;
+  const V t36 = ABS(t35);
+  const V t37 = x_e2no * x_e2ni;
+  const V t38 = ABS(t37);
+  const V t39 = x_e3no * x_e3ni;
+  const V t40 = ABS(t39);
+  const V t41 = x_e12no * x_e12ni;
+  const V t42 = ABS(t41);
+  const V t43 = x_e13no * x_e13ni;
+  const V t44 = ABS(t43);
+  const V t45 = x_e23no * x_e23ni;
+  const V t46 = ABS(t45);
+  const V t47 = x_e123no * x_e123ni;
+  const V t48 = ABS(t47);
+  const V t49 = t2 + t4 + t6 + t8 + t10 + t12 + t14 + t16 + t18 + t20 + t22 + t24 + t26 + t28 + t30 + t32 + K(2.0) * (t34 + t36 + t38 + t40 + t42 + t44 + t46 + t48);
+  const V t50 = t1 + t3 + t5 + t7 + t9 + t11 + t13 + t17 - t15 - t19 - t21 - t23 - t25 - t27 - t29 - t31 - K(2.0) * (t33 + t35 + t37 + t39 + t41 + t43 + t45 + t47);
+  const V t51 = ABS(t50);
+  const M t52 = LT(K(64.0) * (t0 * t49), t51);
+  const V t53 = SPLAT(BS_NOT_A_NUMBER);
+  const V t54 = SELECT(t52, t51, t53);
+  const V t55 = SQRT(t54);
+  const V t56 = K(1.0) / t55;
+  const M t57 = NOT(t52);
+  const V t58 = SELECT(t57, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_s * t56; /* 1 */
+  out[1] = x_e1 * t56; /* e1 */
+  out[2] = x_e2 * t56; /* e2 */
+  out[3] = x_e3 * t56; /* e3 */
+  out[4] = x_no * t56; /* no */
+  out[5] = x_ni * t56; /* ni */
+  out[6] = x_e12 * t56; /* e12 */
+  out[7] = x_e13 * t56; /* e13 */
+  out[8] = x_e1no * t56; /* e1no */
+  out[9] = x_e1ni * t56; /* e1ni */
+  out[10] = x_e23 * t56; /* e23 */
+  out[11] = x_e2no * t56; /* e2no */
+  out[12] = x_e2ni * t56; /* e2ni */
+  out[13] = x_e3no * t56; /* e3no */
+  out[14] = x_e3ni * t56; /* e3ni */
+  out[15] = x_noni * t56; /* noni */
+  out[16] = x_e123 * t56; /* e123 */
+  out[17] = x_e12no * t56; /* e12no */
+  out[18] = x_e12ni * t56; /* e12ni */
+  out[19] = x_e13no * t56; /* e13no */
+  out[20] = x_e13ni * t56; /* e13ni */
+  out[21] = x_e1noni * t56; /* e1noni */
+  out[22] = x_e23no * t56; /* e23no */
+  out[23] = x_e23ni * t56; /* e23ni */
+  out[24] = x_e2noni * t56; /* e2noni */
+  out[25] = x_e3noni * t56; /* e3noni */
+  out[26] = x_e123no * t56; /* e123no */
+  out[27] = x_e123ni * t56; /* e123ni */
+  out[28] = x_e12noni * t56; /* e12noni */
+  out[29] = x_e13noni * t56; /* e13noni */
+  out[30] = x_e23noni * t56; /* e23noni */
+  out[31] = x_e123noni * t56; /* e123noni */
+  status[0] = t58; /* 1 */
+}
+
+/* cga3d_normalise_any_line: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
+BS_INLINE void FN(cga3d_normalise_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e1noni * x_e1noni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e2noni * x_e2noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e3noni * x_e3noni;
+  const V t6 = ABS(t5);
+  const V t7 = ABS(-t1 - t3 - t5);
+  const M t8 = LT(K(64.0) * (t0 * (t2 + t4 + t6)), t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, t7, t9);
+  const V t11 = SQRT(t10);
+  const V t12 = K(1.0) / t11;
+  const M t13 = NOT(t8);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e12ni * t12; /* e12ni */
+  out[1] = x_e13ni * t12; /* e13ni */
+  out[2] = x_e1noni * t12; /* e1noni */
+  out[3] = x_e23ni * t12; /* e23ni */
+  out[4] = x_e2noni * t12; /* e2noni */
+  out[5] = x_e3noni * t12; /* e3noni */
+  status[0] = t14; /* 1 */
+}
+
+/* cga3d_normalise_flat_any_motor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 29 mul, 13 add, 15 other. */
+BS_INLINE void FN(cga3d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2ni = x_in[5];
+  const V x_e3ni = x_in[6];
+  const V x_e123ni = x_in[7];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13 * x_e13;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23 * x_e23;
+  const V t8 = ABS(t7);
+  const V t9 = t0 * (t2 + t4 + t6 + t8);
+  const V t10 = t1 + t3 + t5 + t7;
+  const M t11 = LT(K(64.0) * t9, t10);
+  const V t12 = SPLAT(BS_NOT_A_NUMBER);
+  const V t13 = SELECT(t11, t10, t12);
+  const V t14 = SQRT(t13);
+  const V t15 = K(1.0) / t14;
+  const V t16 = K(2.0) * (x_s * x_e123ni) - K(2.0) * (x_e12 * x_e3ni) + K(2.0) * (x_e13 * x_e2ni) - K(2.0) * (x_e1ni * x_e23);
+  const V t17 = K(1.0) / (K(2.0) * t10);
+  const V t18 = t16 * t17;
+  const M t19 = LT(t10, -K(64.0) * t9);
+  const M t20 = NOT(t11);
+  const V t21 = SELECT(t20, SPLAT(1.0), SPLAT(0.0));
+  const V t22 = SELECT(t19, SPLAT(2.0), t21);
+  out[0] = x_s * t15; /* 1 */
+  out[1] = x_e12 * t15; /* e12 */
+  out[2] = x_e13 * t15; /* e13 */
+  out[3] = (x_e1ni + x_e23 * t18) * t15; /* e1ni */
+  out[4] = x_e23 * t15; /* e23 */
+  out[5] = (x_e2ni - x_e13 * t18) * t15; /* e2ni */
+  out[6] = (x_e12 * t18 + x_e3ni) * t15; /* e3ni */
+  out[7] = (x_e123ni - x_s * t18) * t15; /* e123ni */
+  status[0] = t22; /* 1 */
+}
+
+/* cga3d_normalise_flat_any_rotor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 11 mul, 6 add, 14 other. */
+BS_INLINE void FN(cga3d_normalise_flat_any_rotor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e23 = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13 * x_e13;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23 * x_e23;
+  const V t8 = ABS(t7);
+  const V t9 = t0 * (t2 + t4 + t6 + t8);
+  const V t10 = t1 + t3 + t5 + t7;
+  const M t11 = LT(K(64.0) * t9, t10);
+  const V t12 = SPLAT(BS_NOT_A_NUMBER);
+  const V t13 = SELECT(t11, t10, t12);
+  const V t14 = SQRT(t13);
+  const V t15 = K(1.0) / t14;
+  const M t16 = LT(t10, -K(64.0) * t9);
+  const M t17 = NOT(t11);
+  const V t18 = SELECT(t17, SPLAT(1.0), SPLAT(0.0));
+  const V t19 = SELECT(t16, SPLAT(2.0), t18);
+  out[0] = x_s * t15; /* 1 */
+  out[1] = x_e12 * t15; /* e12 */
+  out[2] = x_e13 * t15; /* e13 */
+  out[3] = x_e23 * t15; /* e23 */
+  status[0] = t19; /* 1 */
+}
+
+/* cga3d_normalise_flat_any_line: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 23 mul, 9 add, 14 other. */
+BS_INLINE void FN(cga3d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  const V t0 = K(2.0) * (x_e13ni * x_e2noni) - K(2.0) * (x_e12ni * x_e3noni) - K(2.0) * (x_e1noni * x_e23ni);
+  const V t1 = x_e1noni * x_e1noni;
+  const V t2 = x_e2noni * x_e2noni;
+  const V t3 = x_e3noni * x_e3noni;
+  const V t4 = -t1 - t2 - t3;
+  const V t5 = K(1.0) / (K(2.0) * t4);
+  const V t6 = t0 * t5;
+  const V t7 = SPLAT(BS_EPSILON);
+  const V t8 = ABS(t1);
+  const V t9 = ABS(t2);
+  const V t10 = ABS(t3);
+  const V t11 = t7 * (t8 + t9 + t10);
+  const V t12 = -t4;
+  const M t13 = LT(K(64.0) * t11, t12);
+  const V t14 = SPLAT(BS_NOT_A_NUMBER);
+  const V t15 = SELECT(t13, t12, t14);
+  const V t16 = SQRT(t15);
+  const V t17 = K(1.0) / t16;
+  const M t18 = LT(t12, -K(64.0) * t11);
+  const M t19 = NOT(t13);
+  const V t20 = SELECT(t19, SPLAT(1.0), SPLAT(0.0));
+  const V t21 = SELECT(t18, SPLAT(2.0), t20);
+  out[0] = (x_e12ni - x_e3noni * t6) * t17; /* e12ni */
+  out[1] = (x_e13ni + x_e2noni * t6) * t17; /* e13ni */
+  out[2] = x_e1noni * t17; /* e1noni */
+  out[3] = (x_e23ni - x_e1noni * t6) * t17; /* e23ni */
+  out[4] = x_e2noni * t17; /* e2noni */
+  out[5] = x_e3noni * t17; /* e3noni */
+  status[0] = t21; /* 1 */
+}
+
+/* cga3d_normalise_flat_any_plane: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 10 mul, 4 add, 13 other. */
+BS_INLINE void FN(cga3d_normalise_flat_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e123ni = x_in[0];
+  const V x_e12noni = x_in[1];
+  const V x_e13noni = x_in[2];
+  const V x_e23noni = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e12noni * x_e12noni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e13noni * x_e13noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e23noni * x_e23noni;
+  const V t6 = ABS(t5);
+  const V t7 = t0 * (t2 + t4 + t6);
+  const V t8 = -(-t1 - t3 - t5);
+  const M t9 = LT(K(64.0) * t7, t8);
+  const V t10 = SPLAT(BS_NOT_A_NUMBER);
+  const V t11 = SELECT(t9, t8, t10);
+  const V t12 = SQRT(t11);
+  const V t13 = K(1.0) / t12;
+  const M t14 = LT(t8, -K(64.0) * t7);
+  const M t15 = NOT(t9);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  const V t17 = SELECT(t14, SPLAT(2.0), t16);
+  out[0] = x_e123ni * t13; /* e123ni */
+  out[1] = x_e12noni * t13; /* e12noni */
+  out[2] = x_e13noni * t13; /* e13noni */
+  out[3] = x_e23noni * t13; /* e23noni */
+  status[0] = t17; /* 1 */
+}
+
+/* cga3d_normalise_flat_any_sphere: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 14 mul, 6 add, 14 other. */
+BS_INLINE void FN(cga3d_normalise_flat_any_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e123no = x_in[0];
+  const V x_e123ni = x_in[1];
+  const V x_e12noni = x_in[2];
+  const V x_e13noni = x_in[3];
+  const V x_e23noni = x_in[4];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e123no * x_e123ni;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12noni * x_e12noni;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13noni * x_e13noni;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23noni * x_e23noni;
+  const V t8 = ABS(t7);
+  const V t9 = t0 * (K(2.0) * t2 + t4 + t6 + t8);
+  const V t10 = -(-K(2.0) * t1 - t3 - t5 - t7);
+  const M t11 = LT(K(64.0) * t9, t10);
+  const V t12 = SPLAT(BS_NOT_A_NUMBER);
+  const V t13 = SELECT(t11, t10, t12);
+  const V t14 = SQRT(t13);
+  const V t15 = K(1.0) / t14;
+  const M t16 = LT(t10, -K(64.0) * t9);
+  const M t17 = NOT(t11);
+  const V t18 = SELECT(t17, SPLAT(1.0), SPLAT(0.0));
+  const V t19 = SELECT(t16, SPLAT(2.0), t18);
+  out[0] = x_e123no * t15; /* e123no */
+  out[1] = x_e123ni * t15; /* e123ni */
+  out[2] = x_e12noni * t15; /* e12noni */
+  out[3] = x_e13noni * t15; /* e13noni */
+  out[4] = x_e23noni * t15; /* e23noni */
+  status[0] = t19; /* 1 */
+}
+
+/* cga3d_reflect_point_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 20 mul, 9 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_point_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_ni = x_in[4];
+  const V mirror_e123ni = mirror_in[0];
+  const V mirror_e12noni = mirror_in[1];
+  const V mirror_e13noni = mirror_in[2];
+  const V mirror_e23noni = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t2 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t3 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = mirror_e123ni + x_e2 * mirror_e13noni - x_e3 * mirror_e12noni - x_e1 * mirror_e23noni;
+  const M t10 = NOT(t5);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t8 * (x_e1 + K(2.0) * (mirror_e23noni * t9)); /* e1 */
+  out[1] = -t8 * (x_e2 - K(2.0) * (mirror_e13noni * t9)); /* e2 */
+  out[2] = -t8 * (x_e3 + K(2.0) * (mirror_e12noni * t9)); /* e3 */
+  out[3] = -t8; /* no */
+  out[4] = -t8 * (x_ni + K(2.0) * (mirror_e123ni * t9)); /* ni */
+  status[0] = t11; /* 1 */
+}
+
+/* cga3d_reflect_line_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 38 mul, 18 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_line_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  const V mirror_e123ni = mirror_in[0];
+  const V mirror_e12noni = mirror_in[1];
+  const V mirror_e13noni = mirror_in[2];
+  const V mirror_e23noni = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t2 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t3 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e12ni * mirror_e12noni + x_e13ni * mirror_e13noni + x_e23ni * mirror_e23noni;
+  const V t10 = mirror_e123ni * (x_e1noni * mirror_e13noni + x_e2noni * mirror_e23noni) - mirror_e12noni * t9;
+  const V t11 = mirror_e13noni * t9 + mirror_e123ni * (x_e1noni * mirror_e12noni - x_e3noni * mirror_e23noni);
+  const V t12 = x_e3noni * mirror_e12noni + x_e1noni * mirror_e23noni - x_e2noni * mirror_e13noni;
+  const V t13 = mirror_e23noni * t9 + mirror_e123ni * (x_e2noni * mirror_e12noni + x_e3noni * mirror_e13noni);
+  const M t14 = NOT(t5);
+  const V t15 = SELECT(t14, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t8 * (x_e12ni + K(2.0) * t10); /* e12ni */
+  out[1] = t8 * (x_e13ni - K(2.0) * t11); /* e13ni */
+  out[2] = -t8 * (x_e1noni - K(2.0) * (mirror_e23noni * t12)); /* e1noni */
+  out[3] = t8 * (x_e23ni - K(2.0) * t13); /* e23ni */
+  out[4] = -t8 * (x_e2noni + K(2.0) * (mirror_e13noni * t12)); /* e2noni */
+  out[5] = -t8 * (x_e3noni - K(2.0) * (mirror_e12noni * t12)); /* e3noni */
+  status[0] = t15; /* 1 */
+}
+
+/* cga3d_reflect_circle_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 66 mul, 34 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_circle_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e123 = x_in[0];
+  const V x_e12no = x_in[1];
+  const V x_e12ni = x_in[2];
+  const V x_e13no = x_in[3];
+  const V x_e13ni = x_in[4];
+  const V x_e1noni = x_in[5];
+  const V x_e23no = x_in[6];
+  const V x_e23ni = x_in[7];
+  const V x_e2noni = x_in[8];
+  const V x_e3noni = x_in[9];
+  const V mirror_e123ni = mirror_in[0];
+  const V mirror_e12noni = mirror_in[1];
+  const V mirror_e13noni = mirror_in[2];
+  const V mirror_e23noni = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t2 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t3 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e12no * mirror_e12noni + x_e13no * mirror_e13noni + x_e23no * mirror_e23noni;
+  const V t10 = x_e123 * mirror_e123ni - x_e12ni * mirror_e12noni - x_e13ni * mirror_e13noni - x_e23ni * mirror_e23noni;
+  const V t11 = x_e12no * mirror_e123ni - x_e1noni * mirror_e13noni - x_e2noni * mirror_e23noni;
+  const V t12 = x_e13no * mirror_e123ni + x_e1noni * mirror_e12noni - x_e3noni * mirror_e23noni;
+  const V t13 = x_e3noni * mirror_e12noni + x_e1noni * mirror_e23noni - x_e2noni * mirror_e13noni;
+  const V t14 = mirror_e123ni * (x_e13no * mirror_e12noni - x_e12no * mirror_e13noni) - mirror_e23noni * t13;
+  const V t15 = x_e23no * mirror_e123ni + x_e2noni * mirror_e12noni + x_e3noni * mirror_e13noni;
+  const V t16 = mirror_e13noni * t13 + mirror_e123ni * (x_e23no * mirror_e12noni - x_e12no * mirror_e23noni);
+  const V t17 = mirror_e123ni * (x_e23no * mirror_e13noni - x_e13no * mirror_e23noni) - mirror_e12noni * t13;
+  const M t18 = NOT(t5);
+  const V t19 = SELECT(t18, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t8 * (x_e123 - K(2.0) * (mirror_e123ni * t9)); /* e123 */
+  out[1] = t8 * (x_e12no - K(2.0) * (mirror_e12noni * t9)); /* e12no */
+  out[2] = t8 * (x_e12ni + K(2.0) * (mirror_e12noni * t10 - mirror_e123ni * t11)); /* e12ni */
+  out[3] = t8 * (x_e13no - K(2.0) * (mirror_e13noni * t9)); /* e13no */
+  out[4] = t8 * (x_e13ni + K(2.0) * (mirror_e13noni * t10 - mirror_e123ni * t12)); /* e13ni */
+  out[5] = -t8 * (x_e1noni + K(2.0) * t14); /* e1noni */
+  out[6] = t8 * (x_e23no - K(2.0) * (mirror_e23noni * t9)); /* e23no */
+  out[7] = t8 * (x_e23ni + K(2.0) * (mirror_e23noni * t10 - mirror_e123ni * t15)); /* e23ni */
+  out[8] = -t8 * (x_e2noni + K(2.0) * t16); /* e2noni */
+  out[9] = -t8 * (x_e3noni + K(2.0) * t17); /* e3noni */
+  status[0] = t19; /* 1 */
+}
+
+/* cga3d_reflect_plane_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 20 mul, 8 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_plane_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e123ni = x_in[0];
+  const V x_e12noni = x_in[1];
+  const V x_e13noni = x_in[2];
+  const V x_e23noni = x_in[3];
+  const V mirror_e123ni = mirror_in[0];
+  const V mirror_e12noni = mirror_in[1];
+  const V mirror_e13noni = mirror_in[2];
+  const V mirror_e23noni = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t2 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t3 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e12noni * mirror_e12noni + x_e13noni * mirror_e13noni + x_e23noni * mirror_e23noni;
+  const M t10 = NOT(t5);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t8 * (x_e123ni - K(2.0) * (mirror_e123ni * t9)); /* e123ni */
+  out[1] = -t8 * (x_e12noni - K(2.0) * (mirror_e12noni * t9)); /* e12noni */
+  out[2] = -t8 * (x_e13noni - K(2.0) * (mirror_e13noni * t9)); /* e13noni */
+  out[3] = -t8 * (x_e23noni - K(2.0) * (mirror_e23noni * t9)); /* e23noni */
+  status[0] = t11; /* 1 */
+}
+
+/* cga3d_reflect_sphere_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 22 mul, 9 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_sphere_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e123no = x_in[0];
+  const V x_e123ni = x_in[1];
+  const V x_e12noni = x_in[2];
+  const V x_e13noni = x_in[3];
+  const V x_e23noni = x_in[4];
+  const V mirror_e123ni = mirror_in[0];
+  const V mirror_e12noni = mirror_in[1];
+  const V mirror_e13noni = mirror_in[2];
+  const V mirror_e23noni = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t2 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t3 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e123no * mirror_e123ni + x_e12noni * mirror_e12noni + x_e13noni * mirror_e13noni + x_e23noni * mirror_e23noni;
+  const M t10 = NOT(t5);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -x_e123no * t8; /* e123no */
+  out[1] = -t8 * (x_e123ni - K(2.0) * (mirror_e123ni * t9)); /* e123ni */
+  out[2] = -t8 * (x_e12noni - K(2.0) * (mirror_e12noni * t9)); /* e12noni */
+  out[3] = -t8 * (x_e13noni - K(2.0) * (mirror_e13noni * t9)); /* e13noni */
+  out[4] = -t8 * (x_e23noni - K(2.0) * (mirror_e23noni * t9)); /* e23noni */
+  status[0] = t11; /* 1 */
+}
+
+/* cga3d_reflect_point_pair_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 66 mul, 34 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_point_pair_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e13 = x_in[1];
+  const V x_e1no = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2no = x_in[5];
+  const V x_e2ni = x_in[6];
+  const V x_e3no = x_in[7];
+  const V x_e3ni = x_in[8];
+  const V x_noni = x_in[9];
+  const V mirror_e123ni = mirror_in[0];
+  const V mirror_e12noni = mirror_in[1];
+  const V mirror_e13noni = mirror_in[2];
+  const V mirror_e23noni = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t2 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t3 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e12 * mirror_e12noni + x_e13 * mirror_e13noni + x_e23 * mirror_e23noni;
+  const V t10 = mirror_e123ni * (x_e1no * mirror_e13noni + x_e2no * mirror_e23noni) - mirror_e12noni * t9;
+  const V t11 = mirror_e13noni * t9 + mirror_e123ni * (x_e1no * mirror_e12noni - x_e3no * mirror_e23noni);
+  const V t12 = x_e3no * mirror_e12noni + x_e1no * mirror_e23noni - x_e2no * mirror_e13noni;
+  const V t13 = x_noni * mirror_e123ni + x_e2ni * mirror_e13noni - x_e3ni * mirror_e12noni - x_e1ni * mirror_e23noni;
+  const V t14 = mirror_e123ni * (x_e1no * mirror_e123ni + x_e12 * mirror_e13noni - x_e13 * mirror_e12noni);
+  const V t15 = mirror_e23noni * t9 + mirror_e123ni * (x_e2no * mirror_e12noni + x_e3no * mirror_e13noni);
+  const V t16 = mirror_e123ni * (x_e2no * mirror_e123ni + x_e12 * mirror_e23noni - x_e23 * mirror_e12noni);
+  const V t17 = mirror_e123ni * (x_e3no * mirror_e123ni + x_e13 * mirror_e23noni - x_e23 * mirror_e13noni);
+  const M t18 = NOT(t5);
+  const V t19 = SELECT(t18, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t8 * (x_e12 + K(2.0) * t10); /* e12 */
+  out[1] = -t8 * (x_e13 - K(2.0) * t11); /* e13 */
+  out[2] = t8 * (x_e1no - K(2.0) * (mirror_e23noni * t12)); /* e1no */
+  out[3] = t8 * (x_e1ni + K(2.0) * (mirror_e23noni * t13 + t14)); /* e1ni */
+  out[4] = -t8 * (x_e23 - K(2.0) * t15); /* e23 */
+  out[5] = t8 * (x_e2no + K(2.0) * (mirror_e13noni * t12)); /* e2no */
+  out[6] = t8 * (x_e2ni - K(2.0) * (mirror_e13noni * t13 - t16)); /* e2ni */
+  out[7] = t8 * (x_e3no - K(2.0) * (mirror_e12noni * t12)); /* e3no */
+  out[8] = t8 * (x_e3ni + K(2.0) * (mirror_e12noni * t13 + t17)); /* e3ni */
+  out[9] = t8 * (x_noni + K(2.0) * (mirror_e123ni * t12)); /* noni */
+  status[0] = t19; /* 1 */
+}
+
+/* cga3d_reflect_point_sphere: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 26 mul, 12 add, 12 other. */
+BS_INLINE void FN(cga3d_reflect_point_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_ni = x_in[4];
+  const V mirror_e123no = mirror_in[0];
+  const V mirror_e123ni = mirror_in[1];
+  const V mirror_e12noni = mirror_in[2];
+  const V mirror_e13noni = mirror_in[3];
+  const V mirror_e23noni = mirror_in[4];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e123no * mirror_e123ni);
+  const V t2 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t3 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t4 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t5 = ABS(SPLAT(-1.0));
+  const M t6 = LT(K(64.0) * (t0 * (K(2.0) * t1 + t2 + t3 + t4)), t5);
+  const V t7 = SPLAT(BS_NOT_A_NUMBER);
+  const V t8 = SELECT(t6, SPLAT(-1.0), t7);
+  const V t9 = K(1.0) / t8;
+  const V t10 = x_ni * mirror_e123no + x_e3 * mirror_e12noni + x_e1 * mirror_e23noni - mirror_e123ni - x_e2 * mirror_e13noni;
+  const M t11 = NOT(t6);
+  const V t12 = SELECT(t11, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t9 * (x_e1 - K(2.0) * (mirror_e23noni * t10)); /* e1 */
+  out[1] = -t9 * (x_e2 + K(2.0) * (mirror_e13noni * t10)); /* e2 */
+  out[2] = -t9 * (x_e3 - K(2.0) * (mirror_e12noni * t10)); /* e3 */
+  out[3] = -t9 - K(2.0) * (t10 * (mirror_e123no * t9)); /* no */
+  out[4] = -t9 * (x_ni - K(2.0) * (mirror_e123ni * t10)); /* ni */
+  status[0] = t12; /* 1 */
+}
+
+/* cga3d_reflect_line_sphere: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 62 mul, 28 add, 12 other. */
+BS_INLINE void FN(cga3d_reflect_line_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  const V mirror_e123no = mirror_in[0];
+  const V mirror_e123ni = mirror_in[1];
+  const V mirror_e12noni = mirror_in[2];
+  const V mirror_e13noni = mirror_in[3];
+  const V mirror_e23noni = mirror_in[4];
+  const V t0 = x_e12ni * mirror_e12noni + x_e13ni * mirror_e13noni + x_e23ni * mirror_e23noni;
+  const V t1 = SPLAT(BS_EPSILON);
+  const V t2 = mirror_e123no * mirror_e123ni;
+  const V t3 = ABS(t2);
+  const V t4 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t5 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t6 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t7 = ABS(SPLAT(-1.0));
+  const M t8 = LT(K(64.0) * (t1 * (K(2.0) * t3 + t4 + t5 + t6)), t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, SPLAT(-1.0), t9);
+  const V t11 = K(1.0) / t10;
+  const V t12 = mirror_e123no * t11;
+  const V t13 = x_e12ni * mirror_e123no - x_e1noni * mirror_e13noni - x_e2noni * mirror_e23noni;
+  const V t14 = x_e13ni * mirror_e123no + x_e1noni * mirror_e12noni - x_e3noni * mirror_e23noni;
+  const V t15 = t11 * (x_e1noni + K(2.0) * (mirror_e13noni * t13 - mirror_e12noni * t14));
+  const V t16 = x_e23ni * mirror_e123no + x_e2noni * mirror_e12noni + x_e3noni * mirror_e13noni;
+  const V t17 = K(1.0) - K(4.0) * t2;
+  const V t18 = x_e3noni * mirror_e12noni + x_e1noni * mirror_e23noni - x_e2noni * mirror_e13noni;
+  const V t19 = mirror_e13noni * t18 + mirror_e123no * (x_e23ni * mirror_e12noni - x_e12ni * mirror_e23noni);
+  const V t20 = mirror_e123no * (x_e23ni * mirror_e13noni - x_e13ni * mirror_e23noni) - mirror_e12noni * t18;
+  const M t21 = NOT(t8);
+  const V t22 = SELECT(t21, SPLAT(1.0), SPLAT(0.0));
+  out[0] = K(2.0) * (t0 * t12); /* e123 */
+  out[1] = -K(2.0) * (t13 * t12); /* e12no */
+  out[2] = t11 * (x_e12ni - K(2.0) * (mirror_e12noni * t0 + mirror_e123ni * t13)); /* e12ni */
+  out[3] = -K(2.0) * (t12 * t14); /* e13no */
+  out[4] = t11 * (x_e13ni - K(2.0) * (mirror_e13noni * t0 + mirror_e123ni * t14)); /* e13ni */
+  out[5] = t15; /* e1noni */
+  out[6] = -K(2.0) * (t16 * t12); /* e23no */
+  out[7] = t11 * (x_e23ni - K(2.0) * (mirror_e23noni * t0 + mirror_e123ni * t16)); /* e23ni */
+  out[8] = -t11 * (x_e2noni * t17 + K(2.0) * t19); /* e2noni */
+  out[9] = -t11 * (x_e3noni * t17 + K(2.0) * t20); /* e3noni */
+  status[0] = t22; /* 1 */
+}
+
+/* cga3d_reflect_circle_sphere: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 74 mul, 42 add, 12 other. */
+BS_INLINE void FN(cga3d_reflect_circle_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e123 = x_in[0];
+  const V x_e12no = x_in[1];
+  const V x_e12ni = x_in[2];
+  const V x_e13no = x_in[3];
+  const V x_e13ni = x_in[4];
+  const V x_e1noni = x_in[5];
+  const V x_e23no = x_in[6];
+  const V x_e23ni = x_in[7];
+  const V x_e2noni = x_in[8];
+  const V x_e3noni = x_in[9];
+  const V mirror_e123no = mirror_in[0];
+  const V mirror_e123ni = mirror_in[1];
+  const V mirror_e12noni = mirror_in[2];
+  const V mirror_e13noni = mirror_in[3];
+  const V mirror_e23noni = mirror_in[4];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = mirror_e123no * mirror_e123ni;
+  const V t2 = ABS(t1);
+  const V t3 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t4 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t5 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t6 = ABS(SPLAT(-1.0));
+  const M t7 = LT(K(64.0) * (t0 * (K(2.0) * t2 + t3 + t4 + t5)), t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, SPLAT(-1.0), t8);
+  const V t10 = K(1.0) / t9;
+  const V t11 = x_e123 * mirror_e123ni - x_e12ni * mirror_e12noni - x_e13ni * mirror_e13noni - x_e23ni * mirror_e23noni;
+  const V t12 = x_e123 * mirror_e123no + x_e12no * mirror_e12noni + x_e13no * mirror_e13noni + x_e23no * mirror_e23noni;
+  const V t13 = x_e12ni * mirror_e123no + x_e12no * mirror_e123ni - x_e1noni * mirror_e13noni;
+  const V t14 = t13 - x_e2noni * mirror_e23noni;
+  const V t15 = x_e13ni * mirror_e123no + x_e13no * mirror_e123ni + x_e1noni * mirror_e12noni;
+  const V t16 = x_e3noni * mirror_e23noni - t15;
+  const V t17 = t10 * (x_e1noni + K(2.0) * (mirror_e13noni * t14 + mirror_e12noni * t16));
+  const V t18 = x_e23ni * mirror_e123no + x_e23no * mirror_e123ni;
+  const V t19 = x_e2noni * mirror_e12noni + x_e3noni * mirror_e13noni + t18;
+  const V t20 = K(1.0) - K(4.0) * t1;
+  const V t21 = x_e3noni * mirror_e12noni - x_e2noni * mirror_e13noni;
+  const V t22 = x_e2noni * t20 + K(2.0) * (mirror_e12noni * t18 + mirror_e13noni * t21 - mirror_e23noni * t13);
+  const V t23 = x_e3noni * t20 - K(2.0) * (mirror_e23noni * t15 + mirror_e12noni * t21 - mirror_e13noni * t18);
+  const M t24 = NOT(t7);
+  const V t25 = SELECT(t24, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t10 * (x_e123 - K(2.0) * (mirror_e123no * t11 + mirror_e123ni * t12)); /* e123 */
+  out[1] = t10 * (x_e12no - K(2.0) * (mirror_e123no * t14 + mirror_e12noni * t12)); /* e12no */
+  out[2] = t10 * (x_e12ni + K(2.0) * (mirror_e12noni * t11 - mirror_e123ni * t14)); /* e12ni */
+  out[3] = t10 * (x_e13no - K(2.0) * (mirror_e13noni * t12 - mirror_e123no * t16)); /* e13no */
+  out[4] = t10 * (x_e13ni + K(2.0) * (mirror_e13noni * t11 + mirror_e123ni * t16)); /* e13ni */
+  out[5] = t17; /* e1noni */
+  out[6] = t10 * (x_e23no - K(2.0) * (mirror_e123no * t19 + mirror_e23noni * t12)); /* e23no */
+  out[7] = t10 * (x_e23ni + K(2.0) * (mirror_e23noni * t11 - mirror_e123ni * t19)); /* e23ni */
+  out[8] = -t10 * t22; /* e2noni */
+  out[9] = -t10 * t23; /* e3noni */
+  status[0] = t25; /* 1 */
+}
+
+/* cga3d_reflect_sphere_sphere: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 27 mul, 12 add, 12 other. */
+BS_INLINE void FN(cga3d_reflect_sphere_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e123no = x_in[0];
+  const V x_e123ni = x_in[1];
+  const V x_e12noni = x_in[2];
+  const V x_e13noni = x_in[3];
+  const V x_e23noni = x_in[4];
+  const V mirror_e123no = mirror_in[0];
+  const V mirror_e123ni = mirror_in[1];
+  const V mirror_e12noni = mirror_in[2];
+  const V mirror_e13noni = mirror_in[3];
+  const V mirror_e23noni = mirror_in[4];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e123no * mirror_e123ni);
+  const V t2 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t3 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t4 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t5 = ABS(SPLAT(-1.0));
+  const M t6 = LT(K(64.0) * (t0 * (K(2.0) * t1 + t2 + t3 + t4)), t5);
+  const V t7 = SPLAT(BS_NOT_A_NUMBER);
+  const V t8 = SELECT(t6, SPLAT(-1.0), t7);
+  const V t9 = K(1.0) / t8;
+  const V t10 = x_e123ni * mirror_e123no + x_e123no * mirror_e123ni + x_e12noni * mirror_e12noni + x_e13noni * mirror_e13noni + x_e23noni * mirror_e23noni;
+  const M t11 = NOT(t6);
+  const V t12 = SELECT(t11, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t9 * (x_e123no - K(2.0) * (mirror_e123no * t10)); /* e123no */
+  out[1] = -t9 * (x_e123ni - K(2.0) * (mirror_e123ni * t10)); /* e123ni */
+  out[2] = -t9 * (x_e12noni - K(2.0) * (mirror_e12noni * t10)); /* e12noni */
+  out[3] = -t9 * (x_e13noni - K(2.0) * (mirror_e13noni * t10)); /* e13noni */
+  out[4] = -t9 * (x_e23noni - K(2.0) * (mirror_e23noni * t10)); /* e23noni */
+  status[0] = t12; /* 1 */
+}
+
+/* cga3d_reflect_plane_sphere: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 26 mul, 10 add, 12 other. */
+BS_INLINE void FN(cga3d_reflect_plane_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e123ni = x_in[0];
+  const V x_e12noni = x_in[1];
+  const V x_e13noni = x_in[2];
+  const V x_e23noni = x_in[3];
+  const V mirror_e123no = mirror_in[0];
+  const V mirror_e123ni = mirror_in[1];
+  const V mirror_e12noni = mirror_in[2];
+  const V mirror_e13noni = mirror_in[3];
+  const V mirror_e23noni = mirror_in[4];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e123no * mirror_e123ni);
+  const V t2 = ABS(mirror_e12noni * mirror_e12noni);
+  const V t3 = ABS(mirror_e13noni * mirror_e13noni);
+  const V t4 = ABS(mirror_e23noni * mirror_e23noni);
+  const V t5 = ABS(SPLAT(-1.0));
+  const M t6 = LT(K(64.0) * (t0 * (K(2.0) * t1 + t2 + t3 + t4)), t5);
+  const V t7 = SPLAT(BS_NOT_A_NUMBER);
+  const V t8 = SELECT(t6, SPLAT(-1.0), t7);
+  const V t9 = K(1.0) / t8;
+  const V t10 = x_e123ni * mirror_e123no + x_e12noni * mirror_e12noni + x_e13noni * mirror_e13noni + x_e23noni * mirror_e23noni;
+  const M t11 = NOT(t6);
+  const V t12 = SELECT(t11, SPLAT(1.0), SPLAT(0.0));
+  out[0] = K(2.0) * (mirror_e123no * t9 * t10); /* e123no */
+  out[1] = -t9 * (x_e123ni - K(2.0) * (mirror_e123ni * t10)); /* e123ni */
+  out[2] = -t9 * (x_e12noni - K(2.0) * (mirror_e12noni * t10)); /* e12noni */
+  out[3] = -t9 * (x_e13noni - K(2.0) * (mirror_e13noni * t10)); /* e13noni */
+  out[4] = -t9 * (x_e23noni - K(2.0) * (mirror_e23noni * t10)); /* e23noni */
+  status[0] = t12; /* 1 */
+}
+
+/* cga3d_reflect_point_line: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 31 mul, 19 add, 11 other. */
+BS_INLINE void FN(cga3d_reflect_point_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_ni = x_in[4];
+  const V mirror_e12ni = mirror_in[0];
+  const V mirror_e13ni = mirror_in[1];
+  const V mirror_e1noni = mirror_in[2];
+  const V mirror_e23ni = mirror_in[3];
+  const V mirror_e2noni = mirror_in[4];
+  const V mirror_e3noni = mirror_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e1noni * mirror_e1noni);
+  const V t2 = ABS(mirror_e2noni * mirror_e2noni);
+  const V t3 = ABS(mirror_e3noni * mirror_e3noni);
+  const V t4 = ABS(SPLAT(-1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(-1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e1 * mirror_e1noni + x_e2 * mirror_e2noni + x_e3 * mirror_e3noni;
+  const V t10 = mirror_e12ni * mirror_e2noni + mirror_e13ni * mirror_e3noni;
+  const V t11 = mirror_e12ni * mirror_e1noni - mirror_e23ni * mirror_e3noni;
+  const V t12 = mirror_e13ni * mirror_e1noni + mirror_e23ni * mirror_e2noni;
+  const V t13 = x_e2 * t11 + x_e3 * t12 - mirror_e12ni * mirror_e12ni - mirror_e13ni * mirror_e13ni - mirror_e23ni * mirror_e23ni - x_e1 * t10;
+  const M t14 = NOT(t5);
+  const V t15 = SELECT(t14, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t8 * (x_e1 - K(2.0) * (mirror_e1noni * t9 - t10)); /* e1 */
+  out[1] = t8 * (x_e2 - K(2.0) * (mirror_e2noni * t9 + t11)); /* e2 */
+  out[2] = t8 * (x_e3 - K(2.0) * (mirror_e3noni * t9 + t12)); /* e3 */
+  out[3] = -t8; /* no */
+  out[4] = -t8 * (x_ni - K(2.0) * t13); /* ni */
+  status[0] = t15; /* 1 */
+}
+
+/* cga3d_exp_bivector_twist: exp(b) = c0(w) + b c1(w) + q (c1(w) + b (c2(w) - c3(w)))/2, with Stumpff functions c_k. 17 mul, 8 add, 4 other. */
+BS_INLINE void FN(cga3d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b_in)
+{
+  const V b_e12 = b_in[0];
+  const V b_e13 = b_in[1];
+  const V b_e1ni = b_in[2];
+  const V b_e23 = b_in[3];
+  const V b_e2ni = b_in[4];
+  const V b_e3ni = b_in[5];
+  const V t0 = b_e12 * b_e12 + b_e13 * b_e13 + b_e23 * b_e23;
+  const V t1 = STUMPFF0(t0);
+  const V t2 = STUMPFF1(t0);
+  const V t3 = STUMPFF2(t0);
+  const V t4 = STUMPFF3(t0);
+  const V t5 = b_e1ni * b_e23 + b_e12 * b_e3ni - b_e13 * b_e2ni;
+  const V t6 = (t3 - t4) * t5;
+  out[0] = t1; /* 1 */
+  out[1] = b_e12 * t2; /* e12 */
+  out[2] = b_e13 * t2; /* e13 */
+  out[3] = b_e1ni * t2 - b_e23 * t6; /* e1ni */
+  out[4] = b_e23 * t2; /* e23 */
+  out[5] = b_e13 * t6 + b_e2ni * t2; /* e2ni */
+  out[6] = b_e3ni * t2 - b_e12 * t6; /* e3ni */
+  out[7] = t2 * t5; /* e123ni */
+}
+
+/* cga3d_log_motor_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other. */
+BS_INLINE void FN(cga3d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V t0 = r_e12;
+  const V t1 = r_s;
+  const V t2 = ABS(t1);
+  const V t3 = ABS(t0);
+  const V t4 = r_e13;
+  const V t5 = ABS(t4);
+  const V t6 = r_e1ni;
+  const V t7 = ABS(t6);
+  const V t8 = r_e23;
+  const V t9 = ABS(t8);
+  const V t10 = r_e2ni;
+  const V t11 = ABS(t10);
+  const V t12 = r_e3ni;
+  const V t13 = ABS(t12);
+  const V t14 = r_e123ni;
+  const V t15 = ABS(t14);
+  const V t16 = t2 + t3 + t5 + t7 + t9 + t11 + t13 + t15;
+  const V t17 = t16;
+  const M t18 = LE(t16 - t17, SPLAT(0.0));
+  const V t19 = t1 * t1;
+  const V t20 = t0 * t0;
+  const V t21 = t4 * t4;
+  const V t22 = t8 * t8;
+  const V t23 = t20 + t21 + t22;
+  const V t24 = ABS(t19 + t23 - K(1.0));
+  const V t25 = ABS(t19);
+  const V t26 = ABS(-t20);
+  const V t27 = ABS(-t21);
+  const V t28 = ABS(-t22);
+  const V t29 = SPLAT(BS_EPSILON);
+  const V t30 = SQRT(t29);
+  const M t31 = LE(t24, (t25 + t26 + t27 + t28) * t30);
+  const M t32 = AND(t18, t31);
+  const V t33 = t6 * t8;
+  const V t34 = t0 * t12;
+  const V t35 = t4 * t10;
+  const V t36 = t1 * t14;
+  const V t37 = ABS(-K(2.0) * (t33 + t34 - t35 - t36));
+  const V t38 = ABS(t36);
+  const V t39 = ABS(-t34);
+  const V t40 = ABS(-t35);
+  const V t41 = ABS(-t33);
+  const M t42 = LE(t37, K(2.0) * (t30 * (t38 + t39 + t40 + t41)));
+  const M t43 = AND(t32, t42);
+  const V t44 = SQRT(t23);
+  const M t45 = LT(SPLAT(0.0), t44);
+  const V t46 = ATAN2(t44, t1);
+  const V t47 = K(1.0) / t44;
+  const M t48 = LT(t1, SPLAT(0.0));
+  const V t49 = SELECT(t48, SPLAT(-1.0), SPLAT(1.0));
+  const V t50 = SELECT(t45, t46 * t47, t49);
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t43, t50, t51);
+  const V t53 = t6 * t6 + t10 * t10 + t12 * t12;
+  const M t54 = LT(SPLAT(0.0), t53);
+  const V t55 = SQRT(t53);
+  const V t56 = K(1.0) / t55;
+  const V t57 = SELECT(t54, t56, SPLAT(0.0));
+  const V t58 = SELECT(t54, SPLAT(0.0), SPLAT(1.0));
+  const M t59 = NOT(t45);
+  const M t60 = AND(t59, t48);
+  const V t61 = SELECT(t60, t46, SPLAT(0.0));
+  const V t62 = t57 * t61;
+  const V t63 = t46 * t46;
+  const V t64 = STUMPFF2(t63);
+  const V t65 = STUMPFF3(t63);
+  const V t66 = t14 * (t52 * (t52 * (t64 - t65)));
+  const M t67 = NOT(t43);
+  const V t68 = SELECT(t60, SPLAT(3.0), SPLAT(0.0));
+  const V t69 = SELECT(t67, SPLAT(6.0), t68);
+  out[0] = t0 * t52 - (t12 * t57 + t58) * t61; /* e12 */
+  out[1] = t4 * t52 + t10 * t62; /* e13 */
+  out[2] = t52 * (t6 + t8 * t66); /* e1ni */
+  out[3] = t8 * t52 - t6 * t62; /* e23 */
+  out[4] = t52 * (t10 - t4 * t66); /* e2ni */
+  out[5] = t52 * (t12 + t0 * t66); /* e3ni */
+  status[0] = t69; /* 1 */
+}
+
+/* cga3d_log_motor_any_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other. */
+BS_INLINE void FN(cga3d_log_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V t0 = r_e12;
+  const V t1 = r_s;
+  const V t2 = ABS(t1);
+  const V t3 = ABS(t0);
+  const V t4 = r_e13;
+  const V t5 = ABS(t4);
+  const V t6 = r_e1ni;
+  const V t7 = ABS(t6);
+  const V t8 = r_e23;
+  const V t9 = ABS(t8);
+  const V t10 = r_e2ni;
+  const V t11 = ABS(t10);
+  const V t12 = r_e3ni;
+  const V t13 = ABS(t12);
+  const V t14 = r_e123ni;
+  const V t15 = ABS(t14);
+  const V t16 = t2 + t3 + t5 + t7 + t9 + t11 + t13 + t15;
+  const V t17 = t16;
+  const M t18 = LE(t16 - t17, SPLAT(0.0));
+  const V t19 = t1 * t1;
+  const V t20 = t0 * t0;
+  const V t21 = t4 * t4;
+  const V t22 = t8 * t8;
+  const V t23 = t20 + t21 + t22;
+  const V t24 = ABS(t19 + t23 - K(1.0));
+  const V t25 = ABS(t19);
+  const V t26 = ABS(-t20);
+  const V t27 = ABS(-t21);
+  const V t28 = ABS(-t22);
+  const V t29 = SPLAT(BS_EPSILON);
+  const V t30 = SQRT(t29);
+  const M t31 = LE(t24, (t25 + t26 + t27 + t28) * t30);
+  const M t32 = AND(t18, t31);
+  const V t33 = t6 * t8;
+  const V t34 = t0 * t12;
+  const V t35 = t4 * t10;
+  const V t36 = t1 * t14;
+  const V t37 = ABS(-K(2.0) * (t33 + t34 - t35 - t36));
+  const V t38 = ABS(t36);
+  const V t39 = ABS(-t34);
+  const V t40 = ABS(-t35);
+  const V t41 = ABS(-t33);
+  const M t42 = LE(t37, K(2.0) * (t30 * (t38 + t39 + t40 + t41)));
+  const M t43 = AND(t32, t42);
+  const V t44 = SQRT(t23);
+  const M t45 = LT(SPLAT(0.0), t44);
+  const V t46 = ATAN2(t44, t1);
+  const V t47 = K(1.0) / t44;
+  const M t48 = LT(t1, SPLAT(0.0));
+  const V t49 = SELECT(t48, SPLAT(-1.0), SPLAT(1.0));
+  const V t50 = SELECT(t45, t46 * t47, t49);
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t43, t50, t51);
+  const V t53 = t6 * t6 + t10 * t10 + t12 * t12;
+  const M t54 = LT(SPLAT(0.0), t53);
+  const V t55 = SQRT(t53);
+  const V t56 = K(1.0) / t55;
+  const V t57 = SELECT(t54, t56, SPLAT(0.0));
+  const V t58 = SELECT(t54, SPLAT(0.0), SPLAT(1.0));
+  const M t59 = NOT(t45);
+  const M t60 = AND(t59, t48);
+  const V t61 = SELECT(t60, t46, SPLAT(0.0));
+  const V t62 = t57 * t61;
+  const V t63 = t46 * t46;
+  const V t64 = STUMPFF2(t63);
+  const V t65 = STUMPFF3(t63);
+  const V t66 = t14 * (t52 * (t52 * (t64 - t65)));
+  const M t67 = NOT(t43);
+  const V t68 = SELECT(t60, SPLAT(3.0), SPLAT(0.0));
+  const V t69 = SELECT(t67, SPLAT(6.0), t68);
+  out[0] = t0 * t52 - (t12 * t57 + t58) * t61; /* e12 */
+  out[1] = t4 * t52 + t10 * t62; /* e13 */
+  out[2] = t52 * (t6 + t8 * t66); /* e1ni */
+  out[3] = t8 * t52 - t6 * t62; /* e23 */
+  out[4] = t52 * (t10 - t4 * t66); /* e2ni */
+  out[5] = t52 * (t12 + t0 * t66); /* e3ni */
+  status[0] = t69; /* 1 */
+}
+
+/* cga3d_sqrt_motor_motor: exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other. */
+BS_INLINE void FN(cga3d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V t0 = r_e12;
+  const V t1 = t0 * t0;
+  const V t2 = r_e13;
+  const V t3 = t2 * t2;
+  const V t4 = r_e23;
+  const V t5 = t4 * t4;
+  const V t6 = t1 + t3 + t5;
+  const M t7 = LE(t6, SPLAT(0.0));
+  const V t8 = r_s;
+  const M t9 = LT(t8, SPLAT(0.0));
+  const M t10 = AND(t7, t9);
+  const V t11 = ABS(t8);
+  const V t12 = ABS(t0);
+  const V t13 = ABS(t2);
+  const V t14 = r_e1ni;
+  const V t15 = ABS(t14);
+  const V t16 = ABS(t4);
+  const V t17 = r_e2ni;
+  const V t18 = ABS(t17);
+  const V t19 = r_e3ni;
+  const V t20 = ABS(t19);
+  const V t21 = r_e123ni;
+  const V t22 = ABS(t21);
+  const V t23 = t11 + t12 + t13 + t15 + t16 + t18 + t20 + t22;
+  const V t24 = t23;
+  const M t25 = LE(t23 - t24, SPLAT(0.0));
+  const V t26 = t8 * t8;
+  const V t27 = ABS(t26 + t6 - K(1.0));
+  const V t28 = ABS(t26);
+  const V t29 = ABS(-t1);
+  const V t30 = ABS(-t3);
+  const V t31 = ABS(-t5);
+  const V t32 = SPLAT(BS_EPSILON);
+  const V t33 = SQRT(t32);
+  const M t34 = LE(t27, (t28 + t29 + t30 + t31) * t33);
+  const M t35 = AND(t25, t34);
+  const V t36 = t8 * t21;
+  const V t37 = t14 * t4;
+  const V t38 = t0 * t19;
+  const V t39 = t2 * t17;
+  const V t40 = t37 + t38 - t39;
+  const V t41 = ABS(K(2.0) * (t36 - t40));
+  const V t42 = ABS(t36);
+  const V t43 = ABS(-t38);
+  const V t44 = ABS(-t39);
+  const V t45 = ABS(-t37);
+  const M t46 = LE(t41, K(2.0) * (t33 * (t42 + t43 + t44 + t45)));
+  const M t47 = AND(t35, t46);
+  const M t48 = AND(t10, t47);
+  const V t49 = K(1.0) / (K(1.0) - t8);
+  const V t50 = SELECT(t9, t49 * t6, t8 + K(1.0));
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t47, t50, t51);
+  const V t53 = t52 * t52 + t6;
+  const V t54 = SQRT(t53);
+  const V t55 = K(1.0) / t54;
+  const V t56 = SELECT(t48, SPLAT(0.0), t52 * t55);
+  const V t57 = t14 * t14 + t17 * t17 + t19 * t19;
+  const M t58 = LT(SPLAT(0.0), t57);
+  const V t59 = SQRT(t57);
+  const V t60 = K(1.0) / t59;
+  const V t61 = SELECT(t58, t60, SPLAT(0.0));
+  const V t62 = SELECT(t58, SPLAT(0.0), SPLAT(1.0));
+  const V t63 = SELECT(t48, -t19 * t61 - t62, t0 * t55);
+  const V t64 = SELECT(t48, t17 * t61, t2 * t55);
+  const V t65 = K(1.0) / (K(2.0) * t53);
+  const V t66 = t65 * (t40 - t21 * t52);
+  const V t67 = SELECT(t48, K(0.5) * (t17 * t62), t55 * (t14 - K(2.0) * (t4 * t66)));
+  const V t68 = SELECT(t48, -t14 * t61, t4 * t55);
+  const V t69 = SELECT(t48, -K(0.5) * (t14 * t62), t55 * (t17 + K(2.0) * (t2 * t66)));
+  const V t70 = SELECT(t48, SPLAT(0.0), t55 * (t19 - K(2.0) * (t0 * t66)));
+  const V t71 = SELECT(t48, K(0.5) * (t19 * t62 + t57 * t61), t55 * (t21 + K(2.0) * (t52 * t66)));
+  const M t72 = NOT(t47);
+  const V t73 = SELECT(t48, SPLAT(3.0), SPLAT(0.0));
+  const V t74 = SELECT(t72, SPLAT(6.0), t73);
+  out[0] = t56; /* 1 */
+  out[1] = t63; /* e12 */
+  out[2] = t64; /* e13 */
+  out[3] = t67; /* e1ni */
+  out[4] = t68; /* e23 */
+  out[5] = t69; /* e2ni */
+  out[6] = t70; /* e3ni */
+  out[7] = t71; /* e123ni */
+  status[0] = t74; /* 1 */
+}
+
+/* cga3d_sqrt_motor_any_motor: exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other. */
+BS_INLINE void FN(cga3d_sqrt_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V t0 = r_e12;
+  const V t1 = t0 * t0;
+  const V t2 = r_e13;
+  const V t3 = t2 * t2;
+  const V t4 = r_e23;
+  const V t5 = t4 * t4;
+  const V t6 = t1 + t3 + t5;
+  const M t7 = LE(t6, SPLAT(0.0));
+  const V t8 = r_s;
+  const M t9 = LT(t8, SPLAT(0.0));
+  const M t10 = AND(t7, t9);
+  const V t11 = ABS(t8);
+  const V t12 = ABS(t0);
+  const V t13 = ABS(t2);
+  const V t14 = r_e1ni;
+  const V t15 = ABS(t14);
+  const V t16 = ABS(t4);
+  const V t17 = r_e2ni;
+  const V t18 = ABS(t17);
+  const V t19 = r_e3ni;
+  const V t20 = ABS(t19);
+  const V t21 = r_e123ni;
+  const V t22 = ABS(t21);
+  const V t23 = t11 + t12 + t13 + t15 + t16 + t18 + t20 + t22;
+  const V t24 = t23;
+  const M t25 = LE(t23 - t24, SPLAT(0.0));
+  const V t26 = t8 * t8;
+  const V t27 = ABS(t26 + t6 - K(1.0));
+  const V t28 = ABS(t26);
+  const V t29 = ABS(-t1);
+  const V t30 = ABS(-t3);
+  const V t31 = ABS(-t5);
+  const V t32 = SPLAT(BS_EPSILON);
+  const V t33 = SQRT(t32);
+  const M t34 = LE(t27, (t28 + t29 + t30 + t31) * t33);
+  const M t35 = AND(t25, t34);
+  const V t36 = t8 * t21;
+  const V t37 = t14 * t4;
+  const V t38 = t0 * t19;
+  const V t39 = t2 * t17;
+  const V t40 = t37 + t38 - t39;
+  const V t41 = ABS(K(2.0) * (t36 - t40));
+  const V t42 = ABS(t36);
+  const V t43 = ABS(-t38);
+  const V t44 = ABS(-t39);
+  const V t45 = ABS(-t37);
+  const M t46 = LE(t41, K(2.0) * (t33 * (t42 + t43 + t44 + t45)));
+  const M t47 = AND(t35, t46);
+  const M t48 = AND(t10, t47);
+  const V t49 = K(1.0) / (K(1.0) - t8);
+  const V t50 = SELECT(t9, t49 * t6, t8 + K(1.0));
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t47, t50, t51);
+  const V t53 = t52 * t52 + t6;
+  const V t54 = SQRT(t53);
+  const V t55 = K(1.0) / t54;
+  const V t56 = SELECT(t48, SPLAT(0.0), t52 * t55);
+  const V t57 = t14 * t14 + t17 * t17 + t19 * t19;
+  const M t58 = LT(SPLAT(0.0), t57);
+  const V t59 = SQRT(t57);
+  const V t60 = K(1.0) / t59;
+  const V t61 = SELECT(t58, t60, SPLAT(0.0));
+  const V t62 = SELECT(t58, SPLAT(0.0), SPLAT(1.0));
+  const V t63 = SELECT(t48, -t19 * t61 - t62, t0 * t55);
+  const V t64 = SELECT(t48, t17 * t61, t2 * t55);
+  const V t65 = K(1.0) / (K(2.0) * t53);
+  const V t66 = t65 * (t40 - t21 * t52);
+  const V t67 = SELECT(t48, K(0.5) * (t17 * t62), t55 * (t14 - K(2.0) * (t4 * t66)));
+  const V t68 = SELECT(t48, -t14 * t61, t4 * t55);
+  const V t69 = SELECT(t48, -K(0.5) * (t14 * t62), t55 * (t17 + K(2.0) * (t2 * t66)));
+  const V t70 = SELECT(t48, SPLAT(0.0), t55 * (t19 - K(2.0) * (t0 * t66)));
+  const V t71 = SELECT(t48, K(0.5) * (t19 * t62 + t57 * t61), t55 * (t21 + K(2.0) * (t52 * t66)));
+  const M t72 = NOT(t47);
+  const V t73 = SELECT(t48, SPLAT(3.0), SPLAT(0.0));
+  const V t74 = SELECT(t72, SPLAT(6.0), t73);
+  out[0] = t56; /* 1 */
+  out[1] = t63; /* e12 */
+  out[2] = t64; /* e13 */
+  out[3] = t67; /* e1ni */
+  out[4] = t68; /* e23 */
+  out[5] = t69; /* e2ni */
+  out[6] = t70; /* e3ni */
+  out[7] = t71; /* e123ni */
+  status[0] = t74; /* 1 */
+}
+
+/* cga3d_point_euclidean: X = x^2/2 n_inf + x + n0. 4 mul, 2 add. */
+BS_INLINE void FN(cga3d_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V t0 = position_e1 * position_e1 + position_e2 * position_e2 + position_e3 * position_e3;
+  out[0] = position_e1; /* e1 */
+  out[1] = position_e2; /* e2 */
+  out[2] = position_e3; /* e3 */
+  out[3] = SPLAT(1.0); /* no */
+  out[4] = K(0.5) * t0; /* ni */
+}
+
+/* cga3d_direction_euclidean: v ^ n_inf, not normalised. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_direction_euclidean)(V *RESTRICT out, const V *RESTRICT vector_in)
+{
+  const V vector_e1 = vector_in[0];
+  const V vector_e2 = vector_in[1];
+  const V vector_e3 = vector_in[2];
+  out[0] = vector_e1; /* e1ni */
+  out[1] = vector_e2; /* e2ni */
+  out[2] = vector_e3; /* e3ni */
+}
+
+/* cga3d_flat_point_euclidean: (x + n0) ^ n_inf. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_flat_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  out[0] = position_e1; /* e1ni */
+  out[1] = position_e2; /* e2ni */
+  out[2] = position_e3; /* e3ni */
+  out[3] = SPLAT(1.0); /* noni */
+}
+
+/* cga3d_point_pair_euclidean_euclidean: A ^ B, normalised; from a to b. SINGULAR: a = b. 49 mul, 19 add, 8 other. */
+BS_INLINE void FN(cga3d_point_pair_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V t0 = b_e2 - a_e2;
+  const V t1 = b_e1 - a_e1;
+  const V t2 = b_e3 - a_e3;
+  const V t3 = t1 * t1 + t0 * t0 + t2 * t2;
+  const V t4 = SQRT(K(0.25) * t3);
+  const M t5 = LT(SPLAT(0.0), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, t4, t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = t0 * t8;
+  const V t10 = a_e1 + b_e1;
+  const V t11 = t10 * t8;
+  const V t12 = t1 * t8;
+  const V t13 = a_e2 + b_e2;
+  const V t14 = t13 * t8;
+  const V t15 = t2 * t8;
+  const V t16 = a_e3 + b_e3;
+  const V t17 = t16 * t8;
+  const V t18 = t8 * (t3 + t10 * t10 + t13 * t13 + t16 * t16);
+  const V t19 = t10 * t12 + t13 * t9 + t16 * t15;
+  const M t20 = LT(SPLAT(0.0), t8);
+  const M t21 = NOT(t20);
+  const V t22 = SELECT(t21, SPLAT(1.0), SPLAT(0.0));
+  out[0] = K(0.25) * (t9 * t11 - t12 * t14); /* e12 */
+  out[1] = K(0.25) * (t11 * t15 - t12 * t17); /* e13 */
+  out[2] = -K(0.5) * (t8 * t12); /* e1no */
+  out[3] = -K(0.5) * (K(0.125) * (t12 * t18) - K(0.25) * (t11 * t19)); /* e1ni */
+  out[4] = K(0.25) * (t14 * t15 - t9 * t17); /* e23 */
+  out[5] = -K(0.5) * (t8 * t9); /* e2no */
+  out[6] = -K(0.5) * (K(0.125) * (t9 * t18) - K(0.25) * (t14 * t19)); /* e2ni */
+  out[7] = -K(0.5) * (t8 * t15); /* e3no */
+  out[8] = -K(0.5) * (K(0.125) * (t15 * t18) - K(0.25) * (t17 * t19)); /* e3ni */
+  out[9] = K(0.25) * (t8 * t19); /* noni */
+  status[0] = t22; /* 1 */
+}
+
+/* cga3d_line_euclidean_euclidean: Line through a point along a direction. INVALID: the direction is zero. 12 mul, 5 add, 8 other. */
+BS_INLINE void FN(cga3d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT point_in, const V *RESTRICT direction_in)
+{
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V point_e3 = point_in[2];
+  const V direction_e1 = direction_in[0];
+  const V direction_e2 = direction_in[1];
+  const V direction_e3 = direction_in[2];
+  const V t0 = direction_e1 * direction_e1 + direction_e2 * direction_e2 + direction_e3 * direction_e3;
+  const V t1 = SQRT(t0);
+  const M t2 = LT(SPLAT(0.0), t1);
+  const V t3 = SPLAT(BS_NOT_A_NUMBER);
+  const V t4 = SELECT(t2, t1, t3);
+  const V t5 = K(1.0) / t4;
+  const V t6 = direction_e2 * t5;
+  const V t7 = direction_e1 * t5;
+  const V t8 = direction_e3 * t5;
+  const M t9 = LT(SPLAT(0.0), t5);
+  const M t10 = NOT(t9);
+  const V t11 = SELECT(t10, SPLAT(6.0), SPLAT(0.0));
+  out[0] = point_e1 * t6 - point_e2 * t7; /* e12ni */
+  out[1] = point_e1 * t8 - point_e3 * t7; /* e13ni */
+  out[2] = -t7; /* e1noni */
+  out[3] = point_e2 * t8 - point_e3 * t6; /* e23ni */
+  out[4] = -t6; /* e2noni */
+  out[5] = -t8; /* e3noni */
+  status[0] = t11; /* 1 */
+}
+
+/* cga3d_line_through_euclidean_euclidean: A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b. 12 mul, 8 add, 8 other. */
+BS_INLINE void FN(cga3d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V t0 = b_e2 - a_e2;
+  const V t1 = b_e1 - a_e1;
+  const V t2 = b_e3 - a_e3;
+  const V t3 = SQRT(t1 * t1 + t0 * t0 + t2 * t2);
+  const M t4 = LT(SPLAT(0.0), t3);
+  const V t5 = SPLAT(BS_NOT_A_NUMBER);
+  const V t6 = SELECT(t4, t3, t5);
+  const V t7 = K(1.0) / t6;
+  const V t8 = t0 * t7;
+  const V t9 = t1 * t7;
+  const V t10 = t2 * t7;
+  const M t11 = LT(SPLAT(0.0), t7);
+  const M t12 = NOT(t11);
+  const V t13 = SELECT(t12, SPLAT(1.0), SPLAT(0.0));
+  out[0] = a_e1 * t8 - a_e2 * t9; /* e12ni */
+  out[1] = a_e1 * t10 - a_e3 * t9; /* e13ni */
+  out[2] = -t9; /* e1noni */
+  out[3] = a_e2 * t10 - a_e3 * t8; /* e23ni */
+  out[4] = -t8; /* e2noni */
+  out[5] = -t10; /* e3noni */
+  status[0] = t13; /* 1 */
+}
+
+/* cga3d_circle_euclidean_euclidean_number: Circle counter-clockwise about its normal: plane v sphere. INVALID: zero normal, or no positive radius. 35 mul, 13 add, 12 other. */
+BS_INLINE void FN(cga3d_circle_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+{
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V center_e3 = center_in[2];
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V radius_s = radius_in[0];
+  const V t0 = SQRT(normal_e1 * normal_e1 + normal_e2 * normal_e2 + normal_e3 * normal_e3);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const V t5 = normal_e1 * t4;
+  const V t6 = normal_e2 * t4;
+  const V t7 = normal_e3 * t4;
+  const V t8 = center_e1 * t5 + center_e2 * t6 + center_e3 * t7;
+  const M t9 = LT(SPLAT(0.0), radius_s);
+  const M t10 = LT(SPLAT(0.0), t4);
+  const M t11 = AND(t9, t10);
+  const V t12 = SELECT(t11, radius_s, t2);
+  const V t13 = K(1.0) / t12;
+  const V t14 = center_e3 * t13;
+  const V t15 = K(0.5) * (center_e1 * center_e1 + center_e2 * center_e2 + center_e3 * center_e3) - K(0.5) * (t12 * t12);
+  const V t16 = t15 * t13;
+  const V t17 = center_e2 * t13;
+  const V t18 = center_e1 * t13;
+  const M t19 = NOT(t11);
+  const V t20 = SELECT(t19, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t8 * t13; /* e123 */
+  out[1] = t7 * t13; /* e12no */
+  out[2] = t8 * t14 - t7 * t16; /* e12ni */
+  out[3] = -t6 * t13; /* e13no */
+  out[4] = -(t8 * t17 - t6 * t16); /* e13ni */
+  out[5] = -(t7 * t17 - t6 * t14); /* e1noni */
+  out[6] = t5 * t13; /* e23no */
+  out[7] = t8 * t18 - t5 * t16; /* e23ni */
+  out[8] = t7 * t18 - t5 * t14; /* e2noni */
+  out[9] = -(t6 * t18 - t5 * t17); /* e3noni */
+  status[0] = t20; /* 1 */
+}
+
+/* cga3d_circle_through_euclidean_euclidean_euclidean: A ^ B ^ C, normalised (for points on a line: the line). SINGULAR: two points coincide. 85 mul, 46 add, 21 other. */
+BS_INLINE void FN(cga3d_circle_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V c_e1 = c_in[0];
+  const V c_e2 = c_in[1];
+  const V c_e3 = c_in[2];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = c_e1 - a_e1;
+  const V t2 = c_e2 - a_e2;
+  const V t3 = c_e3 - a_e3;
+  const V t4 = t1 * t1 + t2 * t2 + t3 * t3;
+  const V t5 = b_e1 - a_e1;
+  const V t6 = ABS(t5);
+  const V t7 = ABS(K(0.5) * (t4 * t6));
+  const V t8 = b_e2 - a_e2;
+  const V t9 = b_e3 - a_e3;
+  const V t10 = t5 * t5 + t8 * t8 + t9 * t9;
+  const V t11 = ABS(K(0.5) * t10);
+  const V t12 = ABS(t1 * t11);
+  const V t13 = t7 + t12;
+  const V t14 = ABS(t13 * t13);
+  const V t15 = ABS(t8);
+  const V t16 = ABS(K(0.5) * (t4 * t15));
+  const V t17 = ABS(t2 * t11);
+  const V t18 = t16 + t17;
+  const V t19 = ABS(t18 * t18);
+  const V t20 = ABS(t9);
+  const V t21 = ABS(K(0.5) * (t4 * t20));
+  const V t22 = ABS(t3 * t11);
+  const V t23 = t21 + t22;
+  const V t24 = ABS(t23 * t23);
+  const V t25 = t10 * t1 - t5 * t4;
+  const V t26 = t10 * t2 - t8 * t4;
+  const V t27 = t10 * t3 - t9 * t4;
+  const V t28 = K(0.25) * (t25 * t25) + K(0.25) * (t26 * t26) + K(0.25) * (t27 * t27);
+  const M t29 = LT(K(4096.0) * (t0 * t0 * (t14 + t19 + t24)), t28);
+  const V t30 = SPLAT(BS_NOT_A_NUMBER);
+  const V t31 = SELECT(t29, t28, t30);
+  const V t32 = SQRT(t31);
+  const V t33 = K(1.0) / t32;
+  const V t34 = t33 * (t9 * t2 - t8 * t3);
+  const V t35 = t33 * (t8 * t1 - t5 * t2);
+  const V t36 = t33 * (t9 * t1 - t5 * t3);
+  const V t37 = a_e2 * t36 - a_e1 * t34 - a_e3 * t35;
+  const V t38 = t25 * t33;
+  const V t39 = -a_e2 * t35 - a_e3 * t36;
+  const V t40 = K(0.5) * t38 - K(0.5) * t39;
+  const V t41 = K(0.5) * t38 + t40 - K(0.5) * t39;
+  const V t42 = t26 * t33;
+  const V t43 = a_e3 * t34 - a_e1 * t35;
+  const V t44 = K(0.5) * t42 + K(0.5) * t43;
+  const V t45 = K(0.5) * t42 + t44 + K(0.5) * t43;
+  const V t46 = t27 * t33;
+  const V t47 = -a_e1 * t36 - a_e2 * t34;
+  const V t48 = K(0.5) * t46 + K(0.5) * t47;
+  const V t49 = K(0.5) * t46 + t48 + K(0.5) * t47;
+  const M t50 = NOT(t29);
+  const V t51 = SELECT(t50, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t37; /* e123 */
+  out[1] = -t35; /* e12no */
+  out[2] = K(0.5) * (a_e3 * t37) + K(0.5) * (a_e2 * t41 - a_e1 * t45); /* e12ni */
+  out[3] = -t36; /* e13no */
+  out[4] = K(0.5) * (a_e3 * t41 - a_e1 * t49) - K(0.5) * (a_e2 * t37); /* e13ni */
+  out[5] = t40 - K(0.5) * t39; /* e1noni */
+  out[6] = -t34; /* e23no */
+  out[7] = K(0.5) * (a_e1 * t37) + K(0.5) * (a_e3 * t45 - a_e2 * t49); /* e23ni */
+  out[8] = t44 + K(0.5) * t43; /* e2noni */
+  out[9] = t48 + K(0.5) * t47; /* e3noni */
+  status[0] = t51; /* 1 */
+}
+
+/* cga3d_plane_euclidean_number: Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 7 mul, 2 add, 8 other. */
+BS_INLINE void FN(cga3d_plane_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+{
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V offset_s = offset_in[0];
+  const V t0 = SQRT(normal_e1 * normal_e1 + normal_e2 * normal_e2 + normal_e3 * normal_e3);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = LT(SPLAT(0.0), t4);
+  const M t6 = NOT(t5);
+  const V t7 = SELECT(t6, SPLAT(6.0), SPLAT(0.0));
+  out[0] = offset_s * t4; /* e123ni */
+  out[1] = normal_e3 * t4; /* e12noni */
+  out[2] = -normal_e2 * t4; /* e13noni */
+  out[3] = normal_e1 * t4; /* e23noni */
+  status[0] = t7; /* 1 */
+}
+
+/* cga3d_plane_through_euclidean_euclidean_euclidean: A ^ B ^ C ^ n_inf, normalised. SINGULAR: the points are on a line. 27 mul, 18 add, 23 other. */
+BS_INLINE void FN(cga3d_plane_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V c_e1 = c_in[0];
+  const V c_e2 = c_in[1];
+  const V c_e3 = c_in[2];
+  const V t0 = b_e2 - a_e2;
+  const V t1 = c_e3 - a_e3;
+  const V t2 = b_e3 - a_e3;
+  const V t3 = c_e2 - a_e2;
+  const V t4 = t0 * t1 - t2 * t3;
+  const V t5 = SPLAT(BS_EPSILON);
+  const V t6 = b_e1 - a_e1;
+  const V t7 = ABS(t6);
+  const V t8 = ABS(t3 * t7);
+  const V t9 = c_e1 - a_e1;
+  const V t10 = ABS(t0);
+  const V t11 = ABS(t9 * t10);
+  const V t12 = ABS(t8 + t11);
+  const V t13 = ABS(t12 * t12);
+  const V t14 = ABS(t1 * t7);
+  const V t15 = ABS(t2);
+  const V t16 = ABS(t9 * t15);
+  const V t17 = ABS(t14 + t16);
+  const V t18 = ABS(t17 * t17);
+  const V t19 = ABS(t1 * t10);
+  const V t20 = ABS(t3 * t15);
+  const V t21 = ABS(t19 + t20);
+  const V t22 = ABS(t21 * t21);
+  const V t23 = t6 * t3 - t0 * t9;
+  const V t24 = t6 * t1 - t2 * t9;
+  const V t25 = t23 * t23 + t24 * t24 + t4 * t4;
+  const M t26 = LT(K(4096.0) * (t5 * t5 * (t13 + t18 + t22)), t25);
+  const V t27 = SPLAT(BS_NOT_A_NUMBER);
+  const V t28 = SELECT(t26, t25, t27);
+  const V t29 = SQRT(t28);
+  const V t30 = K(1.0) / t29;
+  const V t31 = t4 * t30;
+  const V t32 = t23 * t30;
+  const V t33 = t24 * t30;
+  const M t34 = NOT(t26);
+  const V t35 = SELECT(t34, SPLAT(1.0), SPLAT(0.0));
+  out[0] = a_e1 * t31 + a_e3 * t32 - a_e2 * t33; /* e123ni */
+  out[1] = t32; /* e12noni */
+  out[2] = t33; /* e13noni */
+  out[3] = t31; /* e23noni */
+  status[0] = t35; /* 1 */
+}
+
+/* cga3d_sphere_euclidean_number: Outward sphere (in the plane: circle). INVALID: the radius is not positive. 9 mul, 3 add, 6 other. */
+BS_INLINE void FN(cga3d_sphere_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+{
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V center_e3 = center_in[2];
+  const V radius_s = radius_in[0];
+  const M t0 = LT(SPLAT(0.0), radius_s);
+  const V t1 = SPLAT(BS_NOT_A_NUMBER);
+  const V t2 = SELECT(t0, radius_s, t1);
+  const V t3 = K(1.0) / t2;
+  const V t4 = center_e1 * center_e1 + center_e2 * center_e2 + center_e3 * center_e3 - t2 * t2;
+  const M t5 = NOT(t0);
+  const V t6 = SELECT(t5, SPLAT(6.0), SPLAT(0.0));
+  out[0] = -t3; /* e123no */
+  out[1] = K(0.5) * (t3 * t4); /* e123ni */
+  out[2] = center_e3 * t3; /* e12noni */
+  out[3] = -center_e2 * t3; /* e13noni */
+  out[4] = center_e1 * t3; /* e23noni */
+  status[0] = t6; /* 1 */
+}
+
+/* cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean: A ^ B ^ C ^ D, normalised, in the orientation of the points. SINGULAR: they are on a circle. 100 mul, 59 add, 36 other. */
+BS_INLINE void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT d_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V c_e1 = c_in[0];
+  const V c_e2 = c_in[1];
+  const V c_e3 = c_in[2];
+  const V d_e1 = d_in[0];
+  const V d_e2 = d_in[1];
+  const V d_e3 = d_in[2];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = d_e1 - a_e1;
+  const V t2 = d_e2 - a_e2;
+  const V t3 = d_e3 - a_e3;
+  const V t4 = t1 * t1 + t2 * t2 + t3 * t3;
+  const V t5 = c_e2 - a_e2;
+  const V t6 = b_e1 - a_e1;
+  const V t7 = ABS(t6);
+  const V t8 = ABS(t5 * t7);
+  const V t9 = c_e1 - a_e1;
+  const V t10 = b_e2 - a_e2;
+  const V t11 = ABS(t10);
+  const V t12 = ABS(t9 * t11);
+  const V t13 = ABS(K(0.5) * (t4 * (t8 + t12)));
+  const V t14 = c_e3 - a_e3;
+  const V t15 = t9 * t9 + t5 * t5 + t14 * t14;
+  const V t16 = ABS(K(0.5) * (t15 * t7));
+  const V t17 = b_e3 - a_e3;
+  const V t18 = t6 * t6 + t10 * t10 + t17 * t17;
+  const V t19 = ABS(K(0.5) * t18);
+  const V t20 = ABS(t9 * t19);
+  const V t21 = t16 + t20;
+  const V t22 = ABS(t2 * t21);
+  const V t23 = ABS(K(0.5) * (t15 * t11));
+  const V t24 = ABS(t5 * t19);
+  const V t25 = t23 + t24;
+  const V t26 = ABS(t1 * t25);
+  const V t27 = t13 + t22 + t26;
+  const V t28 = ABS(t27 * t27);
+  const V t29 = ABS(t14 * t7);
+  const V t30 = ABS(t17);
+  const V t31 = ABS(t9 * t30);
+  const V t32 = ABS(K(0.5) * (t4 * (t29 + t31)));
+  const V t33 = ABS(t3 * t21);
+  const V t34 = ABS(K(0.5) * (t15 * t30));
+  const V t35 = ABS(t14 * t19);
+  const V t36 = t34 + t35;
+  const V t37 = ABS(t1 * t36);
+  const V t38 = t32 + t33 + t37;
+  const V t39 = ABS(t38 * t38);
+  const V t40 = ABS(t14 * t11);
+  const V t41 = ABS(t5 * t30);
+  const V t42 = ABS(K(0.5) * (t4 * (t40 + t41)));
+  const V t43 = ABS(t3 * t25);
+  const V t44 = ABS(t2 * t36);
+  const V t45 = t42 + t43 + t44;
+  const V t46 = ABS(t45 * t45);
+  const V t47 = K(0.5) * (t18 * t9) - K(0.5) * (t6 * t15);
+  const V t48 = t6 * t5 - t10 * t9;
+  const V t49 = t18 * t5 - t10 * t15;
+  const V t50 = t2 * t47 + K(0.5) * (t4 * t48) - K(0.5) * (t1 * t49);
+  const V t51 = t6 * t14 - t17 * t9;
+  const V t52 = K(0.5) * (t18 * t14) - K(0.5) * (t17 * t15);
+  const V t53 = t3 * t47 + K(0.5) * (t4 * t51) - t1 * t52;
+  const V t54 = t10 * t14 - t17 * t5;
+  const V t55 = K(0.5) * (t3 * t49) + K(0.5) * (t4 * t54) - t2 * t52;
+  const V t56 = t50 * t50 + t53 * t53 + t55 * t55;
+  const M t57 = LT(K(4096.0) * (t0 * t0 * (t28 + t39 + t46)), t56);
+  const V t58 = SPLAT(BS_NOT_A_NUMBER);
+  const V t59 = SELECT(t57, t56, t58);
+  const V t60 = SQRT(t59);
+  const V t61 = K(1.0) / t60;
+  const V t62 = t61 * (t3 * t48 + t1 * t54 - t2 * t51);
+  const V t63 = t55 * t61;
+  const V t64 = a_e1 * t62;
+  const V t65 = t63 + K(0.5) * t64;
+  const V t66 = t50 * t61;
+  const V t67 = a_e3 * t62;
+  const V t68 = t66 + K(0.5) * t67;
+  const V t69 = t53 * t61;
+  const V t70 = a_e2 * t62;
+  const V t71 = t69 - K(0.5) * t70;
+  const V t72 = K(0.5) * (a_e1 * (t63 + t65) + a_e3 * (t66 + t68) - a_e2 * (t69 + t71)) - K(0.25) * (-a_e1 * t64 - a_e2 * t70 - a_e3 * t67);
+  const M t73 = NOT(t57);
+  const V t74 = SELECT(t73, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t62; /* e123no */
+  out[1] = t72; /* e123ni */
+  out[2] = t68 + K(0.5) * t67; /* e12noni */
+  out[3] = t71 - K(0.5) * t70; /* e13noni */
+  out[4] = t65 + K(0.5) * t64; /* e23noni */
+  status[0] = t74; /* 1 */
+}
+
+/* cga3d_dilator_number: cosh(g/2) - sinh(g/2) E0 with g = ln(scale): scaling about the origin. INVALID: the scale is not positive. 2 mul, 2 add, 7 other. */
+BS_INLINE void FN(cga3d_dilator_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT scale_in)
+{
+  const V scale_s = scale_in[0];
+  const M t0 = LT(SPLAT(0.0), scale_s);
+  const V t1 = SPLAT(BS_NOT_A_NUMBER);
+  const V t2 = SELECT(t0, scale_s, t1);
+  const V t3 = SQRT(t2);
+  const V t4 = K(1.0) / (K(2.0) * t3);
+  const V t5 = scale_s * t4;
+  const M t6 = NOT(t0);
+  const V t7 = SELECT(t6, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t5 + t4; /* 1 */
+  out[1] = t5 - t4; /* noni */
+  status[0] = t7; /* 1 */
+}
+
+/* cga3d_homothety_number_euclidean: Scaling about a centre. 5 mul, 2 add, 7 other. */
+BS_INLINE void FN(cga3d_homothety_number_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT scale_in, const V *RESTRICT center_in)
+{
+  const V scale_s = scale_in[0];
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V center_e3 = center_in[2];
+  const M t0 = LT(SPLAT(0.0), scale_s);
+  const V t1 = SPLAT(BS_NOT_A_NUMBER);
+  const V t2 = SELECT(t0, scale_s, t1);
+  const V t3 = SQRT(t2);
+  const V t4 = K(1.0) / (K(2.0) * t3);
+  const V t5 = scale_s * t4;
+  const V t6 = t5 - t4;
+  const M t7 = NOT(t0);
+  const V t8 = SELECT(t7, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t5 + t4; /* 1 */
+  out[1] = center_e1 * t6; /* e1ni */
+  out[2] = center_e2 * t6; /* e2ni */
+  out[3] = center_e3 * t6; /* e3ni */
+  out[4] = t6; /* noni */
+  status[0] = t8; /* 1 */
+}
+
+/* cga3d_transversor_euclidean: 1 - t n0: inversion in the unit sphere, translation by t, inversion; x -> (x + x^2 t)/(1 + 2 t.x + t^2 x^2). 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_transversor_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+{
+  const V t_e1 = t_in[0];
+  const V t_e2 = t_in[1];
+  const V t_e3 = t_in[2];
+  out[0] = SPLAT(1.0); /* 1 */
+  out[1] = -t_e1; /* e1no */
+  out[2] = -t_e2; /* e2no */
+  out[3] = -t_e3; /* e3no */
+}
+
+/* cga3d_translator_euclidean: 1 - t n/2: translation by the vector t. 3 mul, 0 add. */
+BS_INLINE void FN(cga3d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+{
+  const V t_e1 = t_in[0];
+  const V t_e2 = t_in[1];
+  const V t_e3 = t_in[2];
+  out[0] = SPLAT(1.0); /* 1 */
+  out[1] = -K(0.5) * t_e1; /* e1ni */
+  out[2] = -K(0.5) * t_e2; /* e2ni */
+  out[3] = -K(0.5) * t_e3; /* e3ni */
+}
+
+/* cga3d_rotor_euclidean_number: cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 8 mul, 2 add, 10 other. */
+BS_INLINE void FN(cga3d_rotor_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT axis_in, const V *RESTRICT angle_in)
+{
+  const V axis_e1 = axis_in[0];
+  const V axis_e2 = axis_in[1];
+  const V axis_e3 = axis_in[2];
+  const V angle_s = angle_in[0];
+  const V t0 = K(0.5) * angle_s;
+  const V t1 = COS(t0);
+  const V t2 = SQRT(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3);
+  const M t3 = LT(SPLAT(0.0), t2);
+  const V t4 = SPLAT(BS_NOT_A_NUMBER);
+  const V t5 = SELECT(t3, t2, t4);
+  const V t6 = K(1.0) / t5;
+  const V t7 = SIN(t0);
+  const V t8 = t6 * t7;
+  const M t9 = LT(SPLAT(0.0), t6);
+  const M t10 = NOT(t9);
+  const V t11 = SELECT(t10, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t1; /* 1 */
+  out[1] = -axis_e3 * t8; /* e12 */
+  out[2] = axis_e2 * t8; /* e13 */
+  out[3] = -axis_e1 * t8; /* e23 */
+  status[0] = t11; /* 1 */
+}
+
+/* cga3d_rotor_about_euclidean_number_euclidean: The same about the axis through a point (the Euclidean vector to it). 14 mul, 5 add, 10 other. */
+BS_INLINE void FN(cga3d_rotor_about_euclidean_number_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT axis_in, const V *RESTRICT angle_in, const V *RESTRICT point_in)
+{
+  const V axis_e1 = axis_in[0];
+  const V axis_e2 = axis_in[1];
+  const V axis_e3 = axis_in[2];
+  const V angle_s = angle_in[0];
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V point_e3 = point_in[2];
+  const V t0 = K(0.5) * angle_s;
+  const V t1 = COS(t0);
+  const V t2 = SQRT(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3);
+  const M t3 = LT(SPLAT(0.0), t2);
+  const V t4 = SPLAT(BS_NOT_A_NUMBER);
+  const V t5 = SELECT(t3, t2, t4);
+  const V t6 = K(1.0) / t5;
+  const V t7 = SIN(t0);
+  const V t8 = t6 * t7;
+  const V t9 = axis_e3 * t8;
+  const V t10 = axis_e2 * t8;
+  const V t11 = axis_e1 * t8;
+  const M t12 = LT(SPLAT(0.0), t6);
+  const M t13 = NOT(t12);
+  const V t14 = SELECT(t13, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t1; /* 1 */
+  out[1] = -t9; /* e12 */
+  out[2] = t10; /* e13 */
+  out[3] = point_e3 * t10 - point_e2 * t9; /* e1ni */
+  out[4] = -t11; /* e23 */
+  out[5] = point_e1 * t9 - point_e3 * t11; /* e2ni */
+  out[6] = point_e2 * t11 - point_e1 * t10; /* e3ni */
+  out[7] = SPLAT(0.0); /* e123ni */
+  status[0] = t14; /* 1 */
+}
+
+/* cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean: Unit motor with <R>_0 >= 0 from the images of e1, e2, e3 (columns) and of the origin, as vectors. 56 mul, 45 add, 58 other. */
+BS_INLINE void FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT e1_in, const V *RESTRICT e2_in, const V *RESTRICT e3_in, const V *RESTRICT origin_in)
+{
+  const V e1_e1 = e1_in[0];
+  const V e1_e2 = e1_in[1];
+  const V e1_e3 = e1_in[2];
+  const V e2_e1 = e2_in[0];
+  const V e2_e2 = e2_in[1];
+  const V e2_e3 = e2_in[2];
+  const V e3_e1 = e3_in[0];
+  const V e3_e2 = e3_in[1];
+  const V e3_e3 = e3_in[2];
+  const V origin_e1 = origin_in[0];
+  const V origin_e2 = origin_in[1];
+  const V origin_e3 = origin_in[2];
+  const V t0 = e1_e1 + K(1.0);
+  const V t1 = e2_e2 + e3_e3;
+  const V t2 = t0 + t1;
+  const V t3 = K(1.0) - e1_e1;
+  const V t4 = e2_e2 - e3_e3;
+  const V t5 = t3 - t4;
+  const M t6 = LT(t2, t5);
+  const V t7 = SELECT(t6, t5, t2);
+  const V t8 = t3 + t4;
+  const M t9 = LT(t7, t8);
+  const V t10 = SELECT(t9, t8, t7);
+  const V t11 = t0 - t1;
+  const M t12 = LT(t10, t11);
+  const V t13 = e3_e2 - e2_e3;
+  const V t14 = e3_e1 - e1_e3;
+  const V t15 = e2_e1 - e1_e2;
+  const V t16 = SELECT(t6, t15, t2);
+  const V t17 = SELECT(t9, t14, t16);
+  const V t18 = SELECT(t12, t13, t17);
+  const V t19 = e1_e3 + e3_e1;
+  const V t20 = -e2_e3 - e3_e2;
+  const V t21 = SELECT(t6, t5, t15);
+  const V t22 = SELECT(t9, t20, t21);
+  const V t23 = SELECT(t12, t19, t22);
+  const V t24 = -e1_e2 - e2_e1;
+  const V t25 = SELECT(t6, t20, t14);
+  const V t26 = SELECT(t9, t8, t25);
+  const V t27 = SELECT(t12, t24, t26);
+  const V t28 = SELECT(t6, t19, t13);
+  const V t29 = SELECT(t9, t24, t28);
+  const V t30 = SELECT(t12, t11, t29);
+  const V t31 = SQRT(t18 * t18 + t23 * t23 + t27 * t27 + t30 * t30);
+  const V t32 = K(1.0) / t31;
+  const V t33 = t18 * t32;
+  const M t34 = LT(SPLAT(0.0), t33);
+  const M t35 = LT(t33, SPLAT(0.0));
+  const V t36 = t23 * t32;
+  const M t37 = LT(SPLAT(0.0), t36);
+  const M t38 = LT(t36, SPLAT(0.0));
+  const V t39 = t27 * t32;
+  const M t40 = LT(SPLAT(0.0), t39);
+  const M t41 = LT(t39, SPLAT(0.0));
+  const V t42 = t30 * t32;
+  const M t43 = LT(SPLAT(0.0), t42);
+  const M t44 = LT(t42, SPLAT(0.0));
+  const V t45 = SELECT(t44, SPLAT(-1.0), SPLAT(1.0));
+  const V t46 = SELECT(t43, SPLAT(1.0), t45);
+  const V t47 = SELECT(t41, SPLAT(-1.0), t46);
+  const V t48 = SELECT(t40, SPLAT(1.0), t47);
+  const V t49 = SELECT(t38, SPLAT(-1.0), t48);
+  const V t50 = SELECT(t37, SPLAT(1.0), t49);
+  const V t51 = SELECT(t35, SPLAT(-1.0), t50);
+  const V t52 = SELECT(t34, SPLAT(1.0), t51);
+  const V t53 = e3_e2 * (e1_e3 * e2_e1 - e1_e1 * e2_e3) - e3_e3 * (e1_e2 * e2_e1 - e1_e1 * e2_e2) - e3_e1 * (e1_e3 * e2_e2 - e1_e2 * e2_e3);
+  const M t54 = LT(SPLAT(0.0), t53);
+  const V t55 = ABS(e1_e1 * e1_e1 + e1_e2 * e1_e2 + e1_e3 * e1_e3 - K(1.0));
+  const M t56 = LE(t55, SPLAT(0.001));
+  const M t57 = AND(t54, t56);
+  const V t58 = ABS(e1_e1 * e2_e1 + e1_e2 * e2_e2 + e1_e3 * e2_e3);
+  const M t59 = LE(t58, SPLAT(0.001));
+  const M t60 = AND(t57, t59);
+  const V t61 = ABS(e1_e1 * e3_e1 + e1_e2 * e3_e2 + e1_e3 * e3_e3);
+  const M t62 = LE(t61, SPLAT(0.001));
+  const M t63 = AND(t60, t62);
+  const V t64 = ABS(e2_e1 * e2_e1 + e2_e2 * e2_e2 + e2_e3 * e2_e3 - K(1.0));
+  const M t65 = LE(t64, SPLAT(0.001));
+  const M t66 = AND(t63, t65);
+  const V t67 = ABS(e2_e1 * e3_e1 + e2_e2 * e3_e2 + e2_e3 * e3_e3);
+  const M t68 = LE(t67, SPLAT(0.001));
+  const M t69 = AND(t66, t68);
+  const V t70 = ABS(e3_e1 * e3_e1 + e3_e2 * e3_e2 + e3_e3 * e3_e3 - K(1.0));
+  const M t71 = LE(t70, SPLAT(0.001));
+  const M t72 = AND(t69, t71);
+  const V t73 = SPLAT(BS_NOT_A_NUMBER);
+  const V t74 = SELECT(t72, SPLAT(1.0), t73);
+  const V t75 = t52 * t74;
+  const V t76 = t33 * t75;
+  const V t77 = t36 * t75;
+  const V t78 = t39 * t75;
+  const V t79 = t42 * t75;
+  const M t80 = NOT(t72);
+  const V t81 = SELECT(t80, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t76; /* 1 */
+  out[1] = t77; /* e12 */
+  out[2] = t78; /* e13 */
+  out[3] = -K(0.5) * (origin_e1 * t76 - origin_e2 * t77 - origin_e3 * t78); /* e1ni */
+  out[4] = t79; /* e23 */
+  out[5] = -K(0.5) * (origin_e2 * t76 + origin_e1 * t77 - origin_e3 * t79); /* e2ni */
+  out[6] = -K(0.5) * (origin_e3 * t76 + origin_e1 * t78 + origin_e2 * t79); /* e3ni */
+  out[7] = -K(0.5) * (origin_e3 * t77 + origin_e1 * t79 - origin_e2 * t78); /* e123ni */
+  status[0] = t81; /* 1 */
+}
+
+/* cga3d_rotor_from_matrix_euclidean_euclidean_euclidean: The same for a rotation matrix, from the images of e1, e2, e3. 40 mul, 37 add, 58 other. */
+BS_INLINE void FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT e1_in, const V *RESTRICT e2_in, const V *RESTRICT e3_in)
+{
+  const V e1_e1 = e1_in[0];
+  const V e1_e2 = e1_in[1];
+  const V e1_e3 = e1_in[2];
+  const V e2_e1 = e2_in[0];
+  const V e2_e2 = e2_in[1];
+  const V e2_e3 = e2_in[2];
+  const V e3_e1 = e3_in[0];
+  const V e3_e2 = e3_in[1];
+  const V e3_e3 = e3_in[2];
+  const V t0 = e1_e1 + K(1.0);
+  const V t1 = e2_e2 + e3_e3;
+  const V t2 = t0 + t1;
+  const V t3 = K(1.0) - e1_e1;
+  const V t4 = e2_e2 - e3_e3;
+  const V t5 = t3 - t4;
+  const M t6 = LT(t2, t5);
+  const V t7 = SELECT(t6, t5, t2);
+  const V t8 = t3 + t4;
+  const M t9 = LT(t7, t8);
+  const V t10 = SELECT(t9, t8, t7);
+  const V t11 = t0 - t1;
+  const M t12 = LT(t10, t11);
+  const V t13 = e3_e2 - e2_e3;
+  const V t14 = e3_e1 - e1_e3;
+  const V t15 = e2_e1 - e1_e2;
+  const V t16 = SELECT(t6, t15, t2);
+  const V t17 = SELECT(t9, t14, t16);
+  const V t18 = SELECT(t12, t13, t17);
+  const V t19 = e1_e3 + e3_e1;
+  const V t20 = -e2_e3 - e3_e2;
+  const V t21 = SELECT(t6, t5, t15);
+  const V t22 = SELECT(t9, t20, t21);
+  const V t23 = SELECT(t12, t19, t22);
+  const V t24 = -e1_e2 - e2_e1;
+  const V t25 = SELECT(t6, t20, t14);
+  const V t26 = SELECT(t9, t8, t25);
+  const V t27 = SELECT(t12, t24, t26);
+  const V t28 = SELECT(t6, t19, t13);
+  const V t29 = SELECT(t9, t24, t28);
+  const V t30 = SELECT(t12, t11, t29);
+  const V t31 = SQRT(t18 * t18 + t23 * t23 + t27 * t27 + t30 * t30);
+  const V t32 = K(1.0) / t31;
+  const V t33 = t18 * t32;
+  const M t34 = LT(SPLAT(0.0), t33);
+  const M t35 = LT(t33, SPLAT(0.0));
+  const V t36 = t23 * t32;
+  const M t37 = LT(SPLAT(0.0), t36);
+  const M t38 = LT(t36, SPLAT(0.0));
+  const V t39 = t27 * t32;
+  const M t40 = LT(SPLAT(0.0), t39);
+  const M t41 = LT(t39, SPLAT(0.0));
+  const V t42 = t30 * t32;
+  const M t43 = LT(SPLAT(0.0), t42);
+  const M t44 = LT(t42, SPLAT(0.0));
+  const V t45 = SELECT(t44, SPLAT(-1.0), SPLAT(1.0));
+  const V t46 = SELECT(t43, SPLAT(1.0), t45);
+  const V t47 = SELECT(t41, SPLAT(-1.0), t46);
+  const V t48 = SELECT(t40, SPLAT(1.0), t47);
+  const V t49 = SELECT(t38, SPLAT(-1.0), t48);
+  const V t50 = SELECT(t37, SPLAT(1.0), t49);
+  const V t51 = SELECT(t35, SPLAT(-1.0), t50);
+  const V t52 = SELECT(t34, SPLAT(1.0), t51);
+  const V t53 = e3_e2 * (e1_e3 * e2_e1 - e1_e1 * e2_e3) - e3_e3 * (e1_e2 * e2_e1 - e1_e1 * e2_e2) - e3_e1 * (e1_e3 * e2_e2 - e1_e2 * e2_e3);
+  const M t54 = LT(SPLAT(0.0), t53);
+  const V t55 = ABS(e1_e1 * e1_e1 + e1_e2 * e1_e2 + e1_e3 * e1_e3 - K(1.0));
+  const M t56 = LE(t55, SPLAT(0.001));
+  const M t57 = AND(t54, t56);
+  const V t58 = ABS(e1_e1 * e2_e1 + e1_e2 * e2_e2 + e1_e3 * e2_e3);
+  const M t59 = LE(t58, SPLAT(0.001));
+  const M t60 = AND(t57, t59);
+  const V t61 = ABS(e1_e1 * e3_e1 + e1_e2 * e3_e2 + e1_e3 * e3_e3);
+  const M t62 = LE(t61, SPLAT(0.001));
+  const M t63 = AND(t60, t62);
+  const V t64 = ABS(e2_e1 * e2_e1 + e2_e2 * e2_e2 + e2_e3 * e2_e3 - K(1.0));
+  const M t65 = LE(t64, SPLAT(0.001));
+  const M t66 = AND(t63, t65);
+  const V t67 = ABS(e2_e1 * e3_e1 + e2_e2 * e3_e2 + e2_e3 * e3_e3);
+  const M t68 = LE(t67, SPLAT(0.001));
+  const M t69 = AND(t66, t68);
+  const V t70 = ABS(e3_e1 * e3_e1 + e3_e2 * e3_e2 + e3_e3 * e3_e3 - K(1.0));
+  const M t71 = LE(t70, SPLAT(0.001));
+  const M t72 = AND(t69, t71);
+  const V t73 = SPLAT(BS_NOT_A_NUMBER);
+  const V t74 = SELECT(t72, SPLAT(1.0), t73);
+  const V t75 = t52 * t74;
+  const M t76 = NOT(t72);
+  const V t77 = SELECT(t76, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t33 * t75; /* 1 */
+  out[1] = t36 * t75; /* e12 */
+  out[2] = t39 * t75; /* e13 */
+  out[3] = t42 * t75; /* e23 */
+  status[0] = t77; /* 1 */
+}
+
+/* cga3d_motor_to_matrix_motor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 31 mul, 22 add. */
+BS_INLINE void FN(cga3d_motor_to_matrix_motor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V t0 = r_s * r_s;
+  const V t1 = r_e12 * r_e12;
+  const V t2 = t0 - t1;
+  const V t3 = r_e13 * r_e13;
+  const V t4 = r_e23 * r_e23;
+  const V t5 = t3 - t4;
+  const V t6 = r_s * r_e12;
+  const V t7 = r_e13 * r_e23;
+  const V t8 = r_s * r_e13;
+  const V t9 = r_e12 * r_e23;
+  const V t10 = -K(2.0) * (r_s * r_e1ni + r_e12 * r_e2ni + r_e13 * r_e3ni + r_e23 * r_e123ni);
+  const V t11 = r_s * r_e23;
+  const V t12 = r_e12 * r_e13;
+  const V t13 = K(2.0) * (r_e12 * r_e1ni + r_e13 * r_e123ni - r_s * r_e2ni - r_e23 * r_e3ni);
+  const V t14 = K(2.0) * (r_e13 * r_e1ni + r_e23 * r_e2ni - r_s * r_e3ni - r_e12 * r_e123ni);
+  matrix[0] = t2 - t5;
+  matrix[1] = K(2.0) * (t6 - t7);
+  matrix[2] = K(2.0) * (t8 + t9);
+  matrix[3] = t10;
+  matrix[4] = -K(2.0) * (t6 + t7);
+  matrix[5] = t2 + t5;
+  matrix[6] = K(2.0) * (t11 - t12);
+  matrix[7] = t13;
+  matrix[8] = -K(2.0) * (t8 - t9);
+  matrix[9] = -K(2.0) * (t11 + t12);
+  matrix[10] = t0 + t1 - t3 - t4;
+  matrix[11] = t14;
+  matrix[12] = SPLAT(0.0);
+  matrix[13] = SPLAT(0.0);
+  matrix[14] = SPLAT(0.0);
+  matrix[15] = SPLAT(1.0);
+}
+
+/* cga3d_motor_to_matrix_rotor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 16 mul, 13 add. */
+BS_INLINE void FN(cga3d_motor_to_matrix_rotor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e23 = r_in[3];
+  const V t0 = r_s * r_s;
+  const V t1 = r_e12 * r_e12;
+  const V t2 = t0 - t1;
+  const V t3 = r_e13 * r_e13;
+  const V t4 = r_e23 * r_e23;
+  const V t5 = t3 - t4;
+  const V t6 = r_s * r_e12;
+  const V t7 = r_e13 * r_e23;
+  const V t8 = r_s * r_e13;
+  const V t9 = r_e12 * r_e23;
+  const V t10 = r_s * r_e23;
+  const V t11 = r_e12 * r_e13;
+  matrix[0] = t2 - t5;
+  matrix[1] = K(2.0) * (t6 - t7);
+  matrix[2] = K(2.0) * (t8 + t9);
+  matrix[3] = SPLAT(0.0);
+  matrix[4] = -K(2.0) * (t6 + t7);
+  matrix[5] = t2 + t5;
+  matrix[6] = K(2.0) * (t10 - t11);
+  matrix[7] = SPLAT(0.0);
+  matrix[8] = -K(2.0) * (t8 - t9);
+  matrix[9] = -K(2.0) * (t10 + t11);
+  matrix[10] = t0 + t1 - t3 - t4;
+  matrix[11] = SPLAT(0.0);
+  matrix[12] = SPLAT(0.0);
+  matrix[13] = SPLAT(0.0);
+  matrix[14] = SPLAT(0.0);
+  matrix[15] = SPLAT(1.0);
+}
+
+/* cga3d_motor_to_matrix_translator: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 3 mul, 0 add. */
+BS_INLINE void FN(cga3d_motor_to_matrix_translator)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_e1ni = r_in[1];
+  const V r_e2ni = r_in[2];
+  const V r_e3ni = r_in[3];
+  matrix[0] = SPLAT(1.0);
+  matrix[1] = SPLAT(0.0);
+  matrix[2] = SPLAT(0.0);
+  matrix[3] = -K(2.0) * r_e1ni;
+  matrix[4] = SPLAT(0.0);
+  matrix[5] = SPLAT(1.0);
+  matrix[6] = SPLAT(0.0);
+  matrix[7] = -K(2.0) * r_e2ni;
+  matrix[8] = SPLAT(0.0);
+  matrix[9] = SPLAT(0.0);
+  matrix[10] = SPLAT(1.0);
+  matrix[11] = -K(2.0) * r_e3ni;
+  matrix[12] = SPLAT(0.0);
+  matrix[13] = SPLAT(0.0);
+  matrix[14] = SPLAT(0.0);
+  matrix[15] = SPLAT(1.0);
+}
+
+/* cga3d_point_parameters_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
+BS_INLINE void FN(cga3d_point_parameters_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_no = x_in[3];
+  const V t0 = ABS(x_no);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_no, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = NOT(t1);
+  const V t6 = SELECT(t5, SPLAT(1.0), SPLAT(0.0));
+  position[0] = x_e1 * t4; /* e1 */
+  position[1] = x_e2 * t4; /* e2 */
+  position[2] = x_e3 * t4; /* e3 */
+  status[0] = t6; /* 1 */
+}
+
+/* cga3d_point_parameters_any_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
+BS_INLINE void FN(cga3d_point_parameters_any_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_no = x_in[3];
+  const V t0 = ABS(x_no);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_no, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = NOT(t1);
+  const V t6 = SELECT(t5, SPLAT(1.0), SPLAT(0.0));
+  position[0] = x_e1 * t4; /* e1 */
+  position[1] = x_e2 * t4; /* e2 */
+  position[2] = x_e3 * t4; /* e3 */
+  status[0] = t6; /* 1 */
+}
+
+/* cga3d_direction_parameters_direction: The vector of v ^ n_inf. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_direction_parameters_direction)(V *RESTRICT vector, const V *RESTRICT x_in)
+{
+  const V x_e1ni = x_in[0];
+  const V x_e2ni = x_in[1];
+  const V x_e3ni = x_in[2];
+  vector[0] = x_e1ni; /* e1 */
+  vector[1] = x_e2ni; /* e2 */
+  vector[2] = x_e3ni; /* e3 */
+}
+
+/* cga3d_flat_point_parameters_flat_point: Position of a flat point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
+BS_INLINE void FN(cga3d_flat_point_parameters_flat_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e1ni = x_in[0];
+  const V x_e2ni = x_in[1];
+  const V x_e3ni = x_in[2];
+  const V x_noni = x_in[3];
+  const V t0 = ABS(x_noni);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_noni, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = NOT(t1);
+  const V t6 = SELECT(t5, SPLAT(1.0), SPLAT(0.0));
+  position[0] = x_e1ni * t4; /* e1 */
+  position[1] = x_e2ni * t4; /* e2 */
+  position[2] = x_e3ni * t4; /* e3 */
+  status[0] = t6; /* 1 */
+}
+
+/* cga3d_point_pair_parameters_point_pair: End points a and b of a unit point pair A ^ B. SINGULAR: it is a flat point. 18 mul, 14 add, 7 other. */
+BS_INLINE void FN(cga3d_point_pair_parameters_point_pair)(V *RESTRICT a, V *RESTRICT b, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e13 = x_in[1];
+  const V x_e1no = x_in[2];
+  const V x_e23 = x_in[4];
+  const V x_e2no = x_in[5];
+  const V x_e3no = x_in[7];
+  const V x_noni = x_in[9];
+  const V t0 = x_e1no * x_e1no + x_e2no * x_e2no + x_e3no * x_e3no;
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const V t5 = (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t4;
+  const V t6 = K(1.0) / t0;
+  const V t7 = x_e1no * t6;
+  const V t8 = (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t4;
+  const V t9 = x_e2no * t6;
+  const V t10 = (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t4;
+  const V t11 = x_e3no * t6;
+  const M t12 = NOT(t1);
+  const V t13 = SELECT(t12, SPLAT(1.0), SPLAT(0.0));
+  a[0] = t5 + t7; /* e1 */
+  a[1] = t8 + t9; /* e2 */
+  a[2] = t10 + t11; /* e3 */
+  b[0] = t5 - t7; /* e1 */
+  b[1] = t8 - t9; /* e2 */
+  b[2] = t10 - t11; /* e3 */
+  status[0] = t13; /* 1 */
+}
+
+/* cga3d_line_parameters_line: Point nearest the origin and unit direction of a unit line, from L* = m I3 + (p x m) n_inf. 6 mul, 3 add. */
+BS_INLINE void FN(cga3d_line_parameters_line)(V *RESTRICT point, V *RESTRICT direction, const V *RESTRICT x_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  point[0] = -x_e12ni * x_e2noni - x_e13ni * x_e3noni; /* e1 */
+  point[1] = -(x_e23ni * x_e3noni - x_e12ni * x_e1noni); /* e2 */
+  point[2] = x_e13ni * x_e1noni + x_e23ni * x_e2noni; /* e3 */
+  direction[0] = -x_e1noni; /* e1 */
+  direction[1] = -x_e2noni; /* e2 */
+  direction[2] = -x_e3noni; /* e3 */
+}
+
+/* cga3d_circle_parameters_circle: Center, unit normal and radius of a unit circle. SINGULAR: it is a line. 18 mul, 8 add, 8 other. */
+BS_INLINE void FN(cga3d_circle_parameters_circle)(V *RESTRICT center, V *RESTRICT normal, V *RESTRICT radius, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e123 = x_in[0];
+  const V x_e12no = x_in[1];
+  const V x_e13no = x_in[3];
+  const V x_e1noni = x_in[5];
+  const V x_e23no = x_in[6];
+  const V x_e2noni = x_in[8];
+  const V x_e3noni = x_in[9];
+  const V t0 = x_e23no * x_e23no + x_e13no * x_e13no + x_e12no * x_e12no;
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const V t5 = SQRT(t0);
+  const V t6 = K(1.0) / t5;
+  const M t7 = NOT(t1);
+  const V t8 = SELECT(t7, SPLAT(1.0), SPLAT(0.0));
+  center[0] = (x_e13no * x_e3noni + x_e12no * x_e2noni + x_e123 * x_e23no) * t4; /* e1 */
+  center[1] = (x_e23no * x_e3noni - x_e12no * x_e1noni - x_e123 * x_e13no) * t4; /* e2 */
+  center[2] = (x_e123 * x_e12no - x_e23no * x_e2noni - x_e13no * x_e1noni) * t4; /* e3 */
+  normal[0] = x_e23no * t6; /* e1 */
+  normal[1] = -x_e13no * t6; /* e2 */
+  normal[2] = x_e12no * t6; /* e3 */
+  radius[0] = t6; /* 1 */
+  status[0] = t8; /* 1 */
+}
+
+/* cga3d_plane_parameters_plane: Unit normal and offset of a unit plane, from its dual n + d n_inf. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_plane_parameters_plane)(V *RESTRICT normal, V *RESTRICT offset, const V *RESTRICT x_in)
+{
+  const V x_e123ni = x_in[0];
+  const V x_e12noni = x_in[1];
+  const V x_e13noni = x_in[2];
+  const V x_e23noni = x_in[3];
+  normal[0] = x_e23noni; /* e1 */
+  normal[1] = -x_e13noni; /* e2 */
+  normal[2] = x_e12noni; /* e3 */
+  offset[0] = x_e123ni; /* 1 */
+}
+
+/* cga3d_sphere_parameters_sphere: Center, positive radius and orientation (+1 outward) of a unit sphere. SINGULAR: it is a plane. 3 mul, 0 add, 10 other. */
+BS_INLINE void FN(cga3d_sphere_parameters_sphere)(V *RESTRICT center, V *RESTRICT radius, V *RESTRICT orientation, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e123no = x_in[0];
+  const V x_e12noni = x_in[2];
+  const V x_e13noni = x_in[3];
+  const V x_e23noni = x_in[4];
+  const V t0 = -x_e123no;
+  const V t1 = ABS(t0);
+  const M t2 = LT(SPLAT(0.0), t1);
+  const V t3 = SPLAT(BS_NOT_A_NUMBER);
+  const V t4 = SELECT(t2, t0, t3);
+  const V t5 = K(1.0) / t4;
+  const V t6 = ABS(t5);
+  const M t7 = LT(t0, SPLAT(0.0));
+  const V t8 = SELECT(t7, SPLAT(-1.0), SPLAT(1.0));
+  const M t9 = NOT(t2);
+  const V t10 = SELECT(t9, SPLAT(1.0), SPLAT(0.0));
+  center[0] = x_e23noni * t5; /* e1 */
+  center[1] = -x_e13noni * t5; /* e2 */
+  center[2] = x_e12noni * t5; /* e3 */
+  radius[0] = t6; /* 1 */
+  orientation[0] = t8; /* 1 */
+  status[0] = t10; /* 1 */
+}
+
+/* cga3d_invariants_vector: Eight numbers of a multivector of one grade. 6 mul, 10 add, 10 other. */
+BS_INLINE void FN(cga3d_invariants_vector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_no = x_in[3];
+  const V x_ni = x_in[4];
+  const V t0 = x_e1 * x_e1;
+  const V t1 = x_e2 * x_e2;
+  const V t2 = x_e3 * x_e3;
+  const V t3 = x_no * x_ni;
+  const V t4 = ABS(t0);
+  const V t5 = ABS(t1);
+  const V t6 = ABS(t2);
+  const V t7 = ABS(t3);
+  const V t8 = ABS(x_e1);
+  const V t9 = ABS(x_e2);
+  const V t10 = ABS(x_e3);
+  const V t11 = ABS(x_no);
+  const V t12 = t8 + t9 + t10 + t11;
+  const V t13 = ABS(-x_no);
+  const V t14 = ABS(x_ni);
+  invariants[0] = t0 + t1 + t2 - K(2.0) * t3;
+  invariants[1] = t4 + t5 + t6 + K(2.0) * t7;
+  invariants[2] = SPLAT(0.0);
+  invariants[3] = SPLAT(0.0);
+  invariants[4] = t12;
+  invariants[5] = t13;
+  invariants[6] = t14 + t12;
+  invariants[7] = SPLAT(0.0);
+}
+
+/* cga3d_invariants_bivector: Eight numbers of a multivector of one grade. 34 mul, 52 add, 45 other. */
+BS_INLINE void FN(cga3d_invariants_bivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e13 = x_in[1];
+  const V x_e1no = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2no = x_in[5];
+  const V x_e2ni = x_in[6];
+  const V x_e3no = x_in[7];
+  const V x_e3ni = x_in[8];
+  const V x_noni = x_in[9];
+  const V t0 = x_noni * x_noni;
+  const V t1 = x_e1no * x_e1ni;
+  const V t2 = x_e2no * x_e2ni;
+  const V t3 = x_e3no * x_e3ni;
+  const V t4 = x_e12 * x_e12;
+  const V t5 = x_e13 * x_e13;
+  const V t6 = x_e23 * x_e23;
+  const V t7 = ABS(t4);
+  const V t8 = ABS(t5);
+  const V t9 = ABS(t6);
+  const V t10 = ABS(t0);
+  const V t11 = ABS(t1);
+  const V t12 = ABS(t2);
+  const V t13 = ABS(t3);
+  const V t14 = x_e12 * x_e3no;
+  const V t15 = x_e1no * x_e23;
+  const V t16 = x_e13 * x_e2no;
+  const V t17 = ABS(K(2.0) * (t14 + t15 - t16));
+  const V t18 = x_e12 * x_e3ni;
+  const V t19 = x_e1ni * x_e23;
+  const V t20 = x_e13 * x_e2ni;
+  const V t21 = ABS(K(2.0) * (t18 + t19 - t20));
+  const V t22 = x_e12 * x_noni;
+  const V t23 = x_e1ni * x_e2no;
+  const V t24 = x_e1no * x_e2ni;
+  const V t25 = ABS(K(2.0) * (t22 + t23 - t24));
+  const V t26 = x_e13 * x_noni;
+  const V t27 = x_e1ni * x_e3no;
+  const V t28 = x_e1no * x_e3ni;
+  const V t29 = ABS(K(2.0) * (t26 + t27 - t28));
+  const V t30 = x_e23 * x_noni;
+  const V t31 = x_e2ni * x_e3no;
+  const V t32 = x_e2no * x_e3ni;
+  const V t33 = ABS(K(2.0) * (t30 + t31 - t32));
+  const V t34 = ABS(t14);
+  const V t35 = ABS(t16);
+  const V t36 = ABS(t15);
+  const V t37 = ABS(K(2.0) * (t34 + t35 + t36));
+  const V t38 = ABS(t18);
+  const V t39 = ABS(t20);
+  const V t40 = ABS(t19);
+  const V t41 = ABS(K(2.0) * (t38 + t39 + t40));
+  const V t42 = ABS(t22);
+  const V t43 = ABS(t24);
+  const V t44 = ABS(t23);
+  const V t45 = ABS(K(2.0) * (t42 + t43 + t44));
+  const V t46 = ABS(t26);
+  const V t47 = ABS(t28);
+  const V t48 = ABS(t27);
+  const V t49 = ABS(K(2.0) * (t46 + t47 + t48));
+  const V t50 = ABS(t30);
+  const V t51 = ABS(t32);
+  const V t52 = ABS(t31);
+  const V t53 = ABS(K(2.0) * (t50 + t51 + t52));
+  const V t54 = ABS(x_e12);
+  const V t55 = ABS(x_e13);
+  const V t56 = ABS(x_e1no);
+  const V t57 = ABS(x_e23);
+  const V t58 = ABS(x_e2no);
+  const V t59 = ABS(x_e3no);
+  const V t60 = t54 + t55 + t56 + t57 + t58 + t59;
+  const V t61 = ABS(-x_e1no);
+  const V t62 = ABS(-x_e2no);
+  const V t63 = ABS(-x_e3no);
+  const V t64 = ABS(x_noni);
+  const V t65 = ABS(x_e1ni);
+  const V t66 = ABS(x_e2ni);
+  const V t67 = ABS(x_e3ni);
+  invariants[0] = t0 + K(2.0) * (t1 + t2 + t3) - t4 - t5 - t6;
+  invariants[1] = t7 + t8 + t9 + t10 + K(2.0) * (t11 + t12 + t13);
+  invariants[2] = t17 + t21 + t25 + t29 + t33;
+  invariants[3] = t37 + t41 + t45 + t49 + t53;
+  invariants[4] = t60;
+  invariants[5] = t61 + t62 + t63 + t64;
+  invariants[6] = t64 + t65 + t66 + t67 + t60;
+  invariants[7] = SPLAT(0.0);
+}
+
+/* cga3d_invariants_trivector: Eight numbers of a multivector of one grade. 34 mul, 52 add, 45 other. */
+BS_INLINE void FN(cga3d_invariants_trivector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e123 = x_in[0];
+  const V x_e12no = x_in[1];
+  const V x_e12ni = x_in[2];
+  const V x_e13no = x_in[3];
+  const V x_e13ni = x_in[4];
+  const V x_e1noni = x_in[5];
+  const V x_e23no = x_in[6];
+  const V x_e23ni = x_in[7];
+  const V x_e2noni = x_in[8];
+  const V x_e3noni = x_in[9];
+  const V t0 = x_e1noni * x_e1noni;
+  const V t1 = x_e2noni * x_e2noni;
+  const V t2 = x_e3noni * x_e3noni;
+  const V t3 = x_e12no * x_e12ni;
+  const V t4 = x_e13no * x_e13ni;
+  const V t5 = x_e23no * x_e23ni;
+  const V t6 = x_e123 * x_e123;
+  const V t7 = ABS(t6);
+  const V t8 = ABS(t0);
+  const V t9 = ABS(t1);
+  const V t10 = ABS(t2);
+  const V t11 = ABS(t3);
+  const V t12 = ABS(t4);
+  const V t13 = ABS(t5);
+  const V t14 = x_e12no * x_e3noni;
+  const V t15 = x_e1noni * x_e23no;
+  const V t16 = x_e13no * x_e2noni;
+  const V t17 = ABS(-K(2.0) * (t14 + t15 - t16));
+  const V t18 = x_e12ni * x_e3noni;
+  const V t19 = x_e1noni * x_e23ni;
+  const V t20 = x_e13ni * x_e2noni;
+  const V t21 = ABS(K(2.0) * (t18 + t19 - t20));
+  const V t22 = x_e123 * x_e3noni;
+  const V t23 = x_e13ni * x_e23no;
+  const V t24 = x_e13no * x_e23ni;
+  const V t25 = ABS(K(2.0) * (t22 + t23 - t24));
+  const V t26 = x_e123 * x_e2noni;
+  const V t27 = x_e12ni * x_e23no;
+  const V t28 = x_e12no * x_e23ni;
+  const V t29 = ABS(-K(2.0) * (t26 + t27 - t28));
+  const V t30 = x_e123 * x_e1noni;
+  const V t31 = x_e12ni * x_e13no;
+  const V t32 = x_e12no * x_e13ni;
+  const V t33 = ABS(K(2.0) * (t30 + t31 - t32));
+  const V t34 = ABS(t14);
+  const V t35 = ABS(t16);
+  const V t36 = ABS(t15);
+  const V t37 = ABS(K(2.0) * (t34 + t35 + t36));
+  const V t38 = ABS(t18);
+  const V t39 = ABS(t20);
+  const V t40 = ABS(t19);
+  const V t41 = ABS(K(2.0) * (t38 + t39 + t40));
+  const V t42 = ABS(t22);
+  const V t43 = ABS(t24);
+  const V t44 = ABS(t23);
+  const V t45 = ABS(K(2.0) * (t42 + t43 + t44));
+  const V t46 = ABS(t26);
+  const V t47 = ABS(t28);
+  const V t48 = ABS(t27);
+  const V t49 = ABS(K(2.0) * (t46 + t47 + t48));
+  const V t50 = ABS(t30);
+  const V t51 = ABS(t32);
+  const V t52 = ABS(t31);
+  const V t53 = ABS(K(2.0) * (t50 + t51 + t52));
+  const V t54 = ABS(x_e123);
+  const V t55 = ABS(x_e12no);
+  const V t56 = ABS(x_e13no);
+  const V t57 = ABS(x_e23no);
+  const V t58 = t54 + t55 + t56 + t57;
+  const V t59 = ABS(-x_e12no);
+  const V t60 = ABS(-x_e13no);
+  const V t61 = ABS(-x_e23no);
+  const V t62 = ABS(x_e1noni);
+  const V t63 = ABS(x_e2noni);
+  const V t64 = ABS(x_e3noni);
+  const V t65 = t62 + t63 + t64;
+  const V t66 = ABS(x_e12ni);
+  const V t67 = ABS(x_e13ni);
+  const V t68 = ABS(x_e23ni);
+  invariants[0] = t0 + t1 + t2 + K(2.0) * (t3 + t4 + t5) - t6;
+  invariants[1] = t7 + t8 + t9 + t10 + K(2.0) * (t11 + t12 + t13);
+  invariants[2] = t17 + t21 + t25 + t29 + t33;
+  invariants[3] = t37 + t41 + t45 + t49 + t53;
+  invariants[4] = t58;
+  invariants[5] = t59 + t60 + t61 + t65;
+  invariants[6] = t66 + t67 + t68 + t58 + t65;
+  invariants[7] = SPLAT(0.0);
+}
+
+/* cga3d_invariants_quadvector: Eight numbers of a multivector of one grade. 6 mul, 11 add, 10 other. */
+BS_INLINE void FN(cga3d_invariants_quadvector)(V *RESTRICT invariants, const V *RESTRICT x_in)
+{
+  const V x_e123no = x_in[0];
+  const V x_e123ni = x_in[1];
+  const V x_e12noni = x_in[2];
+  const V x_e13noni = x_in[3];
+  const V x_e23noni = x_in[4];
+  const V t0 = x_e123no * x_e123ni;
+  const V t1 = x_e12noni * x_e12noni;
+  const V t2 = x_e13noni * x_e13noni;
+  const V t3 = x_e23noni * x_e23noni;
+  const V t4 = ABS(t0);
+  const V t5 = ABS(t1);
+  const V t6 = ABS(t2);
+  const V t7 = ABS(t3);
+  const V t8 = ABS(x_e123no);
+  const V t9 = -x_e123no;
+  const V t10 = ABS(t9);
+  const V t11 = ABS(x_e12noni);
+  const V t12 = ABS(x_e13noni);
+  const V t13 = ABS(x_e23noni);
+  const V t14 = t11 + t12 + t13;
+  const V t15 = ABS(x_e123ni);
+  invariants[0] = -K(2.0) * t0 - t1 - t2 - t3;
+  invariants[1] = K(2.0) * t4 + t5 + t6 + t7;
+  invariants[2] = SPLAT(0.0);
+  invariants[3] = SPLAT(0.0);
+  invariants[4] = t8;
+  invariants[5] = t10 + t14;
+  invariants[6] = t8 + t15 + t14;
+  invariants[7] = t9;
 }

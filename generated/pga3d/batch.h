@@ -2,6 +2,12 @@
  * Loops over items [begin, end) around the kernels of one instance. A stride is 0 (one operand for all items)
  * or the number of coefficients of a row; rows are transposed in registers. */
 
+BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
+{
+  const S *const lanes = (const S *)src;
+  for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
+}
+
 static void FN(pga3d_geometric_multivector_multivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -122,6 +128,96 @@ FN(store_tail)(out_rows + i * 8, out, 8, rows);
   }
 }
 
+static void FN(pga3d_geometric_translator_rotor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(y_in, y_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    FN(pga3d_geometric_translator_rotor)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    FN(pga3d_geometric_translator_rotor)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
+static void FN(pga3d_geometric_rotor_translator_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(y_in, y_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    FN(pga3d_geometric_rotor_translator)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    FN(pga3d_geometric_rotor_translator)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
+static void FN(pga3d_geometric_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[8];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 8);
+  FN(load_broadcast)(y_in, y_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    FN(pga3d_geometric_motor_any_motor)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    FN(pga3d_geometric_motor_any_motor)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
 static void FN(pga3d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -209,6 +305,66 @@ FN(store_rows)(out_rows + i * 4, out, 4);
     if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     FN(pga3d_outer_bivector_vector)(out, x_in, y_in);
 FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_outer_plane_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(y_in, y_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    FN(pga3d_outer_plane_line)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    FN(pga3d_outer_plane_line)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_outer_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(y_in, y_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    FN(pga3d_outer_line_line)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    FN(pga3d_outer_line_line)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
   }
 }
 
@@ -359,6 +515,126 @@ FN(store_rows)(out_rows + i * 4, out, 4);
     if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
     FN(pga3d_regressive_bivector_trivector)(out, x_in, y_in);
 FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_regressive_multivector_multivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[16];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 16);
+  FN(load_broadcast)(y_in, y_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    FN(pga3d_regressive_multivector_multivector)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    FN(pga3d_regressive_multivector_multivector)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(pga3d_regressive_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(y_in, y_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    FN(pga3d_regressive_point_line)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    FN(pga3d_regressive_point_line)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_regressive_point_direction_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(y_in, y_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+    FN(pga3d_regressive_point_direction)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+    FN(pga3d_regressive_point_direction)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+  }
+}
+
+static void FN(pga3d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(y_in, y_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    FN(pga3d_regressive_line_line)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    FN(pga3d_regressive_line_line)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
   }
 }
 
@@ -542,36 +818,6 @@ FN(store_tail)(out_rows + i * 4, out, 4, rows);
   }
 }
 
-static void FN(pga3d_sandwich_motor_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const r_rows = (const S *)ins[0];
-  const ptrdiff_t r_stride = strides[0];
-  V r_in[8];
-  const S *const x_rows = (const S *)ins[1];
-  const ptrdiff_t x_stride = strides[1];
-  V x_in[4];
-  S *const out_rows = (S *)outs[0];
-  V out[4];
-  if (begin >= end) return;
-  FN(load_broadcast)(r_in, r_rows, 8);
-  FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    FN(pga3d_sandwich_motor_any_plane)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_sandwich_motor_any_plane)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-  }
-}
-
 static void FN(pga3d_sandwich_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -602,25 +848,1304 @@ FN(store_tail)(out_rows + i * 8, out, 8, rows);
   }
 }
 
+static void FN(pga3d_sandwich_rotor_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  const S *const x_rows = (const S *)ins[1];
+  const ptrdiff_t x_stride = strides[1];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_sandwich_rotor_point)(out, r_in, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_sandwich_rotor_point)(out, r_in, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_sandwich_translator_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  const S *const x_rows = (const S *)ins[1];
+  const ptrdiff_t x_stride = strides[1];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_sandwich_translator_point)(out, r_in, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_sandwich_translator_point)(out, r_in, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_commutator_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const y_rows = (const S *)ins[1];
+  const ptrdiff_t y_stride = strides[1];
+  V y_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(y_in, y_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    FN(pga3d_commutator_twist_twist)(out, x_in, y_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    FN(pga3d_commutator_twist_twist)(out, x_in, y_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+  }
+}
+
+static void FN(pga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_normalise_vector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_normalise_vector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(pga3d_normalise_bivector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(pga3d_normalise_bivector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_normalise_trivector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_normalise_trivector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    FN(pga3d_normalise_even)(out, status, x_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    FN(pga3d_normalise_even)(out, status, x_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+    FN(pga3d_normalise_multivector)(out, status, x_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+    FN(pga3d_normalise_multivector)(out, status, x_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    FN(pga3d_normalise_flat_any_motor)(out, status, x_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    FN(pga3d_normalise_flat_any_motor)(out, status, x_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_normalise_flat_any_rotor)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_normalise_flat_any_rotor)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(pga3d_normalise_flat_any_line)(out, status, x_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(pga3d_normalise_flat_any_line)(out, status, x_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_normalise_flat_any_plane)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_normalise_flat_any_plane)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const mirror_rows = (const S *)ins[1];
+  const ptrdiff_t mirror_stride = strides[1];
+  V mirror_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(mirror_in, mirror_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    FN(pga3d_reflect_point_plane)(out, status, x_in, mirror_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    FN(pga3d_reflect_point_plane)(out, status, x_in, mirror_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const mirror_rows = (const S *)ins[1];
+  const ptrdiff_t mirror_stride = strides[1];
+  V mirror_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(mirror_in, mirror_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    FN(pga3d_reflect_line_plane)(out, status, x_in, mirror_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    FN(pga3d_reflect_line_plane)(out, status, x_in, mirror_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const mirror_rows = (const S *)ins[1];
+  const ptrdiff_t mirror_stride = strides[1];
+  V mirror_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(mirror_in, mirror_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    FN(pga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    FN(pga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const mirror_rows = (const S *)ins[1];
+  const ptrdiff_t mirror_stride = strides[1];
+  V mirror_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(mirror_in, mirror_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
+    FN(pga3d_reflect_point_line)(out, status, x_in, mirror_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
+    FN(pga3d_reflect_point_line)(out, status, x_in, mirror_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_reflect_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const mirror_rows = (const S *)ins[1];
+  const ptrdiff_t mirror_stride = strides[1];
+  V mirror_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(mirror_in, mirror_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    FN(pga3d_reflect_point_point)(out, status, x_in, mirror_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    FN(pga3d_reflect_point_point)(out, status, x_in, mirror_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const b_rows = (const S *)ins[0];
+  const ptrdiff_t b_stride = strides[0];
+  V b_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(b_in, b_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+    FN(pga3d_exp_bivector_twist)(out, b_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
+    FN(pga3d_exp_bivector_twist)(out, b_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
+static void FN(pga3d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(pga3d_log_motor_motor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(pga3d_log_motor_motor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_log_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(pga3d_log_motor_any_motor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(pga3d_log_motor_any_motor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(pga3d_sqrt_motor_motor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(pga3d_sqrt_motor_motor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_sqrt_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(pga3d_sqrt_motor_any_motor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(pga3d_sqrt_motor_any_motor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    FN(pga3d_point_euclidean)(out, position_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    FN(pga3d_point_euclidean)(out, position_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const vector_rows = (const S *)ins[0];
+  const ptrdiff_t vector_stride = strides[0];
+  V vector_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(vector_in, vector_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
+    FN(pga3d_direction_euclidean)(out, vector_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
+    FN(pga3d_direction_euclidean)(out, vector_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(pga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const point_rows = (const S *)ins[0];
+  const ptrdiff_t point_stride = strides[0];
+  V point_in[3];
+  const S *const direction_rows = (const S *)ins[1];
+  const ptrdiff_t direction_stride = strides[1];
+  V direction_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(point_in, point_rows, 3);
+  FN(load_broadcast)(direction_in, direction_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+    if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+    FN(pga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
+    if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
+    FN(pga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[3];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 3);
+  FN(load_broadcast)(b_in, b_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    FN(pga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    FN(pga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const normal_rows = (const S *)ins[0];
+  const ptrdiff_t normal_stride = strides[0];
+  V normal_in[3];
+  const S *const offset_rows = (const S *)ins[1];
+  const ptrdiff_t offset_stride = strides[1];
+  V offset_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(normal_in, normal_rows, 3);
+  FN(load_broadcast)(offset_in, offset_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+    if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
+    FN(pga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+    if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
+    FN(pga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[3];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[3];
+  const S *const c_rows = (const S *)ins[2];
+  const ptrdiff_t c_stride = strides[2];
+  V c_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 3);
+  FN(load_broadcast)(b_in, b_rows, 3);
+  FN(load_broadcast)(c_in, c_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+    FN(pga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
+    FN(pga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const t_rows = (const S *)ins[0];
+  const ptrdiff_t t_stride = strides[0];
+  V t_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(t_in, t_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+    FN(pga3d_translator_euclidean)(out, t_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
+    FN(pga3d_translator_euclidean)(out, t_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(pga3d_rotor_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const axis_rows = (const S *)ins[0];
+  const ptrdiff_t axis_stride = strides[0];
+  V axis_in[3];
+  const S *const angle_rows = (const S *)ins[1];
+  const ptrdiff_t angle_stride = strides[1];
+  V angle_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(axis_in, axis_rows, 3);
+  FN(load_broadcast)(angle_in, angle_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    FN(pga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    FN(pga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const axis_rows = (const S *)ins[0];
+  const ptrdiff_t axis_stride = strides[0];
+  V axis_in[3];
+  const S *const angle_rows = (const S *)ins[1];
+  const ptrdiff_t angle_stride = strides[1];
+  V angle_in[1];
+  const S *const point_rows = (const S *)ins[2];
+  const ptrdiff_t point_stride = strides[2];
+  V point_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(axis_in, axis_rows, 3);
+  FN(load_broadcast)(angle_in, angle_rows, 1);
+  FN(load_broadcast)(point_in, point_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+    FN(pga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
+    FN(pga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const e1_rows = (const S *)ins[0];
+  const ptrdiff_t e1_stride = strides[0];
+  V e1_in[3];
+  const S *const e2_rows = (const S *)ins[1];
+  const ptrdiff_t e2_stride = strides[1];
+  V e2_in[3];
+  const S *const e3_rows = (const S *)ins[2];
+  const ptrdiff_t e3_stride = strides[2];
+  V e3_in[3];
+  const S *const origin_rows = (const S *)ins[3];
+  const ptrdiff_t origin_stride = strides[3];
+  V origin_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(e1_in, e1_rows, 3);
+  FN(load_broadcast)(e2_in, e2_rows, 3);
+  FN(load_broadcast)(e3_in, e3_rows, 3);
+  FN(load_broadcast)(origin_in, origin_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
+    if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
+    if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+    if (origin_stride) FN(load_rows)(origin_in, origin_rows + i * 3, 3);
+    FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
+    if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
+    if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
+    if (origin_stride) FN(load_tail)(origin_in, origin_rows + i * 3, 3, rows);
+    FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const e1_rows = (const S *)ins[0];
+  const ptrdiff_t e1_stride = strides[0];
+  V e1_in[3];
+  const S *const e2_rows = (const S *)ins[1];
+  const ptrdiff_t e2_stride = strides[1];
+  V e2_in[3];
+  const S *const e3_rows = (const S *)ins[2];
+  const ptrdiff_t e3_stride = strides[2];
+  V e3_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(e1_in, e1_rows, 3);
+  FN(load_broadcast)(e2_in, e2_rows, 3);
+  FN(load_broadcast)(e3_in, e3_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
+    if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
+    if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+    FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
+    if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
+    if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
+    FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const matrix_rows = (S *)outs[0];
+  V matrix[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(pga3d_motor_to_matrix_motor)(matrix, r_in);
+FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(pga3d_motor_to_matrix_motor)(matrix, r_in);
+FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+  }
+}
+
+static void FN(pga3d_motor_to_matrix_rotor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const matrix_rows = (S *)outs[0];
+  V matrix[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(pga3d_motor_to_matrix_rotor)(matrix, r_in);
+FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(pga3d_motor_to_matrix_rotor)(matrix, r_in);
+FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+  }
+}
+
+static void FN(pga3d_motor_to_matrix_translator_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const matrix_rows = (S *)outs[0];
+  V matrix[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(pga3d_motor_to_matrix_translator)(matrix, r_in);
+FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(pga3d_motor_to_matrix_translator)(matrix, r_in);
+FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+  }
+}
+
+static void FN(pga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const position_rows = (S *)outs[0];
+  V position[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_point_parameters_point)(position, status, x_in);
+FN(store_rows)(position_rows + i * 3, position, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_point_parameters_point)(position, status, x_in);
+FN(store_tail)(position_rows + i * 3, position, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const position_rows = (S *)outs[0];
+  V position[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_point_parameters_any_point)(position, status, x_in);
+FN(store_rows)(position_rows + i * 3, position, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_point_parameters_any_point)(position, status, x_in);
+FN(store_tail)(position_rows + i * 3, position, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[3];
+  S *const vector_rows = (S *)outs[0];
+  V vector[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    FN(pga3d_direction_parameters_direction)(vector, x_in);
+FN(store_rows)(vector_rows + i * 3, vector, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    FN(pga3d_direction_parameters_direction)(vector, x_in);
+FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
+  }
+}
+
+static void FN(pga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const point_rows = (S *)outs[0];
+  V point[3];
+  S *const direction_rows = (S *)outs[1];
+  V direction[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(pga3d_line_parameters_line)(point, direction, x_in);
+FN(store_rows)(point_rows + i * 3, point, 3);
+FN(store_rows)(direction_rows + i * 3, direction, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(pga3d_line_parameters_line)(point, direction, x_in);
+FN(store_tail)(point_rows + i * 3, point, 3, rows);
+FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
+  }
+}
+
+static void FN(pga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const normal_rows = (S *)outs[0];
+  V normal[3];
+  S *const offset_rows = (S *)outs[1];
+  V offset[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(pga3d_plane_parameters_plane)(normal, offset, x_in);
+FN(store_rows)(normal_rows + i * 3, normal, 3);
+FN(store_rows)(offset_rows + i * 1, offset, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(pga3d_plane_parameters_plane)(normal, offset, x_in);
+FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
+FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(pga3d_geometric_multivector_multivector_batch),
   FN(pga3d_geometric_motor_motor_batch),
   FN(pga3d_geometric_rotor_rotor_batch),
   FN(pga3d_geometric_even_even_batch),
+  FN(pga3d_geometric_translator_rotor_batch),
+  FN(pga3d_geometric_rotor_translator_batch),
+  FN(pga3d_geometric_motor_any_motor_batch),
   FN(pga3d_outer_multivector_multivector_batch),
   FN(pga3d_outer_vector_vector_batch),
   FN(pga3d_outer_bivector_vector_batch),
+  FN(pga3d_outer_plane_line_batch),
+  FN(pga3d_outer_line_line_batch),
   FN(pga3d_inner_multivector_multivector_batch),
   FN(pga3d_regressive_point_point_batch),
   FN(pga3d_regressive_trivector_trivector_batch),
   FN(pga3d_regressive_line_point_batch),
   FN(pga3d_regressive_bivector_trivector_batch),
+  FN(pga3d_regressive_multivector_multivector_batch),
+  FN(pga3d_regressive_point_line_batch),
+  FN(pga3d_regressive_point_direction_batch),
+  FN(pga3d_regressive_line_line_batch),
   FN(pga3d_sandwich_motor_point_batch),
   FN(pga3d_sandwich_motor_any_point_batch),
   FN(pga3d_sandwich_motor_direction_batch),
   FN(pga3d_sandwich_motor_line_batch),
   FN(pga3d_sandwich_motor_any_line_batch),
   FN(pga3d_sandwich_motor_plane_batch),
-  FN(pga3d_sandwich_motor_any_plane_batch),
   FN(pga3d_sandwich_motor_motor_batch),
+  FN(pga3d_sandwich_rotor_point_batch),
+  FN(pga3d_sandwich_translator_point_batch),
+  FN(pga3d_commutator_twist_twist_batch),
+  FN(pga3d_normalise_vector_batch),
+  FN(pga3d_normalise_bivector_batch),
+  FN(pga3d_normalise_trivector_batch),
+  FN(pga3d_normalise_even_batch),
+  FN(pga3d_normalise_multivector_batch),
+  FN(pga3d_normalise_flat_any_motor_batch),
+  FN(pga3d_normalise_flat_any_rotor_batch),
+  FN(pga3d_normalise_flat_any_line_batch),
+  FN(pga3d_normalise_flat_any_plane_batch),
+  FN(pga3d_reflect_point_plane_batch),
+  FN(pga3d_reflect_line_plane_batch),
+  FN(pga3d_reflect_plane_plane_batch),
+  FN(pga3d_reflect_point_line_batch),
+  FN(pga3d_reflect_point_point_batch),
+  FN(pga3d_exp_bivector_twist_batch),
+  FN(pga3d_log_motor_motor_batch),
+  FN(pga3d_log_motor_any_motor_batch),
+  FN(pga3d_sqrt_motor_motor_batch),
+  FN(pga3d_sqrt_motor_any_motor_batch),
+  FN(pga3d_point_euclidean_batch),
+  FN(pga3d_direction_euclidean_batch),
+  FN(pga3d_line_euclidean_euclidean_batch),
+  FN(pga3d_line_through_euclidean_euclidean_batch),
+  FN(pga3d_plane_euclidean_number_batch),
+  FN(pga3d_plane_through_euclidean_euclidean_euclidean_batch),
+  FN(pga3d_translator_euclidean_batch),
+  FN(pga3d_rotor_euclidean_number_batch),
+  FN(pga3d_rotor_about_euclidean_number_euclidean_batch),
+  FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_batch),
+  FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch),
+  FN(pga3d_motor_to_matrix_motor_batch),
+  FN(pga3d_motor_to_matrix_rotor_batch),
+  FN(pga3d_motor_to_matrix_translator_batch),
+  FN(pga3d_point_parameters_point_batch),
+  FN(pga3d_point_parameters_any_point_batch),
+  FN(pga3d_direction_parameters_direction_batch),
+  FN(pga3d_line_parameters_line_batch),
+  FN(pga3d_plane_parameters_plane_batch),
 };

@@ -153,6 +153,79 @@ BS_INLINE void FN(pga3d_geometric_even_even)(V *RESTRICT out, const V *RESTRICT 
   out[7] = t3; /* e0123 */
 }
 
+/* pga3d_geometric_translator_rotor: Geometric product x y. 12 mul, 8 add. */
+BS_INLINE void FN(pga3d_geometric_translator_rotor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e01 = x_in[1];
+  const V x_e02 = x_in[2];
+  const V x_e03 = x_in[3];
+  const V y_s = y_in[0];
+  const V y_e12 = y_in[1];
+  const V y_e13 = y_in[2];
+  const V y_e23 = y_in[3];
+  out[0] = y_s; /* 1 */
+  out[1] = x_e01 * y_s - x_e02 * y_e12 - x_e03 * y_e13; /* e01 */
+  out[2] = x_e01 * y_e12 + x_e02 * y_s - x_e03 * y_e23; /* e02 */
+  out[3] = x_e01 * y_e13 + x_e02 * y_e23 + x_e03 * y_s; /* e03 */
+  out[4] = y_e12; /* e12 */
+  out[5] = y_e13; /* e13 */
+  out[6] = y_e23; /* e23 */
+  out[7] = x_e01 * y_e23 + x_e03 * y_e12 - x_e02 * y_e13; /* e0123 */
+}
+
+/* pga3d_geometric_rotor_translator: Geometric product x y. 12 mul, 8 add. */
+BS_INLINE void FN(pga3d_geometric_rotor_translator)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e23 = x_in[3];
+  const V y_e01 = y_in[1];
+  const V y_e02 = y_in[2];
+  const V y_e03 = y_in[3];
+  out[0] = x_s; /* 1 */
+  out[1] = x_s * y_e01 + x_e12 * y_e02 + x_e13 * y_e03; /* e01 */
+  out[2] = x_s * y_e02 + x_e23 * y_e03 - x_e12 * y_e01; /* e02 */
+  out[3] = x_s * y_e03 - x_e13 * y_e01 - x_e23 * y_e02; /* e03 */
+  out[4] = x_e12; /* e12 */
+  out[5] = x_e13; /* e13 */
+  out[6] = x_e23; /* e23 */
+  out[7] = x_e12 * y_e03 + x_e23 * y_e01 - x_e13 * y_e02; /* e0123 */
+}
+
+/* pga3d_geometric_motor_any_motor: Geometric product x y. 48 mul, 40 add. */
+BS_INLINE void FN(pga3d_geometric_motor_any_motor)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_s = x_in[0];
+  const V x_e01 = x_in[1];
+  const V x_e02 = x_in[2];
+  const V x_e03 = x_in[3];
+  const V x_e12 = x_in[4];
+  const V x_e13 = x_in[5];
+  const V x_e23 = x_in[6];
+  const V x_e0123 = x_in[7];
+  const V y_s = y_in[0];
+  const V y_e01 = y_in[1];
+  const V y_e02 = y_in[2];
+  const V y_e03 = y_in[3];
+  const V y_e12 = y_in[4];
+  const V y_e13 = y_in[5];
+  const V y_e23 = y_in[6];
+  const V y_e0123 = y_in[7];
+  const V t0 = x_s * y_e01 + x_e01 * y_s - x_e02 * y_e12 - x_e03 * y_e13 + x_e12 * y_e02 + x_e13 * y_e03 - x_e23 * y_e0123 - x_e0123 * y_e23;
+  const V t1 = x_s * y_e02 + x_e01 * y_e12 + x_e02 * y_s - x_e03 * y_e23 - x_e12 * y_e01 + x_e13 * y_e0123 + x_e23 * y_e03 + x_e0123 * y_e13;
+  const V t2 = x_s * y_e03 + x_e01 * y_e13 + x_e02 * y_e23 + x_e03 * y_s - x_e12 * y_e0123 - x_e13 * y_e01 - x_e23 * y_e02 - x_e0123 * y_e12;
+  const V t3 = x_s * y_e0123 + x_e01 * y_e23 - x_e02 * y_e13 + x_e03 * y_e12 + x_e12 * y_e03 - x_e13 * y_e02 + x_e23 * y_e01 + x_e0123 * y_s;
+  out[0] = x_s * y_s - x_e12 * y_e12 - x_e13 * y_e13 - x_e23 * y_e23; /* 1 */
+  out[1] = t0; /* e01 */
+  out[2] = t1; /* e02 */
+  out[3] = t2; /* e03 */
+  out[4] = x_s * y_e12 + x_e12 * y_s - x_e13 * y_e23 + x_e23 * y_e13; /* e12 */
+  out[5] = x_s * y_e13 + x_e12 * y_e23 + x_e13 * y_s - x_e23 * y_e12; /* e13 */
+  out[6] = x_s * y_e23 - x_e12 * y_e13 + x_e13 * y_e12 + x_e23 * y_s; /* e23 */
+  out[7] = t3; /* e0123 */
+}
+
 /* pga3d_outer_multivector_multivector: Outer product x ^ y. 81 mul, 65 add. */
 BS_INLINE void FN(pga3d_outer_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
@@ -247,6 +320,44 @@ BS_INLINE void FN(pga3d_outer_bivector_vector)(V *RESTRICT out, const V *RESTRIC
   out[1] = x_e01 * y_e3 - x_e03 * y_e1 + x_e13 * y_e0; /* e013 */
   out[2] = x_e02 * y_e3 - x_e03 * y_e2 + x_e23 * y_e0; /* e023 */
   out[3] = x_e12 * y_e3 - x_e13 * y_e2 + x_e23 * y_e1; /* e123 */
+}
+
+/* pga3d_outer_plane_line: Outer product x ^ y. 12 mul, 8 add. */
+BS_INLINE void FN(pga3d_outer_plane_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e0 = x_in[0];
+  const V x_e1 = x_in[1];
+  const V x_e2 = x_in[2];
+  const V x_e3 = x_in[3];
+  const V y_e01 = y_in[0];
+  const V y_e02 = y_in[1];
+  const V y_e03 = y_in[2];
+  const V y_e12 = y_in[3];
+  const V y_e13 = y_in[4];
+  const V y_e23 = y_in[5];
+  out[0] = x_e0 * y_e12 - x_e1 * y_e02 + x_e2 * y_e01; /* e012 */
+  out[1] = x_e0 * y_e13 - x_e1 * y_e03 + x_e3 * y_e01; /* e013 */
+  out[2] = x_e0 * y_e23 - x_e2 * y_e03 + x_e3 * y_e02; /* e023 */
+  out[3] = x_e1 * y_e23 - x_e2 * y_e13 + x_e3 * y_e12; /* e123 */
+}
+
+/* pga3d_outer_line_line: Outer product x ^ y. 6 mul, 5 add. */
+BS_INLINE void FN(pga3d_outer_line_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  const V y_e01 = y_in[0];
+  const V y_e02 = y_in[1];
+  const V y_e03 = y_in[2];
+  const V y_e12 = y_in[3];
+  const V y_e13 = y_in[4];
+  const V y_e23 = y_in[5];
+  const V t0 = x_e01 * y_e23 - x_e02 * y_e13 + x_e03 * y_e12 + x_e12 * y_e03 - x_e13 * y_e02 + x_e23 * y_e01;
+  out[0] = t0; /* e0123 */
 }
 
 /* pga3d_inner_multivector_multivector: Inner product of thesis 1.2.2, zero with scalars. 69 mul, 55 add. */
@@ -375,6 +486,118 @@ BS_INLINE void FN(pga3d_regressive_bivector_trivector)(V *RESTRICT out, const V 
   out[1] = x_e12 * y_e013 - x_e13 * y_e012 - x_e01 * y_e123; /* e1 */
   out[2] = -(x_e23 * y_e012 - x_e12 * y_e023 + x_e02 * y_e123); /* e2 */
   out[3] = x_e13 * y_e023 - x_e23 * y_e013 - x_e03 * y_e123; /* e3 */
+}
+
+/* pga3d_regressive_multivector_multivector: Regressive product x & y: the meet in CGA, the join in PGA. 81 mul, 65 add. */
+BS_INLINE void FN(pga3d_regressive_multivector_multivector)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_s = x_in[0];
+  const V x_e0 = x_in[1];
+  const V x_e1 = x_in[2];
+  const V x_e2 = x_in[3];
+  const V x_e3 = x_in[4];
+  const V x_e01 = x_in[5];
+  const V x_e02 = x_in[6];
+  const V x_e03 = x_in[7];
+  const V x_e12 = x_in[8];
+  const V x_e13 = x_in[9];
+  const V x_e23 = x_in[10];
+  const V x_e012 = x_in[11];
+  const V x_e013 = x_in[12];
+  const V x_e023 = x_in[13];
+  const V x_e123 = x_in[14];
+  const V x_e0123 = x_in[15];
+  const V y_s = y_in[0];
+  const V y_e0 = y_in[1];
+  const V y_e1 = y_in[2];
+  const V y_e2 = y_in[3];
+  const V y_e3 = y_in[4];
+  const V y_e01 = y_in[5];
+  const V y_e02 = y_in[6];
+  const V y_e03 = y_in[7];
+  const V y_e12 = y_in[8];
+  const V y_e13 = y_in[9];
+  const V y_e23 = y_in[10];
+  const V y_e012 = y_in[11];
+  const V y_e013 = y_in[12];
+  const V y_e023 = y_in[13];
+  const V y_e123 = y_in[14];
+  const V y_e0123 = y_in[15];
+  const V t0 = x_e0123 * y_s - x_e123 * y_e0 + x_e023 * y_e1 - x_e013 * y_e2 + x_e012 * y_e3 + x_e23 * y_e01 - x_e13 * y_e02 + x_e12 * y_e03 + x_e03 * y_e12 - x_e02 * y_e13 + x_e01 * y_e23 - x_e3 * y_e012 + x_e2 * y_e013 - x_e1 * y_e023 + x_e0 * y_e123 + x_s * y_e0123;
+  const V t1 = x_e0123 * y_e0 + x_e023 * y_e01 - x_e013 * y_e02 + x_e012 * y_e03 + x_e03 * y_e012 - x_e02 * y_e013 + x_e01 * y_e023 + x_e0 * y_e0123;
+  const V t2 = x_e013 * y_e12 - x_e0123 * y_e1 - x_e123 * y_e01 - x_e012 * y_e13 - x_e13 * y_e012 + x_e12 * y_e013 - x_e01 * y_e123 - x_e1 * y_e0123;
+  const V t3 = x_e0123 * y_e2 + x_e123 * y_e02 - x_e023 * y_e12 + x_e012 * y_e23 + x_e23 * y_e012 - x_e12 * y_e023 + x_e02 * y_e123 + x_e2 * y_e0123;
+  const V t4 = x_e023 * y_e13 - x_e0123 * y_e3 - x_e123 * y_e03 - x_e013 * y_e23 - x_e23 * y_e013 + x_e13 * y_e023 - x_e03 * y_e123 - x_e3 * y_e0123;
+  out[0] = -t0; /* 1 */
+  out[1] = -t1; /* e0 */
+  out[2] = t2; /* e1 */
+  out[3] = -t3; /* e2 */
+  out[4] = t4; /* e3 */
+  out[5] = -(x_e0123 * y_e01 - x_e013 * y_e012 + x_e012 * y_e013 + x_e01 * y_e0123); /* e01 */
+  out[6] = x_e023 * y_e012 - x_e0123 * y_e02 - x_e012 * y_e023 - x_e02 * y_e0123; /* e02 */
+  out[7] = -(x_e0123 * y_e03 - x_e023 * y_e013 + x_e013 * y_e023 + x_e03 * y_e0123); /* e03 */
+  out[8] = -(x_e0123 * y_e12 - x_e123 * y_e012 + x_e012 * y_e123 + x_e12 * y_e0123); /* e12 */
+  out[9] = x_e123 * y_e013 - x_e0123 * y_e13 - x_e013 * y_e123 - x_e13 * y_e0123; /* e13 */
+  out[10] = -(x_e0123 * y_e23 - x_e123 * y_e023 + x_e023 * y_e123 + x_e23 * y_e0123); /* e23 */
+  out[11] = -(x_e0123 * y_e012 + x_e012 * y_e0123); /* e012 */
+  out[12] = -x_e0123 * y_e013 - x_e013 * y_e0123; /* e013 */
+  out[13] = -(x_e0123 * y_e023 + x_e023 * y_e0123); /* e023 */
+  out[14] = -x_e0123 * y_e123 - x_e123 * y_e0123; /* e123 */
+  out[15] = -x_e0123 * y_e0123; /* e0123 */
+}
+
+/* pga3d_regressive_point_line: Regressive product x & y: the meet in CGA, the join in PGA. 9 mul, 8 add. */
+BS_INLINE void FN(pga3d_regressive_point_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V y_e01 = y_in[0];
+  const V y_e02 = y_in[1];
+  const V y_e03 = y_in[2];
+  const V y_e12 = y_in[3];
+  const V y_e13 = y_in[4];
+  const V y_e23 = y_in[5];
+  out[0] = x_e013 * y_e02 - x_e012 * y_e03 - x_e023 * y_e01; /* e0 */
+  out[1] = x_e013 * y_e12 - x_e012 * y_e13 - y_e01; /* e1 */
+  out[2] = x_e023 * y_e12 - x_e012 * y_e23 - y_e02; /* e2 */
+  out[3] = x_e023 * y_e13 - x_e013 * y_e23 - y_e03; /* e3 */
+}
+
+/* pga3d_regressive_point_direction: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 3 add. */
+BS_INLINE void FN(pga3d_regressive_point_direction)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V y_e012 = y_in[0];
+  const V y_e013 = y_in[1];
+  const V y_e023 = y_in[2];
+  out[0] = x_e013 * y_e012 - x_e012 * y_e013; /* e01 */
+  out[1] = x_e023 * y_e012 - x_e012 * y_e023; /* e02 */
+  out[2] = x_e023 * y_e013 - x_e013 * y_e023; /* e03 */
+  out[3] = y_e012; /* e12 */
+  out[4] = y_e013; /* e13 */
+  out[5] = y_e023; /* e23 */
+}
+
+/* pga3d_regressive_line_line: Regressive product x & y: the meet in CGA, the join in PGA. 6 mul, 5 add. */
+BS_INLINE void FN(pga3d_regressive_line_line)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  const V y_e01 = y_in[0];
+  const V y_e02 = y_in[1];
+  const V y_e03 = y_in[2];
+  const V y_e12 = y_in[3];
+  const V y_e13 = y_in[4];
+  const V y_e23 = y_in[5];
+  const V t0 = x_e23 * y_e01 - x_e13 * y_e02 + x_e12 * y_e03 + x_e03 * y_e12 - x_e02 * y_e13 + x_e01 * y_e23;
+  out[0] = -t0; /* 1 */
 }
 
 /* pga3d_sandwich_motor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 21 mul, 18 add. */
@@ -548,31 +771,6 @@ BS_INLINE void FN(pga3d_sandwich_motor_plane)(V *RESTRICT out, const V *RESTRICT
   out[3] = x_e3 + K(2.0) * (r_e23 * t1 - r_e13 * t0); /* e3 */
 }
 
-/* pga3d_sandwich_motor_any_plane: r x ~r: what a rotor does to an object (thesis 1.2.6). 26 mul, 18 add. */
-BS_INLINE void FN(pga3d_sandwich_motor_any_plane)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
-{
-  const V r_s = r_in[0];
-  const V r_e01 = r_in[1];
-  const V r_e02 = r_in[2];
-  const V r_e03 = r_in[3];
-  const V r_e12 = r_in[4];
-  const V r_e13 = r_in[5];
-  const V r_e23 = r_in[6];
-  const V r_e0123 = r_in[7];
-  const V x_e0 = x_in[0];
-  const V x_e1 = x_in[1];
-  const V x_e2 = x_in[2];
-  const V x_e3 = x_in[3];
-  const V t0 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3;
-  const V t1 = r_e12 * x_e1 - r_s * x_e2 - r_e23 * x_e3;
-  const V t2 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
-  const V t3 = r_e01 * t0 + r_e0123 * (r_e23 * x_e1 + r_e12 * x_e3 - r_e13 * x_e2) - r_e02 * t1 - r_e03 * t2;
-  out[0] = x_e0 + K(2.0) * t3; /* e0 */
-  out[1] = x_e1 - K(2.0) * (r_e12 * t1 + r_e13 * t2); /* e1 */
-  out[2] = x_e2 - K(2.0) * (r_e12 * t0 + r_e23 * t2); /* e2 */
-  out[3] = x_e3 + K(2.0) * (r_e23 * t1 - r_e13 * t0); /* e3 */
-}
-
 /* pga3d_sandwich_motor_motor: r x ~r: what a rotor does to an object (thesis 1.2.6). 53 mul, 40 add. */
 BS_INLINE void FN(pga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
@@ -615,4 +813,1563 @@ BS_INLINE void FN(pga3d_sandwich_motor_motor)(V *RESTRICT out, const V *RESTRICT
   out[5] = x_e13 - K(2.0) * (r_e23 * t3 - r_e12 * t13); /* e13 */
   out[6] = x_e23 + K(2.0) * (r_e12 * t6 + r_e13 * t3); /* e23 */
   out[7] = x_e0123; /* e0123 */
+}
+
+/* pga3d_sandwich_rotor_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 18 mul, 12 add. */
+BS_INLINE void FN(pga3d_sandwich_rotor_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e23 = r_in[3];
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V t0 = r_e13 * x_e012 + r_s * x_e023 - r_e12 * x_e013;
+  const V t1 = r_e23 * x_e012 - r_s * x_e013 - r_e12 * x_e023;
+  const V t2 = r_s * x_e012 + r_e23 * x_e013 - r_e13 * x_e023;
+  out[0] = x_e012 - K(2.0) * (r_e13 * t0 + r_e23 * t1); /* e012 */
+  out[1] = x_e013 + K(2.0) * (r_e12 * t0 - r_e23 * t2); /* e013 */
+  out[2] = x_e023 + K(2.0) * (r_e13 * t2 + r_e12 * t1); /* e023 */
+  out[3] = SPLAT(1.0); /* e123 */
+}
+
+/* pga3d_sandwich_translator_point: r x ~r: what a rotor does to an object (thesis 1.2.6). 3 mul, 3 add. */
+BS_INLINE void FN(pga3d_sandwich_translator_point)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+{
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  out[0] = K(2.0) * r_e03 + x_e012; /* e012 */
+  out[1] = x_e013 - K(2.0) * r_e02; /* e013 */
+  out[2] = K(2.0) * r_e01 + x_e023; /* e023 */
+  out[3] = SPLAT(1.0); /* e123 */
+}
+
+/* pga3d_commutator_twist_twist: Commutator product (x y - y x)/2. 18 mul, 12 add. */
+BS_INLINE void FN(pga3d_commutator_twist_twist)(V *RESTRICT out, const V *RESTRICT x_in, const V *RESTRICT y_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  const V y_e01 = y_in[0];
+  const V y_e02 = y_in[1];
+  const V y_e03 = y_in[2];
+  const V y_e12 = y_in[3];
+  const V y_e13 = y_in[4];
+  const V y_e23 = y_in[5];
+  out[0] = x_e12 * y_e02 - x_e02 * y_e12 - x_e03 * y_e13 + x_e13 * y_e03; /* e01 */
+  out[1] = x_e01 * y_e12 - x_e03 * y_e23 - x_e12 * y_e01 + x_e23 * y_e03; /* e02 */
+  out[2] = x_e01 * y_e13 + x_e02 * y_e23 - x_e13 * y_e01 - x_e23 * y_e02; /* e03 */
+  out[3] = x_e23 * y_e13 - x_e13 * y_e23; /* e12 */
+  out[4] = x_e12 * y_e23 - x_e23 * y_e12; /* e13 */
+  out[5] = x_e13 * y_e12 - x_e12 * y_e13; /* e23 */
+}
+
+/* pga3d_normalise_vector: x over its norm; null multivectors (a point, for one) are singular. 9 mul, 4 add, 12 other. */
+BS_INLINE void FN(pga3d_normalise_vector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e0 = x_in[0];
+  const V x_e1 = x_in[1];
+  const V x_e2 = x_in[2];
+  const V x_e3 = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e1 * x_e1;
+  const V t2 = ABS(t1);
+  const V t3 = x_e2 * x_e2;
+  const V t4 = ABS(t3);
+  const V t5 = x_e3 * x_e3;
+  const V t6 = ABS(t5);
+  const V t7 = ABS(t1 + t3 + t5);
+  const M t8 = LT(K(64.0) * (t0 * (t2 + t4 + t6)), t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, t7, t9);
+  const V t11 = SQRT(t10);
+  const V t12 = K(1.0) / t11;
+  const M t13 = NOT(t8);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e0 * t12; /* e0 */
+  out[1] = x_e1 * t12; /* e1 */
+  out[2] = x_e2 * t12; /* e2 */
+  out[3] = x_e3 * t12; /* e3 */
+  status[0] = t14; /* 1 */
+}
+
+/* pga3d_normalise_bivector: x over its norm; null multivectors (a point, for one) are singular. 11 mul, 4 add, 12 other. */
+BS_INLINE void FN(pga3d_normalise_bivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e12 * x_e12;
+  const V t2 = ABS(t1);
+  const V t3 = x_e13 * x_e13;
+  const V t4 = ABS(t3);
+  const V t5 = x_e23 * x_e23;
+  const V t6 = ABS(t5);
+  const V t7 = ABS(t1 + t3 + t5);
+  const M t8 = LT(K(64.0) * (t0 * (t2 + t4 + t6)), t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, t7, t9);
+  const V t11 = SQRT(t10);
+  const V t12 = K(1.0) / t11;
+  const M t13 = NOT(t8);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e01 * t12; /* e01 */
+  out[1] = x_e02 * t12; /* e02 */
+  out[2] = x_e03 * t12; /* e03 */
+  out[3] = x_e12 * t12; /* e12 */
+  out[4] = x_e13 * t12; /* e13 */
+  out[5] = x_e23 * t12; /* e23 */
+  status[0] = t14; /* 1 */
+}
+
+/* pga3d_normalise_trivector: x over its norm; null multivectors (a point, for one) are singular. 7 mul, 0 add, 9 other. */
+BS_INLINE void FN(pga3d_normalise_trivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V x_e123 = x_in[3];
+  const V t0 = ABS(x_e123 * x_e123);
+  const V t1 = SPLAT(BS_EPSILON);
+  const M t2 = LT(K(64.0) * (t0 * t1), t0);
+  const V t3 = SPLAT(BS_NOT_A_NUMBER);
+  const V t4 = SELECT(t2, t0, t3);
+  const V t5 = SQRT(t4);
+  const V t6 = K(1.0) / t5;
+  const M t7 = NOT(t2);
+  const V t8 = SELECT(t7, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_e012 * t6; /* e012 */
+  out[1] = x_e013 * t6; /* e013 */
+  out[2] = x_e023 * t6; /* e023 */
+  out[3] = x_e123 * t6; /* e123 */
+  status[0] = t8; /* 1 */
+}
+
+/* pga3d_normalise_even: x over its norm; null multivectors (a point, for one) are singular. 14 mul, 6 add, 13 other. */
+BS_INLINE void FN(pga3d_normalise_even)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e01 = x_in[1];
+  const V x_e02 = x_in[2];
+  const V x_e03 = x_in[3];
+  const V x_e12 = x_in[4];
+  const V x_e13 = x_in[5];
+  const V x_e23 = x_in[6];
+  const V x_e0123 = x_in[7];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13 * x_e13;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23 * x_e23;
+  const V t8 = ABS(t7);
+  const V t9 = ABS(t1 + t3 + t5 + t7);
+  const M t10 = LT(K(64.0) * (t0 * (t2 + t4 + t6 + t8)), t9);
+  const V t11 = SPLAT(BS_NOT_A_NUMBER);
+  const V t12 = SELECT(t10, t9, t11);
+  const V t13 = SQRT(t12);
+  const V t14 = K(1.0) / t13;
+  const M t15 = NOT(t10);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_s * t14; /* 1 */
+  out[1] = x_e01 * t14; /* e01 */
+  out[2] = x_e02 * t14; /* e02 */
+  out[3] = x_e03 * t14; /* e03 */
+  out[4] = x_e12 * t14; /* e12 */
+  out[5] = x_e13 * t14; /* e13 */
+  out[6] = x_e23 * t14; /* e23 */
+  out[7] = x_e0123 * t14; /* e0123 */
+  status[0] = t16; /* 1 */
+}
+
+/* pga3d_normalise_multivector: x over its norm; null multivectors (a point, for one) are singular. 26 mul, 14 add, 17 other. */
+BS_INLINE void FN(pga3d_normalise_multivector)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e0 = x_in[1];
+  const V x_e1 = x_in[2];
+  const V x_e2 = x_in[3];
+  const V x_e3 = x_in[4];
+  const V x_e01 = x_in[5];
+  const V x_e02 = x_in[6];
+  const V x_e03 = x_in[7];
+  const V x_e12 = x_in[8];
+  const V x_e13 = x_in[9];
+  const V x_e23 = x_in[10];
+  const V x_e012 = x_in[11];
+  const V x_e013 = x_in[12];
+  const V x_e023 = x_in[13];
+  const V x_e123 = x_in[14];
+  const V x_e0123 = x_in[15];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e1 * x_e1;
+  const V t4 = ABS(t3);
+  const V t5 = x_e2 * x_e2;
+  const V t6 = ABS(t5);
+  const V t7 = x_e3 * x_e3;
+  const V t8 = ABS(t7);
+  const V t9 = x_e12 * x_e12;
+  const V t10 = ABS(t9);
+  const V t11 = x_e13 * x_e13;
+  const V t12 = ABS(t11);
+  const V t13 = x_e23 * x_e23;
+  const V t14 = ABS(t13);
+  const V t15 = x_e123 * x_e123;
+  const V t16 = ABS(t15);
+  const V t17 = ABS(t1 + t3 + t5 + t7 + t9 + t11 + t13 + t15);
+  const M t18 = LT(K(64.0) * (t0 * (t2 + t4 + t6 + t8 + t10 + t12 + t14 + t16)), t17);
+  const V t19 = SPLAT(BS_NOT_A_NUMBER);
+  const V t20 = SELECT(t18, t17, t19);
+  const V t21 = SQRT(t20);
+  const V t22 = K(1.0) / t21;
+  const M t23 = NOT(t18);
+  const V t24 = SELECT(t23, SPLAT(1.0), SPLAT(0.0));
+  out[0] = x_s * t22; /* 1 */
+  out[1] = x_e0 * t22; /* e0 */
+  out[2] = x_e1 * t22; /* e1 */
+  out[3] = x_e2 * t22; /* e2 */
+  out[4] = x_e3 * t22; /* e3 */
+  out[5] = x_e01 * t22; /* e01 */
+  out[6] = x_e02 * t22; /* e02 */
+  out[7] = x_e03 * t22; /* e03 */
+  out[8] = x_e12 * t22; /* e12 */
+  out[9] = x_e13 * t22; /* e13 */
+  out[10] = x_e23 * t22; /* e23 */
+  out[11] = x_e012 * t22; /* e012 */
+  out[12] = x_e013 * t22; /* e013 */
+  out[13] = x_e023 * t22; /* e023 */
+  out[14] = x_e123 * t22; /* e123 */
+  out[15] = x_e0123 * t22; /* e0123 */
+  status[0] = t24; /* 1 */
+}
+
+/* pga3d_normalise_flat_any_motor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 29 mul, 13 add, 15 other. */
+BS_INLINE void FN(pga3d_normalise_flat_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e01 = x_in[1];
+  const V x_e02 = x_in[2];
+  const V x_e03 = x_in[3];
+  const V x_e12 = x_in[4];
+  const V x_e13 = x_in[5];
+  const V x_e23 = x_in[6];
+  const V x_e0123 = x_in[7];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13 * x_e13;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23 * x_e23;
+  const V t8 = ABS(t7);
+  const V t9 = t0 * (t2 + t4 + t6 + t8);
+  const V t10 = t1 + t3 + t5 + t7;
+  const M t11 = LT(K(64.0) * t9, t10);
+  const V t12 = SPLAT(BS_NOT_A_NUMBER);
+  const V t13 = SELECT(t11, t10, t12);
+  const V t14 = SQRT(t13);
+  const V t15 = K(1.0) / t14;
+  const V t16 = K(2.0) * (x_s * x_e0123) - K(2.0) * (x_e01 * x_e23) + K(2.0) * (x_e02 * x_e13) - K(2.0) * (x_e03 * x_e12);
+  const V t17 = K(1.0) / (K(2.0) * t10);
+  const V t18 = t16 * t17;
+  const M t19 = LT(t10, -K(64.0) * t9);
+  const M t20 = NOT(t11);
+  const V t21 = SELECT(t20, SPLAT(1.0), SPLAT(0.0));
+  const V t22 = SELECT(t19, SPLAT(2.0), t21);
+  out[0] = x_s * t15; /* 1 */
+  out[1] = (x_e01 + x_e23 * t18) * t15; /* e01 */
+  out[2] = (x_e02 - x_e13 * t18) * t15; /* e02 */
+  out[3] = (x_e03 + x_e12 * t18) * t15; /* e03 */
+  out[4] = x_e12 * t15; /* e12 */
+  out[5] = x_e13 * t15; /* e13 */
+  out[6] = x_e23 * t15; /* e23 */
+  out[7] = (x_e0123 - x_s * t18) * t15; /* e0123 */
+  status[0] = t22; /* 1 */
+}
+
+/* pga3d_normalise_flat_any_rotor: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 11 mul, 6 add, 14 other. */
+BS_INLINE void FN(pga3d_normalise_flat_any_rotor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_s = x_in[0];
+  const V x_e12 = x_in[1];
+  const V x_e13 = x_in[2];
+  const V x_e23 = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_s * x_s;
+  const V t2 = ABS(t1);
+  const V t3 = x_e12 * x_e12;
+  const V t4 = ABS(t3);
+  const V t5 = x_e13 * x_e13;
+  const V t6 = ABS(t5);
+  const V t7 = x_e23 * x_e23;
+  const V t8 = ABS(t7);
+  const V t9 = t0 * (t2 + t4 + t6 + t8);
+  const V t10 = t1 + t3 + t5 + t7;
+  const M t11 = LT(K(64.0) * t9, t10);
+  const V t12 = SPLAT(BS_NOT_A_NUMBER);
+  const V t13 = SELECT(t11, t10, t12);
+  const V t14 = SQRT(t13);
+  const V t15 = K(1.0) / t14;
+  const M t16 = LT(t10, -K(64.0) * t9);
+  const M t17 = NOT(t11);
+  const V t18 = SELECT(t17, SPLAT(1.0), SPLAT(0.0));
+  const V t19 = SELECT(t16, SPLAT(2.0), t18);
+  out[0] = x_s * t15; /* 1 */
+  out[1] = x_e12 * t15; /* e12 */
+  out[2] = x_e13 * t15; /* e13 */
+  out[3] = x_e23 * t15; /* e23 */
+  status[0] = t19; /* 1 */
+}
+
+/* pga3d_normalise_flat_any_line: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 23 mul, 9 add, 14 other. */
+BS_INLINE void FN(pga3d_normalise_flat_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  const V t0 = K(2.0) * (x_e02 * x_e13) - K(2.0) * (x_e01 * x_e23) - K(2.0) * (x_e03 * x_e12);
+  const V t1 = x_e12 * x_e12;
+  const V t2 = x_e13 * x_e13;
+  const V t3 = x_e23 * x_e23;
+  const V t4 = t1 + t2 + t3;
+  const V t5 = K(1.0) / (K(2.0) * t4);
+  const V t6 = t0 * t5;
+  const V t7 = SPLAT(BS_EPSILON);
+  const V t8 = ABS(t1);
+  const V t9 = ABS(t2);
+  const V t10 = ABS(t3);
+  const V t11 = t7 * (t8 + t9 + t10);
+  const M t12 = LT(K(64.0) * t11, t4);
+  const V t13 = SPLAT(BS_NOT_A_NUMBER);
+  const V t14 = SELECT(t12, t4, t13);
+  const V t15 = SQRT(t14);
+  const V t16 = K(1.0) / t15;
+  const M t17 = LT(t4, -K(64.0) * t11);
+  const M t18 = NOT(t12);
+  const V t19 = SELECT(t18, SPLAT(1.0), SPLAT(0.0));
+  const V t20 = SELECT(t17, SPLAT(2.0), t19);
+  out[0] = (x_e01 + x_e23 * t6) * t16; /* e01 */
+  out[1] = (x_e02 - x_e13 * t6) * t16; /* e02 */
+  out[2] = (x_e03 + x_e12 * t6) * t16; /* e03 */
+  out[3] = x_e12 * t16; /* e12 */
+  out[4] = x_e13 * t16; /* e13 */
+  out[5] = x_e23 * t16; /* e23 */
+  status[0] = t20; /* 1 */
+}
+
+/* pga3d_normalise_flat_any_plane: The nearest motor, line or plane (sphere too): x (x ~x)^(-1/2), for x ~x = s + q with q^2 = 0, q of grade 4. 10 mul, 4 add, 13 other. */
+BS_INLINE void FN(pga3d_normalise_flat_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e0 = x_in[0];
+  const V x_e1 = x_in[1];
+  const V x_e2 = x_in[2];
+  const V x_e3 = x_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = x_e1 * x_e1;
+  const V t2 = ABS(t1);
+  const V t3 = x_e2 * x_e2;
+  const V t4 = ABS(t3);
+  const V t5 = x_e3 * x_e3;
+  const V t6 = ABS(t5);
+  const V t7 = t0 * (t2 + t4 + t6);
+  const V t8 = t1 + t3 + t5;
+  const M t9 = LT(K(64.0) * t7, t8);
+  const V t10 = SPLAT(BS_NOT_A_NUMBER);
+  const V t11 = SELECT(t9, t8, t10);
+  const V t12 = SQRT(t11);
+  const V t13 = K(1.0) / t12;
+  const M t14 = LT(t8, -K(64.0) * t7);
+  const M t15 = NOT(t9);
+  const V t16 = SELECT(t15, SPLAT(1.0), SPLAT(0.0));
+  const V t17 = SELECT(t14, SPLAT(2.0), t16);
+  out[0] = x_e0 * t13; /* e0 */
+  out[1] = x_e1 * t13; /* e1 */
+  out[2] = x_e2 * t13; /* e2 */
+  out[3] = x_e3 * t13; /* e3 */
+  status[0] = t17; /* 1 */
+}
+
+/* pga3d_reflect_point_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 17 mul, 8 add, 11 other. */
+BS_INLINE void FN(pga3d_reflect_point_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V mirror_e0 = mirror_in[0];
+  const V mirror_e1 = mirror_in[1];
+  const V mirror_e2 = mirror_in[2];
+  const V mirror_e3 = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e1 * mirror_e1);
+  const V t2 = ABS(mirror_e2 * mirror_e2);
+  const V t3 = ABS(mirror_e3 * mirror_e3);
+  const V t4 = ABS(SPLAT(1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = mirror_e0 + x_e013 * mirror_e2 - x_e023 * mirror_e1 - x_e012 * mirror_e3;
+  const M t10 = NOT(t5);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t8 * (x_e012 + K(2.0) * (mirror_e3 * t9)); /* e012 */
+  out[1] = t8 * (x_e013 - K(2.0) * (mirror_e2 * t9)); /* e013 */
+  out[2] = t8 * (x_e023 + K(2.0) * (mirror_e1 * t9)); /* e023 */
+  out[3] = t8; /* e123 */
+  status[0] = t11; /* 1 */
+}
+
+/* pga3d_reflect_line_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 38 mul, 18 add, 11 other. */
+BS_INLINE void FN(pga3d_reflect_line_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  const V mirror_e0 = mirror_in[0];
+  const V mirror_e1 = mirror_in[1];
+  const V mirror_e2 = mirror_in[2];
+  const V mirror_e3 = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e1 * mirror_e1);
+  const V t2 = ABS(mirror_e2 * mirror_e2);
+  const V t3 = ABS(mirror_e3 * mirror_e3);
+  const V t4 = ABS(SPLAT(1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e01 * mirror_e1 + x_e02 * mirror_e2 + x_e03 * mirror_e3;
+  const V t10 = x_e01 + K(2.0) * (mirror_e0 * (x_e12 * mirror_e2 + x_e13 * mirror_e3) - mirror_e1 * t9);
+  const V t11 = x_e02 - K(2.0) * (mirror_e2 * t9 + mirror_e0 * (x_e12 * mirror_e1 - x_e23 * mirror_e3));
+  const V t12 = x_e03 - K(2.0) * (mirror_e3 * t9 + mirror_e0 * (x_e13 * mirror_e1 + x_e23 * mirror_e2));
+  const V t13 = x_e23 * mirror_e1 + x_e12 * mirror_e3 - x_e13 * mirror_e2;
+  const M t14 = NOT(t5);
+  const V t15 = SELECT(t14, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t8 * t10; /* e01 */
+  out[1] = t8 * t11; /* e02 */
+  out[2] = t8 * t12; /* e03 */
+  out[3] = -t8 * (x_e12 - K(2.0) * (mirror_e3 * t13)); /* e12 */
+  out[4] = -t8 * (x_e13 + K(2.0) * (mirror_e2 * t13)); /* e13 */
+  out[5] = -t8 * (x_e23 - K(2.0) * (mirror_e1 * t13)); /* e23 */
+  status[0] = t15; /* 1 */
+}
+
+/* pga3d_reflect_plane_plane: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 20 mul, 8 add, 11 other. */
+BS_INLINE void FN(pga3d_reflect_plane_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e0 = x_in[0];
+  const V x_e1 = x_in[1];
+  const V x_e2 = x_in[2];
+  const V x_e3 = x_in[3];
+  const V mirror_e0 = mirror_in[0];
+  const V mirror_e1 = mirror_in[1];
+  const V mirror_e2 = mirror_in[2];
+  const V mirror_e3 = mirror_in[3];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e1 * mirror_e1);
+  const V t2 = ABS(mirror_e2 * mirror_e2);
+  const V t3 = ABS(mirror_e3 * mirror_e3);
+  const V t4 = ABS(SPLAT(1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e1 * mirror_e1 + x_e2 * mirror_e2 + x_e3 * mirror_e3;
+  const M t10 = NOT(t5);
+  const V t11 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t8 * (x_e0 - K(2.0) * (mirror_e0 * t9)); /* e0 */
+  out[1] = -t8 * (x_e1 - K(2.0) * (mirror_e1 * t9)); /* e1 */
+  out[2] = -t8 * (x_e2 - K(2.0) * (mirror_e2 * t9)); /* e2 */
+  out[3] = -t8 * (x_e3 - K(2.0) * (mirror_e3 * t9)); /* e3 */
+  status[0] = t11; /* 1 */
+}
+
+/* pga3d_reflect_point_line: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 23 mul, 13 add, 11 other. */
+BS_INLINE void FN(pga3d_reflect_point_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V mirror_e01 = mirror_in[0];
+  const V mirror_e02 = mirror_in[1];
+  const V mirror_e03 = mirror_in[2];
+  const V mirror_e12 = mirror_in[3];
+  const V mirror_e13 = mirror_in[4];
+  const V mirror_e23 = mirror_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(mirror_e12 * mirror_e12);
+  const V t2 = ABS(mirror_e13 * mirror_e13);
+  const V t3 = ABS(mirror_e23 * mirror_e23);
+  const V t4 = ABS(SPLAT(1.0));
+  const M t5 = LT(K(64.0) * (t0 * (t1 + t2 + t3)), t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, SPLAT(1.0), t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = x_e012 * mirror_e12 + x_e013 * mirror_e13 + x_e023 * mirror_e23;
+  const V t10 = x_e012 + K(2.0) * (mirror_e01 * mirror_e13 + mirror_e02 * mirror_e23 - mirror_e12 * t9);
+  const V t11 = x_e013 - K(2.0) * (mirror_e01 * mirror_e12 + mirror_e13 * t9 - mirror_e03 * mirror_e23);
+  const V t12 = x_e023 - K(2.0) * (mirror_e02 * mirror_e12 + mirror_e03 * mirror_e13 + mirror_e23 * t9);
+  const M t13 = NOT(t5);
+  const V t14 = SELECT(t13, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t8 * t10; /* e012 */
+  out[1] = -t8 * t11; /* e013 */
+  out[2] = -t8 * t12; /* e023 */
+  out[3] = t8; /* e123 */
+  status[0] = t14; /* 1 */
+}
+
+/* pga3d_reflect_point_point: x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade. 8 mul, 3 add, 8 other. */
+BS_INLINE void FN(pga3d_reflect_point_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT mirror_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V mirror_e012 = mirror_in[0];
+  const V mirror_e013 = mirror_in[1];
+  const V mirror_e023 = mirror_in[2];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = ABS(SPLAT(1.0));
+  const M t2 = LT(K(64.0) * (t0 * t1), t1);
+  const V t3 = SPLAT(BS_NOT_A_NUMBER);
+  const V t4 = SELECT(t2, SPLAT(1.0), t3);
+  const V t5 = K(1.0) / t4;
+  const M t6 = NOT(t2);
+  const V t7 = SELECT(t6, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -t5 * (x_e012 - K(2.0) * mirror_e012); /* e012 */
+  out[1] = -t5 * (x_e013 - K(2.0) * mirror_e013); /* e013 */
+  out[2] = -t5 * (x_e023 - K(2.0) * mirror_e023); /* e023 */
+  out[3] = t5; /* e123 */
+  status[0] = t7; /* 1 */
+}
+
+/* pga3d_exp_bivector_twist: exp(b) = c0(w) + b c1(w) + q (c1(w) + b (c2(w) - c3(w)))/2, with Stumpff functions c_k. 17 mul, 8 add, 4 other. */
+BS_INLINE void FN(pga3d_exp_bivector_twist)(V *RESTRICT out, const V *RESTRICT b_in)
+{
+  const V b_e01 = b_in[0];
+  const V b_e02 = b_in[1];
+  const V b_e03 = b_in[2];
+  const V b_e12 = b_in[3];
+  const V b_e13 = b_in[4];
+  const V b_e23 = b_in[5];
+  const V t0 = b_e12 * b_e12 + b_e13 * b_e13 + b_e23 * b_e23;
+  const V t1 = STUMPFF0(t0);
+  const V t2 = STUMPFF1(t0);
+  const V t3 = STUMPFF2(t0);
+  const V t4 = STUMPFF3(t0);
+  const V t5 = b_e03 * b_e12 + b_e01 * b_e23 - b_e02 * b_e13;
+  const V t6 = (t3 - t4) * t5;
+  out[0] = t1; /* 1 */
+  out[1] = b_e01 * t2 - b_e23 * t6; /* e01 */
+  out[2] = b_e02 * t2 + b_e13 * t6; /* e02 */
+  out[3] = b_e03 * t2 - b_e12 * t6; /* e03 */
+  out[4] = b_e12 * t2; /* e12 */
+  out[5] = b_e13 * t2; /* e13 */
+  out[6] = b_e23 * t2; /* e23 */
+  out[7] = t2 * t5; /* e0123 */
+}
+
+/* pga3d_log_motor_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other. */
+BS_INLINE void FN(pga3d_log_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  const V r_e12 = r_in[4];
+  const V r_e13 = r_in[5];
+  const V r_e23 = r_in[6];
+  const V r_e0123 = r_in[7];
+  const V t0 = r_s;
+  const V t1 = ABS(t0);
+  const V t2 = r_e01;
+  const V t3 = ABS(t2);
+  const V t4 = r_e02;
+  const V t5 = ABS(t4);
+  const V t6 = r_e03;
+  const V t7 = ABS(t6);
+  const V t8 = r_e12;
+  const V t9 = ABS(t8);
+  const V t10 = r_e13;
+  const V t11 = ABS(t10);
+  const V t12 = r_e23;
+  const V t13 = ABS(t12);
+  const V t14 = r_e0123;
+  const V t15 = ABS(t14);
+  const V t16 = t1 + t3 + t5 + t7 + t9 + t11 + t13 + t15;
+  const V t17 = t16;
+  const M t18 = LE(t16 - t17, SPLAT(0.0));
+  const V t19 = t0 * t0;
+  const V t20 = t8 * t8;
+  const V t21 = t10 * t10;
+  const V t22 = t12 * t12;
+  const V t23 = t20 + t21 + t22;
+  const V t24 = ABS(t19 + t23 - K(1.0));
+  const V t25 = ABS(t19);
+  const V t26 = ABS(-t20);
+  const V t27 = ABS(-t21);
+  const V t28 = ABS(-t22);
+  const V t29 = SPLAT(BS_EPSILON);
+  const V t30 = SQRT(t29);
+  const M t31 = LE(t24, (t25 + t26 + t27 + t28) * t30);
+  const M t32 = AND(t18, t31);
+  const V t33 = t6 * t8;
+  const V t34 = t2 * t12;
+  const V t35 = t4 * t10;
+  const V t36 = t0 * t14;
+  const V t37 = ABS(-K(2.0) * (t33 + t34 - t35 - t36));
+  const V t38 = ABS(t36);
+  const V t39 = ABS(-t34);
+  const V t40 = ABS(-t35);
+  const V t41 = ABS(-t33);
+  const M t42 = LE(t37, K(2.0) * (t30 * (t38 + t39 + t40 + t41)));
+  const M t43 = AND(t32, t42);
+  const V t44 = SQRT(t23);
+  const M t45 = LT(SPLAT(0.0), t44);
+  const V t46 = ATAN2(t44, t0);
+  const V t47 = K(1.0) / t44;
+  const M t48 = LT(t0, SPLAT(0.0));
+  const V t49 = SELECT(t48, SPLAT(-1.0), SPLAT(1.0));
+  const V t50 = SELECT(t45, t46 * t47, t49);
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t43, t50, t51);
+  const V t53 = t46 * t46;
+  const V t54 = STUMPFF2(t53);
+  const V t55 = STUMPFF3(t53);
+  const V t56 = t14 * (t52 * (t52 * (t54 - t55)));
+  const M t57 = NOT(t45);
+  const M t58 = AND(t57, t48);
+  const V t59 = SELECT(t58, t46, SPLAT(0.0));
+  const V t60 = t2 * t2 + t4 * t4 + t6 * t6;
+  const M t61 = LT(SPLAT(0.0), t60);
+  const V t62 = SQRT(t60);
+  const V t63 = K(1.0) / t62;
+  const V t64 = SELECT(t61, t63, SPLAT(0.0));
+  const V t65 = SELECT(t61, SPLAT(0.0), SPLAT(1.0));
+  const V t66 = t64 * t59;
+  const M t67 = NOT(t43);
+  const V t68 = SELECT(t58, SPLAT(3.0), SPLAT(0.0));
+  const V t69 = SELECT(t67, SPLAT(6.0), t68);
+  out[0] = t52 * (t2 + t12 * t56); /* e01 */
+  out[1] = t52 * (t4 - t10 * t56); /* e02 */
+  out[2] = t52 * (t6 + t8 * t56); /* e03 */
+  out[3] = t8 * t52 + t59 * (t6 * t64 - t65); /* e12 */
+  out[4] = t10 * t52 - t4 * t66; /* e13 */
+  out[5] = t2 * t66 + t12 * t52; /* e23 */
+  status[0] = t69; /* 1 */
+}
+
+/* pga3d_log_motor_any_motor: The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other. */
+BS_INLINE void FN(pga3d_log_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  const V r_e12 = r_in[4];
+  const V r_e13 = r_in[5];
+  const V r_e23 = r_in[6];
+  const V r_e0123 = r_in[7];
+  const V t0 = r_s;
+  const V t1 = ABS(t0);
+  const V t2 = r_e01;
+  const V t3 = ABS(t2);
+  const V t4 = r_e02;
+  const V t5 = ABS(t4);
+  const V t6 = r_e03;
+  const V t7 = ABS(t6);
+  const V t8 = r_e12;
+  const V t9 = ABS(t8);
+  const V t10 = r_e13;
+  const V t11 = ABS(t10);
+  const V t12 = r_e23;
+  const V t13 = ABS(t12);
+  const V t14 = r_e0123;
+  const V t15 = ABS(t14);
+  const V t16 = t1 + t3 + t5 + t7 + t9 + t11 + t13 + t15;
+  const V t17 = t16;
+  const M t18 = LE(t16 - t17, SPLAT(0.0));
+  const V t19 = t0 * t0;
+  const V t20 = t8 * t8;
+  const V t21 = t10 * t10;
+  const V t22 = t12 * t12;
+  const V t23 = t20 + t21 + t22;
+  const V t24 = ABS(t19 + t23 - K(1.0));
+  const V t25 = ABS(t19);
+  const V t26 = ABS(-t20);
+  const V t27 = ABS(-t21);
+  const V t28 = ABS(-t22);
+  const V t29 = SPLAT(BS_EPSILON);
+  const V t30 = SQRT(t29);
+  const M t31 = LE(t24, (t25 + t26 + t27 + t28) * t30);
+  const M t32 = AND(t18, t31);
+  const V t33 = t6 * t8;
+  const V t34 = t2 * t12;
+  const V t35 = t4 * t10;
+  const V t36 = t0 * t14;
+  const V t37 = ABS(-K(2.0) * (t33 + t34 - t35 - t36));
+  const V t38 = ABS(t36);
+  const V t39 = ABS(-t34);
+  const V t40 = ABS(-t35);
+  const V t41 = ABS(-t33);
+  const M t42 = LE(t37, K(2.0) * (t30 * (t38 + t39 + t40 + t41)));
+  const M t43 = AND(t32, t42);
+  const V t44 = SQRT(t23);
+  const M t45 = LT(SPLAT(0.0), t44);
+  const V t46 = ATAN2(t44, t0);
+  const V t47 = K(1.0) / t44;
+  const M t48 = LT(t0, SPLAT(0.0));
+  const V t49 = SELECT(t48, SPLAT(-1.0), SPLAT(1.0));
+  const V t50 = SELECT(t45, t46 * t47, t49);
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t43, t50, t51);
+  const V t53 = t46 * t46;
+  const V t54 = STUMPFF2(t53);
+  const V t55 = STUMPFF3(t53);
+  const V t56 = t14 * (t52 * (t52 * (t54 - t55)));
+  const M t57 = NOT(t45);
+  const M t58 = AND(t57, t48);
+  const V t59 = SELECT(t58, t46, SPLAT(0.0));
+  const V t60 = t2 * t2 + t4 * t4 + t6 * t6;
+  const M t61 = LT(SPLAT(0.0), t60);
+  const V t62 = SQRT(t60);
+  const V t63 = K(1.0) / t62;
+  const V t64 = SELECT(t61, t63, SPLAT(0.0));
+  const V t65 = SELECT(t61, SPLAT(0.0), SPLAT(1.0));
+  const V t66 = t64 * t59;
+  const M t67 = NOT(t43);
+  const V t68 = SELECT(t58, SPLAT(3.0), SPLAT(0.0));
+  const V t69 = SELECT(t67, SPLAT(6.0), t68);
+  out[0] = t52 * (t2 + t12 * t56); /* e01 */
+  out[1] = t52 * (t4 - t10 * t56); /* e02 */
+  out[2] = t52 * (t6 + t8 * t56); /* e03 */
+  out[3] = t8 * t52 + t59 * (t6 * t64 - t65); /* e12 */
+  out[4] = t10 * t52 - t4 * t66; /* e13 */
+  out[5] = t2 * t66 + t12 * t52; /* e23 */
+  status[0] = t69; /* 1 */
+}
+
+/* pga3d_sqrt_motor_motor: exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other. */
+BS_INLINE void FN(pga3d_sqrt_motor_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  const V r_e12 = r_in[4];
+  const V r_e13 = r_in[5];
+  const V r_e23 = r_in[6];
+  const V r_e0123 = r_in[7];
+  const V t0 = r_e12;
+  const V t1 = t0 * t0;
+  const V t2 = r_e13;
+  const V t3 = t2 * t2;
+  const V t4 = r_e23;
+  const V t5 = t4 * t4;
+  const V t6 = t1 + t3 + t5;
+  const M t7 = LE(t6, SPLAT(0.0));
+  const V t8 = r_s;
+  const M t9 = LT(t8, SPLAT(0.0));
+  const M t10 = AND(t7, t9);
+  const V t11 = ABS(t8);
+  const V t12 = r_e01;
+  const V t13 = ABS(t12);
+  const V t14 = r_e02;
+  const V t15 = ABS(t14);
+  const V t16 = r_e03;
+  const V t17 = ABS(t16);
+  const V t18 = ABS(t0);
+  const V t19 = ABS(t2);
+  const V t20 = ABS(t4);
+  const V t21 = r_e0123;
+  const V t22 = ABS(t21);
+  const V t23 = t11 + t13 + t15 + t17 + t18 + t19 + t20 + t22;
+  const V t24 = t23;
+  const M t25 = LE(t23 - t24, SPLAT(0.0));
+  const V t26 = t8 * t8;
+  const V t27 = ABS(t26 + t6 - K(1.0));
+  const V t28 = ABS(t26);
+  const V t29 = ABS(-t1);
+  const V t30 = ABS(-t3);
+  const V t31 = ABS(-t5);
+  const V t32 = SPLAT(BS_EPSILON);
+  const V t33 = SQRT(t32);
+  const M t34 = LE(t27, (t28 + t29 + t30 + t31) * t33);
+  const M t35 = AND(t25, t34);
+  const V t36 = t8 * t21;
+  const V t37 = t16 * t0;
+  const V t38 = t12 * t4;
+  const V t39 = t14 * t2;
+  const V t40 = t37 + t38 - t39;
+  const V t41 = ABS(K(2.0) * (t36 - t40));
+  const V t42 = ABS(t36);
+  const V t43 = ABS(-t38);
+  const V t44 = ABS(-t39);
+  const V t45 = ABS(-t37);
+  const M t46 = LE(t41, K(2.0) * (t33 * (t42 + t43 + t44 + t45)));
+  const M t47 = AND(t35, t46);
+  const M t48 = AND(t10, t47);
+  const V t49 = K(1.0) / (K(1.0) - t8);
+  const V t50 = SELECT(t9, t49 * t6, t8 + K(1.0));
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t47, t50, t51);
+  const V t53 = t52 * t52 + t6;
+  const V t54 = SQRT(t53);
+  const V t55 = K(1.0) / t54;
+  const V t56 = SELECT(t48, SPLAT(0.0), t52 * t55);
+  const V t57 = t12 * t12 + t14 * t14 + t16 * t16;
+  const M t58 = LT(SPLAT(0.0), t57);
+  const V t59 = SELECT(t58, SPLAT(0.0), SPLAT(1.0));
+  const V t60 = K(1.0) / (K(2.0) * t53);
+  const V t61 = t60 * (t40 - t21 * t52);
+  const V t62 = SELECT(t48, K(0.5) * (t14 * t59), t55 * (t12 - K(2.0) * (t4 * t61)));
+  const V t63 = SELECT(t48, -K(0.5) * (t12 * t59), t55 * (t14 + K(2.0) * (t2 * t61)));
+  const V t64 = SELECT(t48, SPLAT(0.0), t55 * (t16 - K(2.0) * (t0 * t61)));
+  const V t65 = SQRT(t57);
+  const V t66 = K(1.0) / t65;
+  const V t67 = SELECT(t58, t66, SPLAT(0.0));
+  const V t68 = SELECT(t48, t16 * t67 - t59, t0 * t55);
+  const V t69 = SELECT(t48, -t14 * t67, t2 * t55);
+  const V t70 = SELECT(t48, t12 * t67, t4 * t55);
+  const V t71 = SELECT(t48, K(0.5) * (t16 * t59 - t57 * t67), t55 * (t21 + K(2.0) * (t52 * t61)));
+  const M t72 = NOT(t47);
+  const V t73 = SELECT(t48, SPLAT(3.0), SPLAT(0.0));
+  const V t74 = SELECT(t72, SPLAT(6.0), t73);
+  out[0] = t56; /* 1 */
+  out[1] = t62; /* e01 */
+  out[2] = t63; /* e02 */
+  out[3] = t64; /* e03 */
+  out[4] = t68; /* e12 */
+  out[5] = t69; /* e13 */
+  out[6] = t70; /* e23 */
+  out[7] = t71; /* e0123 */
+  status[0] = t74; /* 1 */
+}
+
+/* pga3d_sqrt_motor_any_motor: exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other. */
+BS_INLINE void FN(pga3d_sqrt_motor_any_motor)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  const V r_e12 = r_in[4];
+  const V r_e13 = r_in[5];
+  const V r_e23 = r_in[6];
+  const V r_e0123 = r_in[7];
+  const V t0 = r_e12;
+  const V t1 = t0 * t0;
+  const V t2 = r_e13;
+  const V t3 = t2 * t2;
+  const V t4 = r_e23;
+  const V t5 = t4 * t4;
+  const V t6 = t1 + t3 + t5;
+  const M t7 = LE(t6, SPLAT(0.0));
+  const V t8 = r_s;
+  const M t9 = LT(t8, SPLAT(0.0));
+  const M t10 = AND(t7, t9);
+  const V t11 = ABS(t8);
+  const V t12 = r_e01;
+  const V t13 = ABS(t12);
+  const V t14 = r_e02;
+  const V t15 = ABS(t14);
+  const V t16 = r_e03;
+  const V t17 = ABS(t16);
+  const V t18 = ABS(t0);
+  const V t19 = ABS(t2);
+  const V t20 = ABS(t4);
+  const V t21 = r_e0123;
+  const V t22 = ABS(t21);
+  const V t23 = t11 + t13 + t15 + t17 + t18 + t19 + t20 + t22;
+  const V t24 = t23;
+  const M t25 = LE(t23 - t24, SPLAT(0.0));
+  const V t26 = t8 * t8;
+  const V t27 = ABS(t26 + t6 - K(1.0));
+  const V t28 = ABS(t26);
+  const V t29 = ABS(-t1);
+  const V t30 = ABS(-t3);
+  const V t31 = ABS(-t5);
+  const V t32 = SPLAT(BS_EPSILON);
+  const V t33 = SQRT(t32);
+  const M t34 = LE(t27, (t28 + t29 + t30 + t31) * t33);
+  const M t35 = AND(t25, t34);
+  const V t36 = t8 * t21;
+  const V t37 = t16 * t0;
+  const V t38 = t12 * t4;
+  const V t39 = t14 * t2;
+  const V t40 = t37 + t38 - t39;
+  const V t41 = ABS(K(2.0) * (t36 - t40));
+  const V t42 = ABS(t36);
+  const V t43 = ABS(-t38);
+  const V t44 = ABS(-t39);
+  const V t45 = ABS(-t37);
+  const M t46 = LE(t41, K(2.0) * (t33 * (t42 + t43 + t44 + t45)));
+  const M t47 = AND(t35, t46);
+  const M t48 = AND(t10, t47);
+  const V t49 = K(1.0) / (K(1.0) - t8);
+  const V t50 = SELECT(t9, t49 * t6, t8 + K(1.0));
+  const V t51 = SPLAT(BS_NOT_A_NUMBER);
+  const V t52 = SELECT(t47, t50, t51);
+  const V t53 = t52 * t52 + t6;
+  const V t54 = SQRT(t53);
+  const V t55 = K(1.0) / t54;
+  const V t56 = SELECT(t48, SPLAT(0.0), t52 * t55);
+  const V t57 = t12 * t12 + t14 * t14 + t16 * t16;
+  const M t58 = LT(SPLAT(0.0), t57);
+  const V t59 = SELECT(t58, SPLAT(0.0), SPLAT(1.0));
+  const V t60 = K(1.0) / (K(2.0) * t53);
+  const V t61 = t60 * (t40 - t21 * t52);
+  const V t62 = SELECT(t48, K(0.5) * (t14 * t59), t55 * (t12 - K(2.0) * (t4 * t61)));
+  const V t63 = SELECT(t48, -K(0.5) * (t12 * t59), t55 * (t14 + K(2.0) * (t2 * t61)));
+  const V t64 = SELECT(t48, SPLAT(0.0), t55 * (t16 - K(2.0) * (t0 * t61)));
+  const V t65 = SQRT(t57);
+  const V t66 = K(1.0) / t65;
+  const V t67 = SELECT(t58, t66, SPLAT(0.0));
+  const V t68 = SELECT(t48, t16 * t67 - t59, t0 * t55);
+  const V t69 = SELECT(t48, -t14 * t67, t2 * t55);
+  const V t70 = SELECT(t48, t12 * t67, t4 * t55);
+  const V t71 = SELECT(t48, K(0.5) * (t16 * t59 - t57 * t67), t55 * (t21 + K(2.0) * (t52 * t61)));
+  const M t72 = NOT(t47);
+  const V t73 = SELECT(t48, SPLAT(3.0), SPLAT(0.0));
+  const V t74 = SELECT(t72, SPLAT(6.0), t73);
+  out[0] = t56; /* 1 */
+  out[1] = t62; /* e01 */
+  out[2] = t63; /* e02 */
+  out[3] = t64; /* e03 */
+  out[4] = t68; /* e12 */
+  out[5] = t69; /* e13 */
+  out[6] = t70; /* e23 */
+  out[7] = t71; /* e0123 */
+  status[0] = t74; /* 1 */
+}
+
+/* pga3d_point_euclidean: (e1 + x1 e0) ^ (e2 + x2 e0) ^ (e3 + x3 e0) = (1 + e0 x) I3. 0 mul, 0 add. */
+BS_INLINE void FN(pga3d_point_euclidean)(V *RESTRICT out, const V *RESTRICT position_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  out[0] = position_e3; /* e012 */
+  out[1] = -position_e2; /* e013 */
+  out[2] = position_e1; /* e023 */
+  out[3] = SPLAT(1.0); /* e123 */
+}
+
+/* pga3d_direction_euclidean: e0 v I3: the difference of two points, not normalised. 0 mul, 0 add. */
+BS_INLINE void FN(pga3d_direction_euclidean)(V *RESTRICT out, const V *RESTRICT vector_in)
+{
+  const V vector_e1 = vector_in[0];
+  const V vector_e2 = vector_in[1];
+  const V vector_e3 = vector_in[2];
+  out[0] = vector_e3; /* e012 */
+  out[1] = -vector_e2; /* e013 */
+  out[2] = vector_e1; /* e023 */
+}
+
+/* pga3d_line_euclidean_euclidean: m I3 + (p x m) e0, m the unit vector along the direction. INVALID: the direction is zero. 12 mul, 5 add, 8 other. */
+BS_INLINE void FN(pga3d_line_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT point_in, const V *RESTRICT direction_in)
+{
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V point_e3 = point_in[2];
+  const V direction_e1 = direction_in[0];
+  const V direction_e2 = direction_in[1];
+  const V direction_e3 = direction_in[2];
+  const V t0 = direction_e1 * direction_e1 + direction_e2 * direction_e2 + direction_e3 * direction_e3;
+  const V t1 = SQRT(t0);
+  const M t2 = LT(SPLAT(0.0), t1);
+  const V t3 = SPLAT(BS_NOT_A_NUMBER);
+  const V t4 = SELECT(t2, t1, t3);
+  const V t5 = K(1.0) / t4;
+  const V t6 = direction_e3 * t5;
+  const V t7 = direction_e2 * t5;
+  const V t8 = direction_e1 * t5;
+  const M t9 = LT(SPLAT(0.0), t5);
+  const M t10 = NOT(t9);
+  const V t11 = SELECT(t10, SPLAT(6.0), SPLAT(0.0));
+  out[0] = -(point_e2 * t6 - point_e3 * t7); /* e01 */
+  out[1] = point_e1 * t6 - point_e3 * t8; /* e02 */
+  out[2] = -(point_e1 * t7 - point_e2 * t8); /* e03 */
+  out[3] = t6; /* e12 */
+  out[4] = -t7; /* e13 */
+  out[5] = t8; /* e23 */
+  status[0] = t11; /* 1 */
+}
+
+/* pga3d_line_through_euclidean_euclidean: Line from a to b: the join of the points, normalised. SINGULAR: a = b. 12 mul, 8 add, 8 other. */
+BS_INLINE void FN(pga3d_line_through_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V t0 = b_e3 - a_e3;
+  const V t1 = b_e1 - a_e1;
+  const V t2 = b_e2 - a_e2;
+  const V t3 = SQRT(t1 * t1 + t2 * t2 + t0 * t0);
+  const M t4 = LT(SPLAT(0.0), t3);
+  const V t5 = SPLAT(BS_NOT_A_NUMBER);
+  const V t6 = SELECT(t4, t3, t5);
+  const V t7 = K(1.0) / t6;
+  const V t8 = t0 * t7;
+  const V t9 = t2 * t7;
+  const V t10 = t1 * t7;
+  const M t11 = LT(SPLAT(0.0), t7);
+  const M t12 = NOT(t11);
+  const V t13 = SELECT(t12, SPLAT(1.0), SPLAT(0.0));
+  out[0] = -(a_e2 * t8 - a_e3 * t9); /* e01 */
+  out[1] = a_e1 * t8 - a_e3 * t10; /* e02 */
+  out[2] = -(a_e1 * t9 - a_e2 * t10); /* e03 */
+  out[3] = t8; /* e12 */
+  out[4] = -t9; /* e13 */
+  out[5] = t10; /* e23 */
+  status[0] = t13; /* 1 */
+}
+
+/* pga3d_plane_euclidean_number: Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 7 mul, 2 add, 8 other. */
+BS_INLINE void FN(pga3d_plane_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+{
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V offset_s = offset_in[0];
+  const V t0 = SQRT(normal_e1 * normal_e1 + normal_e2 * normal_e2 + normal_e3 * normal_e3);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, t0, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = LT(SPLAT(0.0), t4);
+  const M t6 = NOT(t5);
+  const V t7 = SELECT(t6, SPLAT(6.0), SPLAT(0.0));
+  out[0] = offset_s * t4; /* e0 */
+  out[1] = normal_e1 * t4; /* e1 */
+  out[2] = normal_e2 * t4; /* e2 */
+  out[3] = normal_e3 * t4; /* e3 */
+  status[0] = t7; /* 1 */
+}
+
+/* pga3d_plane_through_euclidean_euclidean_euclidean: Join of three points, normalised. SINGULAR: they are on a line. 25 mul, 17 add, 8 other. */
+BS_INLINE void FN(pga3d_plane_through_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V c_e1 = c_in[0];
+  const V c_e2 = c_in[1];
+  const V c_e3 = c_in[2];
+  const V t0 = b_e2 - a_e2;
+  const V t1 = c_e3 - a_e3;
+  const V t2 = b_e3 - a_e3;
+  const V t3 = c_e2 - a_e2;
+  const V t4 = t0 * t1 - t2 * t3;
+  const V t5 = SPLAT(BS_EPSILON);
+  const V t6 = b_e1 - a_e1;
+  const V t7 = c_e1 - a_e1;
+  const V t8 = K(4096.0) * (t5 * t5 * (t6 * t6 + t0 * t0 + t2 * t2) * (t7 * t7 + t3 * t3 + t1 * t1));
+  const V t9 = t6 * t1 - t2 * t7;
+  const V t10 = t6 * t3 - t0 * t7;
+  const V t11 = t4 * t4 + t9 * t9 + t10 * t10;
+  const M t12 = LT(t8, t11);
+  const V t13 = SPLAT(BS_NOT_A_NUMBER);
+  const V t14 = SELECT(t12, t11, t13);
+  const V t15 = SQRT(t14);
+  const V t16 = K(1.0) / t15;
+  const V t17 = t4 * t16;
+  const V t18 = t9 * t16;
+  const V t19 = t10 * t16;
+  const M t20 = NOT(t12);
+  const V t21 = SELECT(t20, SPLAT(1.0), SPLAT(0.0));
+  out[0] = a_e1 * t17 - a_e2 * t18 + a_e3 * t19; /* e0 */
+  out[1] = t17; /* e1 */
+  out[2] = -t18; /* e2 */
+  out[3] = t19; /* e3 */
+  status[0] = t21; /* 1 */
+}
+
+/* pga3d_translator_euclidean: 1 - t n/2: translation by the vector t. 3 mul, 0 add. */
+BS_INLINE void FN(pga3d_translator_euclidean)(V *RESTRICT out, const V *RESTRICT t_in)
+{
+  const V t_e1 = t_in[0];
+  const V t_e2 = t_in[1];
+  const V t_e3 = t_in[2];
+  out[0] = SPLAT(1.0); /* 1 */
+  out[1] = K(0.5) * t_e1; /* e01 */
+  out[2] = K(0.5) * t_e2; /* e02 */
+  out[3] = K(0.5) * t_e3; /* e03 */
+}
+
+/* pga3d_rotor_euclidean_number: cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 8 mul, 2 add, 10 other. */
+BS_INLINE void FN(pga3d_rotor_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT axis_in, const V *RESTRICT angle_in)
+{
+  const V axis_e1 = axis_in[0];
+  const V axis_e2 = axis_in[1];
+  const V axis_e3 = axis_in[2];
+  const V angle_s = angle_in[0];
+  const V t0 = K(0.5) * angle_s;
+  const V t1 = COS(t0);
+  const V t2 = SQRT(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3);
+  const M t3 = LT(SPLAT(0.0), t2);
+  const V t4 = SPLAT(BS_NOT_A_NUMBER);
+  const V t5 = SELECT(t3, t2, t4);
+  const V t6 = K(1.0) / t5;
+  const V t7 = SIN(t0);
+  const V t8 = t6 * t7;
+  const M t9 = LT(SPLAT(0.0), t6);
+  const M t10 = NOT(t9);
+  const V t11 = SELECT(t10, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t1; /* 1 */
+  out[1] = -axis_e3 * t8; /* e12 */
+  out[2] = axis_e2 * t8; /* e13 */
+  out[3] = -axis_e1 * t8; /* e23 */
+  status[0] = t11; /* 1 */
+}
+
+/* pga3d_rotor_about_euclidean_number_euclidean: The same about the axis through a point (the Euclidean vector to it). 14 mul, 5 add, 10 other. */
+BS_INLINE void FN(pga3d_rotor_about_euclidean_number_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT axis_in, const V *RESTRICT angle_in, const V *RESTRICT point_in)
+{
+  const V axis_e1 = axis_in[0];
+  const V axis_e2 = axis_in[1];
+  const V axis_e3 = axis_in[2];
+  const V angle_s = angle_in[0];
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V point_e3 = point_in[2];
+  const V t0 = K(0.5) * angle_s;
+  const V t1 = COS(t0);
+  const V t2 = SQRT(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3);
+  const M t3 = LT(SPLAT(0.0), t2);
+  const V t4 = SPLAT(BS_NOT_A_NUMBER);
+  const V t5 = SELECT(t3, t2, t4);
+  const V t6 = K(1.0) / t5;
+  const V t7 = SIN(t0);
+  const V t8 = t6 * t7;
+  const V t9 = axis_e3 * t8;
+  const V t10 = axis_e2 * t8;
+  const V t11 = axis_e1 * t8;
+  const M t12 = LT(SPLAT(0.0), t6);
+  const M t13 = NOT(t12);
+  const V t14 = SELECT(t13, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t1; /* 1 */
+  out[1] = point_e2 * t9 - point_e3 * t10; /* e01 */
+  out[2] = point_e3 * t11 - point_e1 * t9; /* e02 */
+  out[3] = point_e1 * t10 - point_e2 * t11; /* e03 */
+  out[4] = -t9; /* e12 */
+  out[5] = t10; /* e13 */
+  out[6] = -t11; /* e23 */
+  out[7] = SPLAT(0.0); /* e0123 */
+  status[0] = t14; /* 1 */
+}
+
+/* pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean: Unit motor with <R>_0 >= 0 from the images of e1, e2, e3 (columns) and of the origin, as vectors. 56 mul, 45 add, 58 other. */
+BS_INLINE void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT e1_in, const V *RESTRICT e2_in, const V *RESTRICT e3_in, const V *RESTRICT origin_in)
+{
+  const V e1_e1 = e1_in[0];
+  const V e1_e2 = e1_in[1];
+  const V e1_e3 = e1_in[2];
+  const V e2_e1 = e2_in[0];
+  const V e2_e2 = e2_in[1];
+  const V e2_e3 = e2_in[2];
+  const V e3_e1 = e3_in[0];
+  const V e3_e2 = e3_in[1];
+  const V e3_e3 = e3_in[2];
+  const V origin_e1 = origin_in[0];
+  const V origin_e2 = origin_in[1];
+  const V origin_e3 = origin_in[2];
+  const V t0 = e1_e1 + K(1.0);
+  const V t1 = e2_e2 + e3_e3;
+  const V t2 = t0 + t1;
+  const V t3 = K(1.0) - e1_e1;
+  const V t4 = e2_e2 - e3_e3;
+  const V t5 = t3 - t4;
+  const M t6 = LT(t2, t5);
+  const V t7 = SELECT(t6, t5, t2);
+  const V t8 = t3 + t4;
+  const M t9 = LT(t7, t8);
+  const V t10 = SELECT(t9, t8, t7);
+  const V t11 = t0 - t1;
+  const M t12 = LT(t10, t11);
+  const V t13 = e3_e2 - e2_e3;
+  const V t14 = e3_e1 - e1_e3;
+  const V t15 = e2_e1 - e1_e2;
+  const V t16 = SELECT(t6, t15, t2);
+  const V t17 = SELECT(t9, t14, t16);
+  const V t18 = SELECT(t12, t13, t17);
+  const V t19 = e1_e3 + e3_e1;
+  const V t20 = -e2_e3 - e3_e2;
+  const V t21 = SELECT(t6, t5, t15);
+  const V t22 = SELECT(t9, t20, t21);
+  const V t23 = SELECT(t12, t19, t22);
+  const V t24 = -e1_e2 - e2_e1;
+  const V t25 = SELECT(t6, t20, t14);
+  const V t26 = SELECT(t9, t8, t25);
+  const V t27 = SELECT(t12, t24, t26);
+  const V t28 = SELECT(t6, t19, t13);
+  const V t29 = SELECT(t9, t24, t28);
+  const V t30 = SELECT(t12, t11, t29);
+  const V t31 = SQRT(t18 * t18 + t23 * t23 + t27 * t27 + t30 * t30);
+  const V t32 = K(1.0) / t31;
+  const V t33 = t18 * t32;
+  const M t34 = LT(SPLAT(0.0), t33);
+  const M t35 = LT(t33, SPLAT(0.0));
+  const V t36 = t23 * t32;
+  const M t37 = LT(SPLAT(0.0), t36);
+  const M t38 = LT(t36, SPLAT(0.0));
+  const V t39 = t27 * t32;
+  const M t40 = LT(SPLAT(0.0), t39);
+  const M t41 = LT(t39, SPLAT(0.0));
+  const V t42 = t30 * t32;
+  const M t43 = LT(SPLAT(0.0), t42);
+  const M t44 = LT(t42, SPLAT(0.0));
+  const V t45 = SELECT(t44, SPLAT(-1.0), SPLAT(1.0));
+  const V t46 = SELECT(t43, SPLAT(1.0), t45);
+  const V t47 = SELECT(t41, SPLAT(-1.0), t46);
+  const V t48 = SELECT(t40, SPLAT(1.0), t47);
+  const V t49 = SELECT(t38, SPLAT(-1.0), t48);
+  const V t50 = SELECT(t37, SPLAT(1.0), t49);
+  const V t51 = SELECT(t35, SPLAT(-1.0), t50);
+  const V t52 = SELECT(t34, SPLAT(1.0), t51);
+  const V t53 = e3_e2 * (e1_e3 * e2_e1 - e1_e1 * e2_e3) - e3_e3 * (e1_e2 * e2_e1 - e1_e1 * e2_e2) - e3_e1 * (e1_e3 * e2_e2 - e1_e2 * e2_e3);
+  const M t54 = LT(SPLAT(0.0), t53);
+  const V t55 = ABS(e1_e1 * e1_e1 + e1_e2 * e1_e2 + e1_e3 * e1_e3 - K(1.0));
+  const M t56 = LE(t55, SPLAT(0.001));
+  const M t57 = AND(t54, t56);
+  const V t58 = ABS(e1_e1 * e2_e1 + e1_e2 * e2_e2 + e1_e3 * e2_e3);
+  const M t59 = LE(t58, SPLAT(0.001));
+  const M t60 = AND(t57, t59);
+  const V t61 = ABS(e1_e1 * e3_e1 + e1_e2 * e3_e2 + e1_e3 * e3_e3);
+  const M t62 = LE(t61, SPLAT(0.001));
+  const M t63 = AND(t60, t62);
+  const V t64 = ABS(e2_e1 * e2_e1 + e2_e2 * e2_e2 + e2_e3 * e2_e3 - K(1.0));
+  const M t65 = LE(t64, SPLAT(0.001));
+  const M t66 = AND(t63, t65);
+  const V t67 = ABS(e2_e1 * e3_e1 + e2_e2 * e3_e2 + e2_e3 * e3_e3);
+  const M t68 = LE(t67, SPLAT(0.001));
+  const M t69 = AND(t66, t68);
+  const V t70 = ABS(e3_e1 * e3_e1 + e3_e2 * e3_e2 + e3_e3 * e3_e3 - K(1.0));
+  const M t71 = LE(t70, SPLAT(0.001));
+  const M t72 = AND(t69, t71);
+  const V t73 = SPLAT(BS_NOT_A_NUMBER);
+  const V t74 = SELECT(t72, SPLAT(1.0), t73);
+  const V t75 = t52 * t74;
+  const V t76 = t33 * t75;
+  const V t77 = t36 * t75;
+  const V t78 = t39 * t75;
+  const V t79 = t42 * t75;
+  const M t80 = NOT(t72);
+  const V t81 = SELECT(t80, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t76; /* 1 */
+  out[1] = K(0.5) * (origin_e1 * t76 - origin_e2 * t77 - origin_e3 * t78); /* e01 */
+  out[2] = K(0.5) * (origin_e2 * t76 + origin_e1 * t77 - origin_e3 * t79); /* e02 */
+  out[3] = K(0.5) * (origin_e3 * t76 + origin_e1 * t78 + origin_e2 * t79); /* e03 */
+  out[4] = t77; /* e12 */
+  out[5] = t78; /* e13 */
+  out[6] = t79; /* e23 */
+  out[7] = K(0.5) * (origin_e3 * t77 + origin_e1 * t79 - origin_e2 * t78); /* e0123 */
+  status[0] = t81; /* 1 */
+}
+
+/* pga3d_rotor_from_matrix_euclidean_euclidean_euclidean: The same for a rotation matrix, from the images of e1, e2, e3. 40 mul, 37 add, 58 other. */
+BS_INLINE void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT e1_in, const V *RESTRICT e2_in, const V *RESTRICT e3_in)
+{
+  const V e1_e1 = e1_in[0];
+  const V e1_e2 = e1_in[1];
+  const V e1_e3 = e1_in[2];
+  const V e2_e1 = e2_in[0];
+  const V e2_e2 = e2_in[1];
+  const V e2_e3 = e2_in[2];
+  const V e3_e1 = e3_in[0];
+  const V e3_e2 = e3_in[1];
+  const V e3_e3 = e3_in[2];
+  const V t0 = e1_e1 + K(1.0);
+  const V t1 = e2_e2 + e3_e3;
+  const V t2 = t0 + t1;
+  const V t3 = K(1.0) - e1_e1;
+  const V t4 = e2_e2 - e3_e3;
+  const V t5 = t3 - t4;
+  const M t6 = LT(t2, t5);
+  const V t7 = SELECT(t6, t5, t2);
+  const V t8 = t3 + t4;
+  const M t9 = LT(t7, t8);
+  const V t10 = SELECT(t9, t8, t7);
+  const V t11 = t0 - t1;
+  const M t12 = LT(t10, t11);
+  const V t13 = e3_e2 - e2_e3;
+  const V t14 = e3_e1 - e1_e3;
+  const V t15 = e2_e1 - e1_e2;
+  const V t16 = SELECT(t6, t15, t2);
+  const V t17 = SELECT(t9, t14, t16);
+  const V t18 = SELECT(t12, t13, t17);
+  const V t19 = e1_e3 + e3_e1;
+  const V t20 = -e2_e3 - e3_e2;
+  const V t21 = SELECT(t6, t5, t15);
+  const V t22 = SELECT(t9, t20, t21);
+  const V t23 = SELECT(t12, t19, t22);
+  const V t24 = -e1_e2 - e2_e1;
+  const V t25 = SELECT(t6, t20, t14);
+  const V t26 = SELECT(t9, t8, t25);
+  const V t27 = SELECT(t12, t24, t26);
+  const V t28 = SELECT(t6, t19, t13);
+  const V t29 = SELECT(t9, t24, t28);
+  const V t30 = SELECT(t12, t11, t29);
+  const V t31 = SQRT(t18 * t18 + t23 * t23 + t27 * t27 + t30 * t30);
+  const V t32 = K(1.0) / t31;
+  const V t33 = t18 * t32;
+  const M t34 = LT(SPLAT(0.0), t33);
+  const M t35 = LT(t33, SPLAT(0.0));
+  const V t36 = t23 * t32;
+  const M t37 = LT(SPLAT(0.0), t36);
+  const M t38 = LT(t36, SPLAT(0.0));
+  const V t39 = t27 * t32;
+  const M t40 = LT(SPLAT(0.0), t39);
+  const M t41 = LT(t39, SPLAT(0.0));
+  const V t42 = t30 * t32;
+  const M t43 = LT(SPLAT(0.0), t42);
+  const M t44 = LT(t42, SPLAT(0.0));
+  const V t45 = SELECT(t44, SPLAT(-1.0), SPLAT(1.0));
+  const V t46 = SELECT(t43, SPLAT(1.0), t45);
+  const V t47 = SELECT(t41, SPLAT(-1.0), t46);
+  const V t48 = SELECT(t40, SPLAT(1.0), t47);
+  const V t49 = SELECT(t38, SPLAT(-1.0), t48);
+  const V t50 = SELECT(t37, SPLAT(1.0), t49);
+  const V t51 = SELECT(t35, SPLAT(-1.0), t50);
+  const V t52 = SELECT(t34, SPLAT(1.0), t51);
+  const V t53 = e3_e2 * (e1_e3 * e2_e1 - e1_e1 * e2_e3) - e3_e3 * (e1_e2 * e2_e1 - e1_e1 * e2_e2) - e3_e1 * (e1_e3 * e2_e2 - e1_e2 * e2_e3);
+  const M t54 = LT(SPLAT(0.0), t53);
+  const V t55 = ABS(e1_e1 * e1_e1 + e1_e2 * e1_e2 + e1_e3 * e1_e3 - K(1.0));
+  const M t56 = LE(t55, SPLAT(0.001));
+  const M t57 = AND(t54, t56);
+  const V t58 = ABS(e1_e1 * e2_e1 + e1_e2 * e2_e2 + e1_e3 * e2_e3);
+  const M t59 = LE(t58, SPLAT(0.001));
+  const M t60 = AND(t57, t59);
+  const V t61 = ABS(e1_e1 * e3_e1 + e1_e2 * e3_e2 + e1_e3 * e3_e3);
+  const M t62 = LE(t61, SPLAT(0.001));
+  const M t63 = AND(t60, t62);
+  const V t64 = ABS(e2_e1 * e2_e1 + e2_e2 * e2_e2 + e2_e3 * e2_e3 - K(1.0));
+  const M t65 = LE(t64, SPLAT(0.001));
+  const M t66 = AND(t63, t65);
+  const V t67 = ABS(e2_e1 * e3_e1 + e2_e2 * e3_e2 + e2_e3 * e3_e3);
+  const M t68 = LE(t67, SPLAT(0.001));
+  const M t69 = AND(t66, t68);
+  const V t70 = ABS(e3_e1 * e3_e1 + e3_e2 * e3_e2 + e3_e3 * e3_e3 - K(1.0));
+  const M t71 = LE(t70, SPLAT(0.001));
+  const M t72 = AND(t69, t71);
+  const V t73 = SPLAT(BS_NOT_A_NUMBER);
+  const V t74 = SELECT(t72, SPLAT(1.0), t73);
+  const V t75 = t52 * t74;
+  const M t76 = NOT(t72);
+  const V t77 = SELECT(t76, SPLAT(6.0), SPLAT(0.0));
+  out[0] = t33 * t75; /* 1 */
+  out[1] = t36 * t75; /* e12 */
+  out[2] = t39 * t75; /* e13 */
+  out[3] = t42 * t75; /* e23 */
+  status[0] = t77; /* 1 */
+}
+
+/* pga3d_motor_to_matrix_motor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 31 mul, 22 add. */
+BS_INLINE void FN(pga3d_motor_to_matrix_motor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  const V r_e12 = r_in[4];
+  const V r_e13 = r_in[5];
+  const V r_e23 = r_in[6];
+  const V r_e0123 = r_in[7];
+  const V t0 = r_s * r_s;
+  const V t1 = r_e12 * r_e12;
+  const V t2 = t0 - t1;
+  const V t3 = r_e13 * r_e13;
+  const V t4 = r_e23 * r_e23;
+  const V t5 = t3 - t4;
+  const V t6 = r_s * r_e12;
+  const V t7 = r_e13 * r_e23;
+  const V t8 = r_s * r_e13;
+  const V t9 = r_e12 * r_e23;
+  const V t10 = r_s * r_e23;
+  const V t11 = r_e12 * r_e13;
+  matrix[0] = t2 - t5;
+  matrix[1] = K(2.0) * (t6 - t7);
+  matrix[2] = K(2.0) * (t8 + t9);
+  matrix[3] = K(2.0) * (r_s * r_e01 + r_e02 * r_e12 + r_e03 * r_e13 + r_e23 * r_e0123);
+  matrix[4] = -K(2.0) * (t6 + t7);
+  matrix[5] = t2 + t5;
+  matrix[6] = K(2.0) * (t10 - t11);
+  matrix[7] = K(2.0) * (r_s * r_e02 + r_e03 * r_e23 - r_e01 * r_e12 - r_e13 * r_e0123);
+  matrix[8] = -K(2.0) * (t8 - t9);
+  matrix[9] = -K(2.0) * (t10 + t11);
+  matrix[10] = t0 + t1 - t3 - t4;
+  matrix[11] = K(2.0) * (r_s * r_e03 + r_e12 * r_e0123 - r_e01 * r_e13 - r_e02 * r_e23);
+  matrix[12] = SPLAT(0.0);
+  matrix[13] = SPLAT(0.0);
+  matrix[14] = SPLAT(0.0);
+  matrix[15] = SPLAT(1.0);
+}
+
+/* pga3d_motor_to_matrix_rotor: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 16 mul, 13 add. */
+BS_INLINE void FN(pga3d_motor_to_matrix_rotor)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e23 = r_in[3];
+  const V t0 = r_s * r_s;
+  const V t1 = r_e12 * r_e12;
+  const V t2 = t0 - t1;
+  const V t3 = r_e13 * r_e13;
+  const V t4 = r_e23 * r_e23;
+  const V t5 = t3 - t4;
+  const V t6 = r_s * r_e12;
+  const V t7 = r_e13 * r_e23;
+  const V t8 = r_s * r_e13;
+  const V t9 = r_e12 * r_e23;
+  const V t10 = r_s * r_e23;
+  const V t11 = r_e12 * r_e13;
+  matrix[0] = t2 - t5;
+  matrix[1] = K(2.0) * (t6 - t7);
+  matrix[2] = K(2.0) * (t8 + t9);
+  matrix[3] = SPLAT(0.0);
+  matrix[4] = -K(2.0) * (t6 + t7);
+  matrix[5] = t2 + t5;
+  matrix[6] = K(2.0) * (t10 - t11);
+  matrix[7] = SPLAT(0.0);
+  matrix[8] = -K(2.0) * (t8 - t9);
+  matrix[9] = -K(2.0) * (t10 + t11);
+  matrix[10] = t0 + t1 - t3 - t4;
+  matrix[11] = SPLAT(0.0);
+  matrix[12] = SPLAT(0.0);
+  matrix[13] = SPLAT(0.0);
+  matrix[14] = SPLAT(0.0);
+  matrix[15] = SPLAT(1.0);
+}
+
+/* pga3d_motor_to_matrix_translator: The homogeneous matrix of a unit motor, row by row: rotation columns r e_k ~r, then the translation. 3 mul, 0 add. */
+BS_INLINE void FN(pga3d_motor_to_matrix_translator)(V *RESTRICT matrix, const V *RESTRICT r_in)
+{
+  const V r_e01 = r_in[1];
+  const V r_e02 = r_in[2];
+  const V r_e03 = r_in[3];
+  matrix[0] = SPLAT(1.0);
+  matrix[1] = SPLAT(0.0);
+  matrix[2] = SPLAT(0.0);
+  matrix[3] = K(2.0) * r_e01;
+  matrix[4] = SPLAT(0.0);
+  matrix[5] = SPLAT(1.0);
+  matrix[6] = SPLAT(0.0);
+  matrix[7] = K(2.0) * r_e02;
+  matrix[8] = SPLAT(0.0);
+  matrix[9] = SPLAT(0.0);
+  matrix[10] = SPLAT(1.0);
+  matrix[11] = K(2.0) * r_e03;
+  matrix[12] = SPLAT(0.0);
+  matrix[13] = SPLAT(0.0);
+  matrix[14] = SPLAT(0.0);
+  matrix[15] = SPLAT(1.0);
+}
+
+/* pga3d_point_parameters_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
+BS_INLINE void FN(pga3d_point_parameters_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V x_e123 = x_in[3];
+  const V t0 = ABS(x_e123);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_e123, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = NOT(t1);
+  const V t6 = SELECT(t5, SPLAT(1.0), SPLAT(0.0));
+  position[0] = x_e023 * t4; /* e1 */
+  position[1] = -x_e013 * t4; /* e2 */
+  position[2] = x_e012 * t4; /* e3 */
+  status[0] = t6; /* 1 */
+}
+
+/* pga3d_point_parameters_any_point: Position of a point of any weight. SINGULAR: it is at infinity. 3 mul, 0 add, 7 other. */
+BS_INLINE void FN(pga3d_point_parameters_any_point)(V *RESTRICT position, V *RESTRICT status, const V *RESTRICT x_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  const V x_e123 = x_in[3];
+  const V t0 = ABS(x_e123);
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SPLAT(BS_NOT_A_NUMBER);
+  const V t3 = SELECT(t1, x_e123, t2);
+  const V t4 = K(1.0) / t3;
+  const M t5 = NOT(t1);
+  const V t6 = SELECT(t5, SPLAT(1.0), SPLAT(0.0));
+  position[0] = x_e023 * t4; /* e1 */
+  position[1] = -x_e013 * t4; /* e2 */
+  position[2] = x_e012 * t4; /* e3 */
+  status[0] = t6; /* 1 */
+}
+
+/* pga3d_direction_parameters_direction: The vector of a direction. 0 mul, 0 add. */
+BS_INLINE void FN(pga3d_direction_parameters_direction)(V *RESTRICT vector, const V *RESTRICT x_in)
+{
+  const V x_e012 = x_in[0];
+  const V x_e013 = x_in[1];
+  const V x_e023 = x_in[2];
+  vector[0] = x_e023; /* e1 */
+  vector[1] = -x_e013; /* e2 */
+  vector[2] = x_e012; /* e3 */
+}
+
+/* pga3d_line_parameters_line: Point nearest the origin and unit direction of a unit line m I3 + (p x m) e0. 6 mul, 3 add. */
+BS_INLINE void FN(pga3d_line_parameters_line)(V *RESTRICT point, V *RESTRICT direction, const V *RESTRICT x_in)
+{
+  const V x_e01 = x_in[0];
+  const V x_e02 = x_in[1];
+  const V x_e03 = x_in[2];
+  const V x_e12 = x_in[3];
+  const V x_e13 = x_in[4];
+  const V x_e23 = x_in[5];
+  point[0] = x_e03 * x_e13 + x_e02 * x_e12; /* e1 */
+  point[1] = -(x_e01 * x_e12 - x_e03 * x_e23); /* e2 */
+  point[2] = -x_e02 * x_e23 - x_e01 * x_e13; /* e3 */
+  direction[0] = x_e23; /* e1 */
+  direction[1] = -x_e13; /* e2 */
+  direction[2] = x_e12; /* e3 */
+}
+
+/* pga3d_plane_parameters_plane: Unit normal and offset of a unit plane. 0 mul, 0 add. */
+BS_INLINE void FN(pga3d_plane_parameters_plane)(V *RESTRICT normal, V *RESTRICT offset, const V *RESTRICT x_in)
+{
+  const V x_e0 = x_in[0];
+  const V x_e1 = x_in[1];
+  const V x_e2 = x_in[2];
+  const V x_e3 = x_in[3];
+  normal[0] = x_e1; /* e1 */
+  normal[1] = x_e2; /* e2 */
+  normal[2] = x_e3; /* e3 */
+  offset[0] = x_e0; /* 1 */
 }

@@ -204,8 +204,8 @@ class BoundScene:
         def part(begin: int, end: int) -> None:
             function(scene, single, begin, end, width, height, buffer)
 
-        rows = max(1, RAYS_PER_CHUNK // (width * scene.grid * scene.grid))
-        parallel.run(part, width * height, threads, chunk=rows * width, progress=progress)
+        chunk = max(1, RAYS_PER_CHUNK // (scene.grid * scene.grid))
+        parallel.run(part, width * height, threads, chunk=chunk, progress=progress)
         return image
 
 

@@ -122,9 +122,16 @@ BS_INLINE V FN(splat)(S x)
 #endif
 }
 
-BS_INLINE V FN(select)(M m, V a, V b) /* compilers make one blend of it where there is one */
+/* Compilers make one blend of it where there is one. On SSE2 gcc, looking for a blend, would take lanes apart. */
+BS_INLINE V FN(select)(M m, V a, V b)
 {
+#if defined(__x86_64__) && !defined(__clang__) && BS_BYTES == 16 && BS_BITS == 64
+    return __builtin_ia32_orpd(__builtin_ia32_andpd((V)m, a), __builtin_ia32_andnpd((V)m, b));
+#elif defined(__x86_64__) && !defined(__clang__) && BS_BYTES == 16
+    return __builtin_ia32_orps(__builtin_ia32_andps((V)m, a), __builtin_ia32_andnps((V)m, b));
+#else
     return (V)((m & (I)a) | (~m & (I)b));
+#endif
 }
 
 BS_INLINE V FN(sqrt)(V v) /* compilers make one instruction of it */

@@ -166,7 +166,6 @@ SINGLE = Constants(
     eight=float32(8.0)[0],
     root_half=0x3FE6A09E60000000,
 )
-# fmt: on
 
 # pi/2 in two parts, and the first of them in halves.
 HALF_PI = float64("0x1.921fb54442d18p+0", "0x1.1a62633145c07p-54")
@@ -183,3 +182,4 @@ TWO_OVER_PI = np.array(
     ],
     dtype=np.uint64,
 )
+# fmt: on
