@@ -1,4 +1,4 @@
-"""Derives the constants of templates/c/elementary.h and templates/numba/elementary.py, so that they are reproducible.
+"""Derives the constants of templates/c/elementary.h and templates/numba/elementary_constants.py.
 
 Minimax polynomials by Remez exchange at 40 digits. On intervals that start at zero they are rounded one coefficient
 at a time, and each rounding is made good by the coefficients that are still free (on others z, z^2, ... is no basis
@@ -18,7 +18,7 @@ mp.mp.dps = 40
 Real: TypeAlias = Any  # mpmath's number
 POINTS_PER_TERM = 16  # of the grid on which the exchange looks for extrema
 EXCHANGES = 8
-SLACK = Real("1e-6")  # intervals are this much wider, relatively: a reduced argument may fall just outside
+SLACK = mp.mpf("1e-6")  # intervals are this much wider, relatively: a reduced argument may fall just outside
 
 
 @dataclass(frozen=True)

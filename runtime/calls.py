@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arrays, dispatch, proofs
+from . import arrays, proofs, specialise
 from .codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
 from .codegen.kinds import Kind, numbers, scalar_argument
-from .linear import embedded
+from .rows import embedded
 from .status import Status
 from .stock import Entry, Key, Result
 
@@ -184,7 +184,7 @@ def _result(output: Any) -> Result:
 
 
 class _Warming:
-    """A declared kernel on arrays: interpreted, and compiled once `dispatch.HOT_ITEMS` items went through it."""
+    """A declared kernel on arrays: interpreted, and compiled once `specialise.HOT_ITEMS` items went through it."""
 
     def __init__(self, kernel: Any) -> None:
         self.kernel = kernel
@@ -192,7 +192,7 @@ class _Warming:
 
     def __call__(self, *data: NDArray[Any]) -> Any:
         self.items += max((math.prod(a.shape[:-1]) for a in data), default=1)
-        hot = self.items > dispatch.HOT_ITEMS
+        hot = self.items > specialise.HOT_ITEMS
         return self.kernel.bound("c" if hot else "numpy", data)(*data)
 
 

@@ -122,7 +122,7 @@ def _motions(algebra: Algebra, x: Multivector) -> Names:
     names = np.full(x.shape, NOT_A_BLADE, object)
     kinds = [k for k in algebra.kinds.values() if k.constraints and k.blades[0] == 0]
     from .checks import holds
-    from .linear import embedded
+    from .rows import embedded
 
     size = np.abs(x._data).sum(-1)
     for kind in sorted(kinds, key=lambda k: -k.size):

@@ -6,10 +6,7 @@ product by tables; a combination that is used much is then specialised. Plans ar
 
 from __future__ import annotations
 
-import logging
 import math
-import os
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,9 +17,11 @@ from numpy.typing import NDArray
 
 from . import general, proofs
 from .codegen.binding import BoundKernel, share
-from .codegen.errors import AlgebraMismatchError, BladesmithError, ShapeError
+from .codegen.errors import AlgebraMismatchError
 from .general import Table, product_table
-from .stock import Entry, StockKernels
+from .rows import broadcast, embedded, expanded
+from .specialise import Rows, counted, operation_formula
+from .stock import Entry, Key, StockKernels
 from .typed import F32, F64, Type
 
 if TYPE_CHECKING:
@@ -30,27 +29,17 @@ if TYPE_CHECKING:
     from .multivector import Multivector
 
 Plan = Callable[[Any, Any], "Multivector"]
-#: Computes n rows: (out, a, b, n); an operand has n rows or one.
-Rows = Callable[[NDArray[Any], NDArray[Any], NDArray[Any], int], None]
 #: C loop with its kernel bound: (n, out, a, stride of a, b, stride of b).
 Loop = Callable[[int, Any, Any, int, Any, int], None]
 
 #: Plans by operation and types.
 PLANS: dict[tuple[str, Type, Type], Plan] = {}
-#: Items of one combination, in batches, after which a kernel is generated and compiled for it. A general product
-#: costs up to 0.3 microseconds more per item than a generated one, which takes up to a second to compile.
-HOT_ITEMS = 1_000_000
-#: Set to 0 to stay with the general product.
-SPECIALISE_VARIABLE = "BLADESMITH_SPECIALISE"
-#: Larger tables are not specialised: their code would be larger than the processor's cache.
-MAX_SPECIAL_TERMS = 2048
 #: A general sandwich keeps this many items between its two products.
 CHUNK = 4096
 #: Formula of each operation.
 FORMULAS = {name: f"products.{name}" for name in (*general.OPERATIONS, "sandwich")}
 
 from_buffer = _cffi_backend.FFI().from_buffer
-_log = logging.getLogger("bladesmith")
 
 
 def plan(operation: str, a: Multivector, b: Multivector) -> Plan:
@@ -83,7 +72,7 @@ def _make(operation: str, a: Type, b: Type) -> Plan:
         assert result is not None
         return _compiled(kernels.bound(entry), a.algebra.type_of(result, a.dtype), a, b)
     if operation == "sandwich":
-        return _general_sandwich(a, b)
+        return _held_sandwich(a, b) or _general_sandwich(a, b)
     return _general(operation, a, b)
 
 
@@ -93,6 +82,23 @@ def _widened(operation: str) -> Plan:
         return plan(operation, x, y)(x, y)
 
     return mixed
+
+
+def _held_sandwich(a: Type, b: Type) -> Plan | None:
+    """A rotor is a motor: where only the motor's kernel exists, it serves what it provably holds."""
+    kernels = a.algebra.stock
+    entries = kernels.entries.get(FORMULAS["sandwich"], ()) if kernels else ()
+    for entry in sorted(entries, key=lambda e: _size(e.inputs[0])):
+        holder = entry.inputs[0]
+        if entry.inputs[1] in (b.kind, b.kind.layout) and not isinstance(holder, int) and proofs.belongs(a.kind, holder):
+            wide = a.algebra.type_of(holder, a.dtype)
+            known = _make("sandwich", wide, b)
+            return lambda r, x: known(r._make(wide, embedded(r, wide.kind), r._lead), x)
+    return None
+
+
+def _size(key: Key) -> int:
+    return key if isinstance(key, int) else key.size
 
 
 def _stock(operation: str, a: Type, b: Type) -> tuple[StockKernels, Entry] | None:
@@ -155,28 +161,6 @@ def _batched(rows: Rows, out: Type) -> Plan:
     return batch
 
 
-def broadcast(*operands: Multivector) -> tuple[int, ...]:
-    """Common leading shape.
-
-    Raises
-    ------
-    ShapeError
-        If the shapes do not broadcast.
-    """
-    try:
-        return np.broadcast_shapes(*(x._lead for x in operands))
-    except ValueError:
-        shapes = " and ".join(str(x._lead) for x in operands)
-        raise ShapeError(f"shapes {shapes} do not broadcast; insert axes with a[:, None].") from None
-
-
-def expanded(x: Multivector, lead: tuple[int, ...]) -> NDArray[Any]:
-    """Contiguous rows for the common shape: as they are, one for all, or repeated."""
-    if x._lead == lead or math.prod(x._lead) == 1:
-        return x._data
-    return np.ascontiguousarray(np.broadcast_to(x._data, (*lead, x._type.size)))
-
-
 # -- the general product -----------------------------------------------------------------------------------
 
 
@@ -189,7 +173,7 @@ def _general(operation: str, a: Type, b: Type) -> Plan:
         kept = kind.blades
     table = product_table(algebra, operation, a.blades, b.blades, kept)
     out = algebra.type_of(kind or algebra.layout_of(table.blades), a.dtype)
-    rows = _counted(table_rows(table, out.single), (operation, a, b), out, table.terms)
+    rows = counted(table_rows(table, out.single), (operation, a, b), out, table.terms)
     batch = _batched(rows, out)
     loop = _table_loop(table, out.single)
     return batch if loop is None else _single(loop, batch, out, a.size, b.size)
@@ -259,7 +243,7 @@ def _general_sandwich(a: Type, b: Type) -> Plan:
             first(middle[: end - begin], part_r, part_x, end - begin)
             second(result[begin:end], middle[: end - begin], part_r, end - begin)
 
-    batch = _batched(_counted(rows, ("sandwich", a, b), out, inner.terms + outer.terms), out)
+    batch = _batched(counted(rows, ("sandwich", a, b), out, inner.terms + outer.terms), out)
     loops = _table_loop(inner, out.single), _table_loop(outer, out.single)
     if loops[0] is None or loops[1] is None:
         return batch
@@ -283,55 +267,3 @@ def _sandwich_kind(a: Type, b: Type, inner: Table) -> Kind:
     # x = +-~x makes R x ~R = +-~(R x ~R), so grades of the other sign cancel exactly
     kept = [blade for blade in outer.blades if len(signs) > 1 or blade.bit_count() & 2 in signs]
     return algebra.layout_of(kept or (0,))
-
-
-# -- specialisation ----------------------------------------------------------------------------------------
-
-
-def operation_formula(operation: str) -> Callable[..., Any]:
-    """The operation in GA notation."""
-    from .codegen.formulas import products
-
-    return getattr(products, operation)  # type: ignore[no-any-return]
-
-
-def _counted(rows: Rows, key: tuple[str, Type, Type], out: Type, terms: int) -> Rows:
-    """Rows that are specialised once `HOT_ITEMS` items went through them."""
-    if terms > MAX_SPECIAL_TERMS or os.environ.get(SPECIALISE_VARIABLE) == "0":
-        return rows
-    current, items = rows, 0
-
-    def run(result: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
-        nonlocal current, items
-        items += n
-        if items > HOT_ITEMS and current is rows:
-            special = specialised(key, out, items)
-            current = special or _forever(rows)
-        current(result, x, y, n)
-
-    return run
-
-
-def _forever(rows: Rows) -> Rows:
-    """Another object that does the same: it is not tried again."""
-    return lambda *arguments: rows(*arguments)
-
-
-def specialised(key: tuple[str, Type, Type], out: Type, items: int) -> Rows | None:
-    """Generate and compile one combination, or None where that is not possible."""
-    operation, a, b = key
-    what = f"{a.algebra.name}: {operation} of {a.kind.name} and {b.kind.name}"
-    start = time.perf_counter()
-    try:
-        from .codegen.declare import compile_kernel
-        from .codegen.trace import trace
-
-        name = f"{operation}_{a.kind.name}_{b.kind.name}"
-        traced = trace(operation_formula(operation), (a.kind, b.kind), name, out.kind, a.algebra)
-        kernel = compile_kernel(traced, "f32" if out.single else "f64")
-    except BladesmithError as error:
-        _log.info("%s stays with the general product: %s", what, error)
-        return None
-    seconds = time.perf_counter() - start
-    _log.info("%s specialised after %d items in %.2f s.", what, items, seconds)
-    return lambda result, x, y, n: kernel.run([x, y], [result], n)

@@ -74,7 +74,8 @@ def _scaled(x: Multivector) -> Multivector:
     for kind in checks.kinds_on(x):
         scaled = _for_kind(checks.converted(x, kind.layout), kind)
         answered = ~np.isnan(scaled._data).all(-1)
-        if answered.any() and checks.holds(kind, scaled._data[answered]).all():
+        proved = scaled.kind == kind
+        if answered.any() and (proved or checks.holds(kind, scaled._data[answered]).all()):
             return x._make(x.algebra.type_of(kind, x.dtype), scaled._data, x._lead, scaled._status)
     return _over_norm(x)
 

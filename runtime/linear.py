@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from . import arrays, proofs
 from .codegen.algebra import grade
 from .codegen.errors import AlgebraMismatchError, BladeError, suggest
-from .dispatch import broadcast
 from .general import LINEAR, linear_map
+from .rows import broadcast
 from .typed import F32, F64, Type
 
 if TYPE_CHECKING:
@@ -134,19 +134,6 @@ def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
     with np.errstate(all="ignore"):
         data = data / number if divide else data * number
     return x._make(x._type.free.in_precision(dtype), data, data.shape[:-1])
-
-
-def embedded(x: Multivector, kind: Kind) -> NDArray[Any]:
-    """Rows on the blades of ``kind``: zero where x has no such blade; the others of x are left out."""
-    if x._type.blades == kind.blades:
-        return x._data
-    columns = x._type.columns
-    pairs = [(i, columns[blade]) for i, blade in enumerate(kind.blades) if blade in columns]
-    data = np.zeros((*x._lead, kind.size), x.dtype)
-    if pairs:
-        target, source = (list(side) for side in zip(*pairs, strict=True))
-        data[..., target] = x._data[..., source]
-    return data
 
 
 def is_close(a: Multivector, b: Multivector, rtol: float, atol: float) -> NDArray[np.bool_]:

@@ -57,7 +57,7 @@ def test_wide_labels_and_null_vectors() -> None:
     pga = bs.algebra(2, 0, 1)
     assert [str(b) for b in pga.blades[:4]] == ["1", "e0", "e1", "e2"] and (pga.e0 * pga.e0).norm() == 0
     cga = bs.cga3d
-    assert cga.multivector({"e12no": 1.0, "e1noni": 2.0})["nie1no"] == 2.0
+    assert cga.multivector({"e12no": 1.0, "e1noni": 2.0})["e1nino"] == -2.0
     assert [str(b) for b in cga.blades[1:6]] == ["e1", "e2", "e3", "no", "ni"]
 
 
@@ -113,7 +113,7 @@ def test_unknown_names() -> None:
     with pytest.raises(errors.KindError, match="did you mean 'circle'"):
         bs.cga3d.kind("cirle")
     with pytest.raises(errors.BladeError, match="did you mean 'e1noni'"):
-        bs.cga3d.multivector({"e1nini2": 1.0})
+        bs.cga3d.multivector({"e1nonj": 1.0})
 
 
 # -- reading and operators ---------------------------------------------------------------------------------
@@ -223,7 +223,7 @@ def test_copies_and_pickles(alg: Any) -> None:
     for again in (pickle.loads(pickle.dumps(a)), copy.copy(a), copy.deepcopy(a)):
         assert again.algebra is a.algebra and again.kind == a.kind and again.status.tolist() == [0, 6]
         assert np.array_equal(again.values, a.values, equal_nan=True)
-    b = alg.e12 * np.ones(3, np.float32)
+    b = alg.e12.astype(np.float32) * np.ones(3, np.float32)
     assert pickle.loads(pickle.dumps(b)).algebra is alg and pickle.loads(pickle.dumps(b)).dtype == np.float32
     assert pickle.loads(pickle.dumps(bs.cga3d)) is bs.cga3d and pickle.loads(pickle.dumps(alg)) is alg
     own = bs.Algebra.from_data({**data_from_algebra(alg), "name": "own"})
@@ -243,10 +243,8 @@ def test_constraints_are_checked() -> None:
     values[2, 0] += 0.1
     with pytest.raises(errors.KindError, match="item 2 is not a circle of cga3d: x \\* x - 1"):
         cga.multivector(values, kind="circle")
-    with pytest.raises(errors.KindError, match="a coefficient of e12, which a rotor"):
-        cga.multivector({"1": 1.0, "e12": 1.0, "e1no": 1.0}).as_kind("motor") if False else cga.e12.as_kind(
-            codegen.Kind(cga, "rotor", (0,))
-        )
+    with pytest.raises(errors.KindError, match="a coefficient of e1no, which a motor"):
+        cga.multivector({"1": 1.0, "e12": 1.0, "e1no": 1.0}).as_kind("motor")
     far = cga.circle([1e6, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0)  # its square cancels numbers of 1e12
     assert cga.multivector(far.values, kind="circle").kind.name == "circle"
 
@@ -271,7 +269,7 @@ def test_normalized() -> None:
     assert (a ^ b).normalized().kind == cga.kind("point_pair")
     assert (a ^ b ^ cga.ni).normalized().kind == cga.kind("line")
     assert (3 * a).normalized().kind == cga.kind("point") and (3 * a).normalized().isclose(a).all()
-    x = (a ^ b ^ c) + (c ^ a ^ cga.ni) * 3  # no blade
+    x = (a ^ b ^ c) + (a[::-1] ^ b ^ cga.ni)  # no blade
     assert x.normalized().kind.is_layout and np.allclose(x.normalized().norm(), 1)
     insisted = x.normalized("circle")
     assert insisted.kind == cga.kind("circle") and (insisted.status == bs.Status.INVALID).all()

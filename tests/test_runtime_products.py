@@ -10,7 +10,7 @@ from typing import Any
 import bladesmith as bs
 import numpy as np
 import pytest
-from bladesmith import dispatch, general
+from bladesmith import dispatch, general, specialise
 from bladesmith.algebras import Algebra
 from bladesmith.codegen.binding import BoundKernel
 from bladesmith.codegen.kinds import add_plain_kinds
@@ -231,8 +231,7 @@ def test_without_the_extension(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [x * y, x >> y, x[0] ^ y, x[0] & y[1]]
     monkeypatch.setattr(general, "library", lambda: None)
     monkeypatch.setattr(dispatch, "PLANS", {})
-    for module in ("bladesmith.operators",):
-        monkeypatch.setattr(f"{module}.PLANS", dispatch.PLANS)
+    monkeypatch.setattr("bladesmith.operators.PLANS", dispatch.PLANS)
     found = [x * y, x >> y, x[0] ^ y, x[0] & y[1]]
     assert all(np.all(a.isclose(b, rtol=1e-13)) for a, b in zip(found, expected, strict=True))
 
@@ -297,8 +296,8 @@ def test_too_many_terms_are_refused() -> None:
 def test_a_combination_used_much_is_specialised(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
     if compiler() is None:
         pytest.skip("no compiler")
-    monkeypatch.setattr(dispatch, "HOT_ITEMS", 1000)
-    monkeypatch.delenv(dispatch.SPECIALISE_VARIABLE, raising=False)
+    monkeypatch.setattr(specialise, "HOT_ITEMS", 1000)
+    monkeypatch.delenv(specialise.SPECIALISE_VARIABLE, raising=False)
     alg = bs.algebra(2, 0, 2)
     x, y = (alg.multivector(np.random.default_rng(i).normal(size=(600, 6)), grades=[2]) for i in range(2))
     first = x * y
@@ -311,8 +310,8 @@ def test_a_combination_used_much_is_specialised(monkeypatch: pytest.MonkeyPatch,
 
 
 def test_specialisation_can_be_switched_off(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
-    monkeypatch.setattr(dispatch, "HOT_ITEMS", 10)
-    monkeypatch.setenv(dispatch.SPECIALISE_VARIABLE, "0")
+    monkeypatch.setattr(specialise, "HOT_ITEMS", 10)
+    monkeypatch.setenv(specialise.SPECIALISE_VARIABLE, "0")
     alg = bs.algebra(1, 1, 2)
     x = alg.multivector(np.ones((50, 4)), grades=[3])
     with caplog.at_level(logging.INFO, "bladesmith"):

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 
-@click.command()
+@click.command(epilog="Example: bladesmith render scene.toml -o image.png --width 1280 --height 720")
 @click.argument("scene", type=click.Path(path_type=Path))
 @click.option("--output", "-o", type=click.Path(path_type=Path), default="image.png", show_default=True)
 @click.option("--width", type=int, help="Pixels; default: the scene's, else 640.")

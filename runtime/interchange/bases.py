@@ -162,6 +162,6 @@ def from_algebra(target: Algebra, x: Multivector) -> Multivector:
 
 def dense(x: Multivector, algebra: Algebra) -> NDArray[Any]:
     """All 2^n coefficients of x in the blade order of its algebra."""
-    from ..linear import embedded
+    from ..rows import embedded
 
     return embedded(x, algebra.layout_of(algebra.blades))

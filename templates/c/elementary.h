@@ -409,7 +409,7 @@ BS_INLINE V FN(cosh)(V x)
 BS_INLINE V FN(atan2)(V y, V x)
 {
     V width = ABS(x), height = ABS(y);
-    M swap = GT(height, width), left = LT(BITS(x), 0);
+    M swap = GT(height, width), left = LT(FROM_BITS((BITS(x) & BS_SIGN_BIT) | BS_ONE), K(0));
     V big = SELECT(swap, height, width), small = SELECT(swap, width, height);
     V scale = SELECT(GT(big, BS_LARGEST * K(0.25)), SPLAT(0.25), SPLAT(1)); /* their sum may overflow */
     M diagonal = OR(GT(small, K(0.5) * big), GT(small, BS_LARGEST));        /* the second: both infinite */

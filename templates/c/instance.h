@@ -45,8 +45,6 @@
 #define GE(a, b) ((a) >= (b))
 #define EQ(a, b) ((a) == (b))
 #define NE(a, b) ((a) != (b))
-#define AND(a, b) ((a) & (b))
-#define OR(a, b) ((a) | (b))
 
 #if BS_BYTES == 0
 
@@ -55,6 +53,8 @@
 #define I BS_INT
 #define UI BS_UINT
 #define M int
+#define AND(a, b) ((a) & (b))
+#define OR(a, b) ((a) | (b))
 #define NOT(m) (!(m))
 #define SPLAT(x) ((S)(x))
 #define SELECT(m, a, b) ((m) ? (a) : (b))
@@ -107,7 +107,7 @@ typedef BS_UINT UI __attribute__((vector_size(BS_BYTES)));
 #define ABS(v) FROM_BITS(BITS(v) & ~BS_SIGN_BIT)
 #define ANY(m) FN(any)(m)
 #define BS_LANE(m, l) ((m)[l])
-#define BIT0(i) (-((i) & 1)) /* mask: lane's lowest bit is set */
+#define BIT0(i) EQ(FROM_BITS((I)(((UI)(i) & 1) << (BS_BITS - 2))), K(2)) /* mask: lane's lowest bit is set */
 #define BITS(v) ((I)(v))
 #define FROM_BITS(i) ((V)(i))
 
@@ -122,17 +122,23 @@ BS_INLINE V FN(splat)(S x)
 #endif
 }
 
-/* Compilers make one blend of it where there is one. On SSE2 gcc, looking for a blend, would take lanes apart. */
+/* Selections and masks of masks. Compilers make one blend of the plain form where there is one. On SSE2 gcc, looking
+ * for a blend of 64-bit lanes, would take them apart: there it is told what to do. */
+#if defined(__x86_64__) && !defined(__clang__) && BS_BYTES == 16 && BS_BITS == 64
+#define AND(a, b) ((M)__builtin_ia32_andpd((V)(a), (V)(b)))
+#define OR(a, b) ((M)__builtin_ia32_orpd((V)(a), (V)(b)))
 BS_INLINE V FN(select)(M m, V a, V b)
 {
-#if defined(__x86_64__) && !defined(__clang__) && BS_BYTES == 16 && BS_BITS == 64
     return __builtin_ia32_orpd(__builtin_ia32_andpd((V)m, a), __builtin_ia32_andnpd((V)m, b));
-#elif defined(__x86_64__) && !defined(__clang__) && BS_BYTES == 16
-    return __builtin_ia32_orps(__builtin_ia32_andps((V)m, a), __builtin_ia32_andnps((V)m, b));
-#else
-    return (V)((m & (I)a) | (~m & (I)b));
-#endif
 }
+#else
+#define AND(a, b) ((a) & (b))
+#define OR(a, b) ((a) | (b))
+BS_INLINE V FN(select)(M m, V a, V b)
+{
+    return (V)((m & (I)a) | (~m & (I)b));
+}
+#endif
 
 BS_INLINE V FN(sqrt)(V v) /* compilers make one instruction of it */
 {
