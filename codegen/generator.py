@@ -70,6 +70,13 @@ def generate(
     return files
 
 
+def generate_programs() -> dict[str, dict[str, str]]:
+    """Generated files of the general programs that the wheel carries for machines without a compiler, by folder."""
+    from .programs.scene import EVERYTHING, scene_program
+
+    return {"scene": dict(scene_program(EVERYTHING).files)}
+
+
 def declared_kernels(
     algebra: Algebra, entries: Sequence[Mapping[str, Any]]
 ) -> list[tuple[str, str, Formula, list[Kind]]]:

@@ -90,7 +90,9 @@ def _held_sandwich(a: Type, b: Type) -> Plan | None:
     entries = kernels.entries.get(FORMULAS["sandwich"], ()) if kernels else ()
     for entry in sorted(entries, key=lambda e: _size(e.inputs[0])):
         holder = entry.inputs[0]
-        if entry.inputs[1] in (b.kind, b.kind.layout) and not isinstance(holder, int) and proofs.belongs(a.kind, holder):
+        if isinstance(holder, int) or not holder.constraints or entry.inputs[1] not in (b.kind, b.kind.layout):
+            continue
+        if proofs.belongs(a.kind, holder):
             wide = a.algebra.type_of(holder, a.dtype)
             known = _make("sandwich", wide, b)
             return lambda r, x: known(r._make(wide, embedded(r, wide.kind), r._lead), x)

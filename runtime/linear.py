@@ -17,7 +17,6 @@ from .rows import broadcast
 from .typed import F32, F64, Type
 
 if TYPE_CHECKING:
-    from .codegen.kinds import Kind
     from .multivector import Multivector
 
 Columns = NDArray[np.int64]

@@ -14,7 +14,7 @@ from bladesmith.codegen.catalogue import STOCK, algebra_from_data
 from bladesmith.codegen.declare import bind
 from bladesmith.codegen.errors import BladesmithError, SpecError
 from bladesmith.codegen.flags import compiled_files, source_hash
-from bladesmith.codegen.generator import declared_kernels, generate, plain_spec
+from bladesmith.codegen.generator import declared_kernels, generate, generate_programs, plain_spec
 from bladesmith.codegen.kinds import NumericSource
 from bladesmith.codegen.spec import load_spec, stock_spec_path
 from bladesmith.codegen.targets.c import symbol
@@ -30,6 +30,12 @@ def test_regenerating_gives_the_same_bytes(name: str) -> None:
     files = generate(load_spec(stock_spec_path(name)), json.loads((folder / "forms.json").read_text("utf-8")))
     for file, text in files.items():
         assert (folder / file).read_text("utf-8") == text, f"{name}/{file} differs: run `bladesmith generate`"
+
+
+def test_general_programs_are_up_to_date() -> None:
+    for name, files in generate_programs().items():
+        for file, text in files.items():
+            assert (GENERATED / name / file).read_text("utf-8") == text, f"{name}/{file}: run `bladesmith generate`"
 
 
 @pytest.mark.parametrize("name", STOCK)

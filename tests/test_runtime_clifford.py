@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import bladesmith as bs
 import numpy as np
 import pytest
+
+import bladesmith as bs
 
 clifford = pytest.importorskip("clifford")
 

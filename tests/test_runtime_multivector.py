@@ -6,9 +6,10 @@ import copy
 import pickle
 from typing import Any
 
-import bladesmith as bs
 import numpy as np
 import pytest
+
+import bladesmith as bs
 from bladesmith import codegen, errors
 from bladesmith.codegen.catalogue import data_from_algebra
 
@@ -137,7 +138,8 @@ def test_numbers_on_either_side(alg: Any) -> None:
     assert np.array_equal((items * a).values, items[:, None] * a.values)
     assert np.array_equal((a / items).values, a.values / items[:, None])
     assert (items[:, None] * a).shape == (2, 2)
-    assert (a + 1)["1"].tolist() == [1, 1] and (1 - a)["e1"].tolist() == [-1, -4] and (items + a)["1"].tolist() == [1, 10]
+    assert (a + 1)["1"].tolist() == [1, 1] and (1 - a)["e1"].tolist() == [-1, -4]
+    assert (items + a)["1"].tolist() == [1, 10]
     assert (a ^ 2).isclose(2 * a).all() and (2 ^ a).isclose(2 * a).all()
     assert (a | 2).norm().max() == 0 and (2 | a).norm().max() == 0
     assert (1 / alg.e1).isclose(alg.e1) and (alg.e12 / alg.e2).isclose(alg.e1)
@@ -212,7 +214,7 @@ def test_text(alg: Any) -> None:
     assert batch.splitlines()[0] == "point of cga3d, shape (100,):" and len(batch.splitlines()) == 8
     assert "[99]" in batch and "..." in batch
     assert "INVALID" in repr(bs.cga3d.sphere([0.0, 0.0, 0.0], -1.0))
-    assert alg.multivector({"1": 1.0, "e12": 1e-9})._repr_latex_() == r"$1 + 1 \cdot 10^{-09} \mathbf{e}_{12}$".replace("-09", "-9")
+    assert alg.multivector({"1": 1.0, "e12": 1e-9})._repr_latex_() == r"$1 + 1 \cdot 10^{-9} \mathbf{e}_{12}$"
     assert bs.cga3d.ni._repr_latex_() == r"$1 \mathbf{n}_{\infty}$"
     assert r"\vdots" in (alg.e1 * np.ones(9))._repr_latex_()
     assert repr(bs.algebra(10).multivector(np.ones(45), grades=[2])).endswith("(45 terms)")
@@ -253,7 +255,9 @@ def test_kinds_of_results_are_proved() -> None:
     cga, pga = bs.cga3d, bs.pga3d
     r = cga.rotor([0.0, 0.0, 1.0], 0.3)
     t = cga.translator([1.0, 2.0, 3.0])
-    assert (t * r).kind == cga.kind("motor") and (r * r).kind == cga.kind("rotor") and (~t).kind == cga.kind("translator")
+    assert (t * r).kind == cga.kind("motor") and (r * r).kind == cga.kind("rotor")
+    assert (~t).kind == cga.kind("translator")
+    assert (r >> cga.circle([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 2.0)).kind == cga.kind("circle")
     assert r.as_kind("motor").kind == cga.kind("motor")  # every rotor is a motor: nothing to check
     s = cga.sphere([1.0, 0.0, 0.0], 1.0)
     assert (t * r >> s).kind == cga.kind("sphere") and (-s).kind == cga.kind("sphere")

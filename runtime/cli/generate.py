@@ -32,20 +32,24 @@ def command(
 ) -> None:
     """Generate an algebra: C, numba and CUDA-ready sources, and a manifest.
 
-    Without --spec and --signature, all stock algebras. Without --out, into the installed package's own folder (for
+    Without --spec and --signature, all stock algebras and programs. Without --out, into the installed package's own folder (for
     --check) or ./generated. The forms chosen earlier are read from the manifest there.
     """
-    from ..codegen.generator import generate
+    from ..codegen.generator import generate, generate_programs
 
     folder = Path(out) if out else (_installed() if check else Path("generated"))
     differences = []
+    made = {}
     for data in _specs(spec, signature, name):
-        target = folder / str(data["name"])
-        old = _read(target)
-        choices = {} if search else json.loads(old.get("forms.json", "{}"))
+        forms = _read(folder / str(data["name"])).get("forms.json", "{}")
         with _bar(quiet, str(data["name"])) as progress:
-            files = generate(data, choices, progress)
+            made[str(data["name"])] = generate(data, {} if search else json.loads(forms), progress)
+    if not spec and not signature:
+        made.update(generate_programs())
+    for stem, files in made.items():
+        target = folder / stem
         if check:
+            old = _read(target)
             differences += [_difference(target / n, old.get(n, ""), t) for n, t in files.items() if old.get(n) != t]
         else:
             _write(target, files)
