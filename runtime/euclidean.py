@@ -208,7 +208,8 @@ class EuclideanAlgebra(Algebra):
         """x normalised to the smallest kind with parameters that holds it."""
         own = {b for b, column in zip(x._type.blades, np.moveaxis(x._data, -1, 0), strict=True) if column.any()}
         fitting = [self.kind(n) for n in self.readers if own <= set(self.kind(n).blades)]
-        for kind in sorted(fitting, key=lambda k: k.size):
+        objects = [k for k in fitting if (0 in k.blades) == (0 in own)]  # without a scalar part it is no motion
+        for kind in sorted(objects, key=lambda k: k.size):
             candidate = x.as_kind(kind.layout, check=False)
             unit = candidate.normalized() if kind.constraints else candidate
             if unit.kind == kind:

@@ -1,0 +1,49 @@
+"""What importing costs, and that nothing heavy comes with it; each check is a fresh interpreter."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+HEAVY = ("sympy", "jinja2", "numba", "pydantic", "clifford", "matplotlib", "cffi", "pycparser", "tqdm", "click")
+#: Room for what `import bladesmith` costs beyond NumPy.
+BUDGET_SECONDS = 0.030
+
+
+def run(code: str) -> dict[str, object]:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    result: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    return result
+
+
+def test_import_is_as_cheap_as_numpy() -> None:
+    code = (
+        "import time, json, numpy; start = time.perf_counter(); import bladesmith; "
+        "print(json.dumps({'seconds': time.perf_counter() - start}))"
+    )
+    assert min(float(str(run(code)["seconds"])) for _ in range(5)) <= BUDGET_SECONDS
+
+
+def test_nothing_heavy_is_imported() -> None:
+    code = (
+        "import sys, json, bladesmith as bs; first = sorted(sys.modules)\n"
+        "cga = bs.cga3d; x = cga.rotor([0, 0, 1], 0.5) >> cga.point([1.0, 2.0, 3.0]); y = bs.algebra(3).e1 * bs.algebra(3).e2\n"
+        "x.parameters(); repr(x); cga.classify(x); (x + x).normalized(); x.isclose(x)\n"
+        "print(json.dumps({'first': first, 'then': sorted(sys.modules)}))"
+    )
+    found = run(code)
+    for stage in ("first", "then"):
+        modules = {str(name).partition(".")[0] for name in found[stage]}  # type: ignore[attr-defined]
+        assert not modules & set(HEAVY), stage
+    assert "numpy" not in found["first"]  # type: ignore[operator]
+
+
+def test_names_of_the_package() -> None:
+    code = (
+        "import json, bladesmith as bs; from bladesmith import cga3d as cga, pga3d, cga2d, codegen, errors\n"
+        "names = [n for n in bs.__all__ if not hasattr(bs, n)]\n"
+        "import bladesmith.algebras; same = bs.algebra(3, 0, 1) is pga3d and bs.cga3d is cga\n"
+        "print(json.dumps({'missing': names, 'same': same, 'callable': callable(bs.algebra)}))"
+    )
+    assert run(code) == {"missing": [], "same": True, "callable": True}
