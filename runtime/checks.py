@@ -5,7 +5,7 @@ This is the only way by which a user's coefficients get a constrained kind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -18,7 +18,9 @@ from . import proofs
 from .codegen.errors import KindError
 from .codegen.kinds import Kind
 from .codegen.multivector import from_values
-from .codegen.rings import RationalRing, Terms
+from .codegen.rings import RationalRing
+from .dispatch import table_rows
+from .general import Table
 from .rows import embedded
 
 if TYPE_CHECKING:
@@ -32,43 +34,6 @@ TOLERANCE_ULPS = 4096
 MOST_ZEROS = 2
 
 
-@dataclass(frozen=True)
-class Sized:
-    """A value, and the sum of the absolute values of the terms that made it."""
-
-    value: Any
-    size: Any
-
-
-class SizedRing:
-    """Arrays with the size of their terms: enough for constraints, which are polynomials."""
-
-    def constant(self, value: Fraction) -> Sized:
-        return Sized(float(value), abs(float(value)))
-
-    def combine(self, terms: Terms) -> Sized:
-        value: Any = 0.0
-        size: Any = 0.0
-        with np.errstate(all="ignore"):
-            for part, weight in terms:
-                value = value + part.value * float(weight)
-                size = size + part.size * abs(float(weight))
-        return Sized(value, size)
-
-    def multiply(self, a: Sized, b: Sized) -> Sized:
-        with np.errstate(all="ignore"):
-            return Sized(a.value * b.value, a.size * b.size)
-
-    def apply(self, name: str, *arguments: Any) -> Any:
-        raise KindError(f"a kind's constraints are polynomials; {name} is none.")
-
-    def select(self, mask: Any, a: Any, b: Any) -> Any:
-        raise KindError("a kind's constraints are polynomials; a selection is none.")
-
-    def is_zero(self, a: Sized) -> bool:
-        return False
-
-
 def tolerance(dtype: np.dtype[Any]) -> float:
     """Relative tolerance of checks in one precision."""
     return TOLERANCE_ULPS * float(np.finfo(dtype).eps)
@@ -76,16 +41,100 @@ def tolerance(dtype: np.dtype[Any]) -> float:
 
 def holds(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
     """For each row of coefficients, whether the kind's constraints hold; NaN does not."""
-    limit = tolerance(data.dtype)
-    columns = [Sized(c, np.abs(c)) for c in (data[..., j].astype(np.float64) for j in range(kind.size))]
-    x = from_values(kind.algebra, SizedRing(), kind.blades, columns)
-    good = np.ones(data.shape[:-1], bool)
-    for residual in kind.residuals(x):
-        whole = residual.terms.get(0)  # x ~x - 1, for one: noise in its other parts is noise of the 1
-        for part in residual.terms.values():
-            size = part.size if whole is None or part is whole else part.size + whole.size
-            good = good & (np.abs(part.value) <= limit * size)
-    return good
+    form = _form(kind)
+    x = np.ascontiguousarray(data, np.float64).reshape(-1, kind.size)
+    with np.errstate(all="ignore"):
+        value = form.at(x)
+        size = form.size.at(np.abs(x)) if form.size else np.abs(value)
+        # x ~x - 1, for one: noise in its other parts is noise of the 1
+        size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
+        good: NDArray[np.bool_] = (np.abs(value) <= tolerance(data.dtype) * size).all(-1)
+    return good.reshape(data.shape[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """The constraints of a kind as quadratic forms in its coefficients, one column for each part of a residual.
+
+    Attributes
+    ----------
+    constant, linear, quadratic
+        Value: constant + x linear + quadratic(x, x).
+    whole : array
+        For parts other than the scalar one, the column of the scalar part of the same residual; else -1.
+    size : Form
+        The same with absolute weights: the sum of the terms' absolute values.
+    """
+
+    constant: NDArray[np.float64]
+    linear: NDArray[np.float64]
+    quadratic: Table
+    whole: NDArray[np.int64]
+    size: Form | None
+
+    def at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values for rows of coefficients."""
+        value = np.empty((len(x), len(self.constant)))
+        if len(x):
+            table_rows(self.quadratic, 0)(value, x, x, len(x))
+        value += self.constant
+        value += x @ self.linear
+        return value
+
+
+@lru_cache(maxsize=256)
+def _form(kind: Kind) -> Form:
+    """By exact evaluation at 0, the basis blades and their sums: what is quadratic is known from those.
+
+    Raises
+    ------
+    KindError
+        If a constraint is no quadratic polynomial.
+    """
+    k = kind.size
+
+    def residuals(weights: Mapping[int, int]) -> list[dict[int, Fraction]]:
+        values = [Fraction(weights.get(i, 0)) for i in range(k)]
+        return [dict(r.terms) for r in kind.residuals(from_values(kind.algebra, RationalRing(), kind.blades, values))]
+
+    zero = residuals({})
+    single, double = [residuals({i: 1}) for i in range(k)], [residuals({i: 2}) for i in range(k)]
+    pairs = {(i, j): residuals({i: 1, j: 1}) for i in range(k) for j in range(i)}
+    mixed = residuals({i: i + 1 for i in range(k)})
+    columns: list[tuple[int, int]] = []
+    constant, linear, terms = [], [], []
+    for c in range(len(kind.constraints)):
+        found = {b for r in (zero, *single, *double, *pairs.values(), mixed) for b in r[c]}
+        for blade in kind.algebra.order(found):
+            at_zero = zero[c].get(blade, Fraction(0))
+            one = [single[i][c].get(blade, Fraction(0)) - at_zero for i in range(k)]
+            two = [double[i][c].get(blade, Fraction(0)) - at_zero for i in range(k)]
+            square = [(b - 2 * a) / 2 for a, b in zip(one, two, strict=True)]
+            slope = [a - q for a, q in zip(one, square, strict=True)]
+            own = {(i, i): q for i, q in enumerate(square)}
+            for (i, j), r in pairs.items():
+                own[i, j] = r[c].get(blade, Fraction(0)) - at_zero - one[i] - one[j]
+            total = at_zero + sum((i + 1) * a for i, a in enumerate(slope))
+            total += sum((i + 1) * (j + 1) * q for (i, j), q in own.items())
+            if total != mixed[c].get(blade, Fraction(0)):
+                raise KindError(f"kind {kind.name}: {kind.constraints[c]} is no quadratic constraint.")
+            terms += [(len(columns), i, j, float(q)) for (i, j), q in own.items() if q]
+            constant.append(float(at_zero))
+            linear.append([float(a) for a in slope])
+            columns.append((c, blade))
+    whole = np.array([columns.index((c, 0)) if blade and (c, 0) in columns else -1 for c, blade in columns], np.int64)
+    weights = np.array(constant), np.array(linear).reshape(-1, k).T
+    size = Form(np.abs(weights[0]), np.abs(weights[1]), _table(terms, k, len(columns), absolute=True), whole, None)
+    return Form(*weights, _table(terms, k, len(columns)), whole, size)
+
+
+def _table(terms: list[tuple[int, int, int, float]], k: int, columns: int, absolute: bool = False) -> Table:
+    """Quadratic terms (column, i, j, weight) as a product of x with itself."""
+    rows = sorted(terms)
+    starts = np.searchsorted([r[0] for r in rows], np.arange(columns + 1)).astype(np.int32)
+    left, right = (np.array([r[n] for r in rows], np.int32) for n in (1, 2))
+    weights = np.array([abs(r[3]) if absolute else r[3] for r in rows], np.float64)
+    return Table(tuple(range(columns)), (k, k), starts, left, right, weights)
 
 
 def converted(x: Multivector, kind: Kind, check: bool = True) -> Multivector:

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import bladesmith as bs
-from bladesmith import dispatch, general, specialise
+from bladesmith import dispatch, general, specialise, stock
 from bladesmith.algebras import Algebra
 from bladesmith.codegen.binding import BoundKernel
 from bladesmith.codegen.kinds import add_plain_kinds
@@ -332,3 +332,23 @@ def test_stock_kernels_serve_their_kinds() -> None:
     found = dispatch._stock("sandwich", cga.type_of(motor, np.dtype(float)), cga.type_of(point, np.dtype(float)))
     assert found is not None and found[1].inputs == (motor, point) and found[1].outputs[0].kind == point
     assert isinstance(found[0].bound(found[1]), BoundKernel)
+
+
+def test_stock_kernels_run_without_their_extension(monkeypatch: pytest.MonkeyPatch) -> None:
+    cga = bs.cga3d
+    if cga.stock is None:
+        pytest.skip("the stock kernels are not generated")
+    compiled = cga.rotor([1.0, 2.0, 3.0], 0.3), cga.sphere(np.ones((5, 3)), [1.0, 2.0, -1.0, 3.0, 4.0])
+    plain = stock.StockKernels(cga, cga.stock.folder, stock.read_manifest(cga.stock.folder))
+    monkeypatch.setattr(stock.StockKernels, "library", None)
+    monkeypatch.setattr(cga, "stock", plain)
+    monkeypatch.setattr(cga, "targets", {})
+    monkeypatch.setattr(dispatch, "PLANS", {})
+    monkeypatch.setattr("bladesmith.operators.PLANS", dispatch.PLANS)
+    slow = cga.rotor([1.0, 2.0, 3.0], 0.3), cga.sphere(np.ones((5, 3)), [1.0, 2.0, -1.0, 3.0, 4.0])
+    assert isinstance(plain.bound(plain.entries["conformal.sphere"][0]), stock.PlainKernel)
+    for a, b in zip(compiled, slow, strict=True):
+        assert a.kind == b.kind and np.array_equal(a.status, b.status)
+        assert np.array_equal(a.values, b.values, equal_nan=True)
+    moved = slow[0] >> slow[1]
+    assert moved.kind == cga.kind("sphere") and moved.shape == (5,) and np.isnan(moved.values[2]).all()

@@ -31,6 +31,7 @@ def command(out: str, width: int, threads: int | None, quiet: bool) -> None:
     Needs no input file and no network. Opens with bladesmith-demo/index.html.
     """
     folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
     stages: list[tuple[str, str, float]] = []
 
     def stage(title: str, work: Callable[[], str]) -> None:

@@ -104,7 +104,8 @@ def orthonormal_basis(m: Motions, precision: str) -> Array:
     r, x = (v.to_basis("orthonormal").astype(_dtype(precision)) for v in (motor, point))
     y = r >> x
     weight = y["e5"] - y["e4"]  # X . n_inf = -1 is divided out
-    return np.stack([np.asarray(y[name] / weight, float) for name in ("e1", "e2", "e3")], -1)
+    with np.errstate(all="ignore"):  # far away in single precision nothing is left of it: the answer is lost
+        return np.stack([np.asarray(y[name] / weight, float) for name in ("e1", "e2", "e3")], -1)
 
 
 def _dtype(precision: str) -> Any:
