@@ -86,9 +86,8 @@ def ours(row: tuple[str, str, str, str], items: int) -> dict[str, float]:
     """The runtime on a batch of pairs, and on one left operand for all."""
     name, operation, first, second = row
     alg = getattr(bs, name)
-    a, b = (
-        alg.wrap(alg.kind(k), np.ascontiguousarray(members(alg.kind(k), items, i))) for i, k in enumerate((first, second))
-    )
+    kinds = alg.kind(first), alg.kind(second)
+    a, b = (alg.wrap(k, np.ascontiguousarray(members(k, items, i))) for i, k in enumerate(kinds))
     few_a, few_b = a[:1000], b[:1000]
     return {
         "batch": best(lambda: apply(operation, a, b), items),

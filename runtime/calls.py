@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arrays, proofs, specialise
+from . import arrays, proofs
 from .codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
 from .codegen.kinds import Kind, numbers, scalar_argument
 from .rows import embedded
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from .algebras import Algebra
     from .multivector import Multivector
 
+#: Items of a formula after which it is compiled: NumPy takes some microseconds for each, the compiler half a second.
+WORTH_COMPILING = 100_000
 _log = logging.getLogger("bladesmith")
 
 
@@ -184,16 +186,19 @@ def _result(output: Any) -> Result:
 
 
 class _Warming:
-    """A declared kernel on arrays: interpreted, and compiled once `specialise.HOT_ITEMS` items went through it."""
+    """A declared kernel on arrays: interpreted, and compiled once `WORTH_COMPILING` items went through it."""
 
     def __init__(self, kernel: Any) -> None:
         self.kernel = kernel
         self.items = 0
+        self.is_hot = False
 
     def __call__(self, *data: NDArray[Any]) -> Any:
         self.items += max((math.prod(a.shape[:-1]) for a in data), default=1)
-        hot = self.items > specialise.HOT_ITEMS
-        return self.kernel.bound("c" if hot else "numpy", data)(*data)
+        if self.items > WORTH_COMPILING and not self.is_hot:
+            self.is_hot = True
+            _log.info("compiling %r after %d items.", self.kernel, self.items)
+        return self.kernel.bound("c" if self.is_hot else "numpy", data)(*data)
 
 
 def raise_first(status: NDArray[np.uint8] | None, what: str, error: type[SingularError] = SingularError) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import proofs
+from .codegen.algebra import Algebra
 from .codegen.errors import KindError
 from .codegen.kinds import Kind
 from .codegen.multivector import from_values
@@ -41,15 +42,15 @@ def tolerance(dtype: np.dtype[Any]) -> float:
 
 def holds(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
     """For each row of coefficients, whether the kind's constraints hold; NaN does not."""
-    form = _form(kind)
+    form = _form(kind.algebra, kind)
     x = np.ascontiguousarray(data, np.float64).reshape(-1, kind.size)
     with np.errstate(all="ignore"):
         value = form.at(x)
         size = form.size.at(np.abs(x)) if form.size else np.abs(value)
         # x ~x - 1, for one: noise in its other parts is noise of the 1
         size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
-        good: NDArray[np.bool_] = (np.abs(value) <= tolerance(data.dtype) * size).all(-1)
-    return good.reshape(data.shape[:-1])
+        good = (np.abs(value) <= tolerance(data.dtype) * size).all(-1)
+    return np.asarray(good).reshape(data.shape[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ class Form:
 
 
 @lru_cache(maxsize=256)
-def _form(kind: Kind) -> Form:
+def _form(algebra: Algebra, kind: Kind) -> Form:  # kinds of algebras of one name are equal: the algebra is a key
     """By exact evaluation at 0, the basis blades and their sums: what is quadratic is known from those.
 
     Raises
@@ -95,7 +96,7 @@ def _form(kind: Kind) -> Form:
 
     def residuals(weights: Mapping[int, int]) -> list[dict[int, Fraction]]:
         values = [Fraction(weights.get(i, 0)) for i in range(k)]
-        return [dict(r.terms) for r in kind.residuals(from_values(kind.algebra, RationalRing(), kind.blades, values))]
+        return [dict(r.terms) for r in kind.residuals(from_values(algebra, RationalRing(), kind.blades, values))]
 
     zero = residuals({})
     single, double = [residuals({i: 1}) for i in range(k)], [residuals({i: 2}) for i in range(k)]
@@ -105,7 +106,7 @@ def _form(kind: Kind) -> Form:
     constant, linear, terms = [], [], []
     for c in range(len(kind.constraints)):
         found = {b for r in (zero, *single, *double, *pairs.values(), mixed) for b in r[c]}
-        for blade in kind.algebra.order(found):
+        for blade in algebra.order(found):
             at_zero = zero[c].get(blade, Fraction(0))
             one = [single[i][c].get(blade, Fraction(0)) - at_zero for i in range(k)]
             two = [double[i][c].get(blade, Fraction(0)) - at_zero for i in range(k)]
@@ -187,16 +188,20 @@ def _item(bad: NDArray[np.bool_]) -> str:
     return f"item {place[0] if len(place) == 1 else place}"
 
 
-@lru_cache(maxsize=256)
 def linear_scale(kind: Kind) -> tuple[float, ...] | None:
     """Weights w with w . x = 1 for members: what a linear constraint of the kind says, or None.
 
     A point of CGA, for one, has -(x | ni) = 1.
     """
+    return _linear_scale(kind.algebra, kind)
+
+
+@lru_cache(maxsize=256)
+def _linear_scale(algebra: Algebra, kind: Kind) -> tuple[float, ...] | None:
     ring = RationalRing()
     units = [[Fraction(int(i == j)) for j in range(kind.size)] for i in range(kind.size)]
     values = [[Fraction(0)] * kind.size, *units, [Fraction(i + 2) for i in range(kind.size)]]
-    residuals = [kind.residuals(from_values(kind.algebra, ring, kind.blades, v)) for v in values]
+    residuals = [kind.residuals(from_values(algebra, ring, kind.blades, v)) for v in values]
     for rows in zip(*residuals, strict=True):
         if any(set(row.terms) - {0} for row in rows):
             continue

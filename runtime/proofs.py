@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from .codegen.algebra import Algebra as Mathematics
 from .codegen.kinds import Kind, LaneSource
 from .codegen.multivector import Multivector
 from .codegen.rings import LaneRing
@@ -23,9 +24,14 @@ SEED = 20260101
 MAX_TERMS = 4096
 
 
-@lru_cache(maxsize=256)
 def member(kind: Kind, place: int) -> Multivector:
     """A random exact member for operand ``place``."""
+    return _member(kind.algebra, kind, place)
+
+
+@lru_cache(maxsize=256)
+def _member(_: Mathematics, kind: Kind, place: int) -> Multivector:
+    """The algebra is a key: kinds of two algebras of one name are equal."""
     return kind.sample(LaneSource(_RING, SEED + place))
 
 
@@ -57,9 +63,9 @@ def belongs(kind: Kind, to: Kind) -> bool:
         return False
     if not to.constraints:
         return True
-    return bool(kind.constraints) and _belongs(kind, to)
+    return bool(kind.constraints) and _belongs(kind.algebra, kind, to)
 
 
 @lru_cache(maxsize=1024)
-def _belongs(kind: Kind, to: Kind) -> bool:
+def _belongs(_: Mathematics, kind: Kind, to: Kind) -> bool:
     return to.violated(member(kind, 0)) is None

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import bladesmith as bs
-from bladesmith import dispatch, general, specialise, stock
+from bladesmith import calls, dispatch, general, specialise, stock
 from bladesmith.algebras import Algebra
 from bladesmith.codegen.binding import BoundKernel
 from bladesmith.codegen.kinds import add_plain_kinds
@@ -324,6 +324,23 @@ def test_specialisation_can_be_switched_off(monkeypatch: pytest.MonkeyPatch, cap
     assert not [r for r in caplog.records if "specialised" in r.getMessage()]
 
 
+def test_a_formula_used_much_is_compiled(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
+    if compiler() is None:
+        pytest.skip("no compiler")
+    cga = bs.cga3d
+    monkeypatch.setattr(calls, "WORTH_COMPILING", 150)
+    monkeypatch.setattr(cga, "targets", {})
+    mirror = cga.circle([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 2.0)
+    points = cga.point(np.random.default_rng(0).normal(size=(100, 3)))
+    entries = cga.stock.entries.get("versors.reflect", ()) if cga.stock else ()
+    assert all(e.inputs != (points.kind, mirror.kind) for e in entries)
+    first = points.reflect(mirror)
+    with caplog.at_level(logging.INFO, "bladesmith"):
+        second = points.reflect(mirror)
+    assert any("compiling" in r.getMessage() for r in caplog.records)
+    assert second.kind == first.kind and second.isclose(first, rtol=1e-12).all()
+
+
 def test_stock_kernels_serve_their_kinds() -> None:
     cga = bs.cga3d
     if cga.stock is None or cga.stock.library is None:
@@ -352,3 +369,28 @@ def test_stock_kernels_run_without_their_extension(monkeypatch: pytest.MonkeyPat
         assert np.array_equal(a.values, b.values, equal_nan=True)
     moved = slow[0] >> slow[1]
     assert moved.kind == cga.kind("sphere") and moved.shape == (5,) and np.isnan(moved.values[2]).all()
+
+
+def test_algebras_of_one_name_are_kept_apart() -> None:
+    """Their kinds compare equal; nothing that is remembered of one may serve the other."""
+    made = []
+    for square in (1, -1):
+        data = {
+            "name": "twin", "vectors": ["1", "2"], "metric": [["1", "1", square], ["2", "2", square]],
+            "kinds": {"turn": {"grades": [0, 2], "constraints": ["x * ~x - 1"], "member": "unit(e1, e2) * e1"}},
+        }  # fmt: skip
+        if square == -1:
+            data["kinds"]["turn"]["member"] = "-(unit(e1, e2) * e1)"  # type: ignore[index]
+        made.append(bs.Algebra.from_data(data))
+    for alg, square in zip(made, (1, -1), strict=True):
+        x = alg.multivector({"1": 0.6, "e12": 0.8}, kind="turn")
+        assert (x * x).kind.name == "turn" and (alg.e1 * alg.e1)["1"] == square
+        assert (x >> alg.e1)["e1"] == pytest.approx(0.6**2 - 0.8**2)
+
+
+def test_checked_in_sources_of_the_general_product() -> None:
+    from bladesmith.codegen.targets.general import general_files
+
+    folder = stock.bundled("general")
+    for name, text in general_files().items():
+        assert (folder / name).read_text(encoding="utf-8") == text, f"{name}: write it again from general_files()"

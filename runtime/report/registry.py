@@ -9,6 +9,7 @@ from .study import Study
 
 #: Study name -> module of `report.studies` that defines it as ``STUDY``.
 STUDIES = {
+    "products": "products",
     "distance": "distance",
     "rays": "rays",
 }

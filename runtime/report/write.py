@@ -13,6 +13,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..codegen.templating import render
 from ..errors import MissingExtraError
 from .runner import SEED, Measurement
@@ -89,6 +91,8 @@ def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
             own = [r for r in rows if r.case == case and r.method == method]
             _draw(panel, own, f"C{number}", method)
         panel.set(xscale="log", yscale="log", title=case, xlabel="ns per item")
+        times = [r.nanoseconds for r in rows if r.case == case]
+        panel.set_xlim(10 ** np.floor(np.log10(min(times) * 0.9)), 10 ** np.ceil(np.log10(max(times) * 1.1)))
         panel.grid(True, which="major", alpha=0.3)
     for panel in list(axes.flat)[len(cases) :]:
         panel.set_visible(False)
@@ -100,10 +104,17 @@ def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
+def _height(row: Measurement) -> float:
+    """Where a point is drawn: no error at all at the bottom, nothing found at all at 1."""
+    if row.max_error > 0:
+        return row.max_error
+    return 1.0 if row.lost else SMALLEST_DRAWN
+
+
 def _draw(panel: Any, rows: Sequence[Measurement], color: str, method: str) -> None:
     """Points of one method; hollow where answers were lost, with their number."""
     x = [r.nanoseconds for r in rows]
-    y = [max(r.max_error, SMALLEST_DRAWN) if r.max_error == r.max_error else 1.0 for r in rows]
+    y = [_height(r) for r in rows]
     panel.plot(x, y, "-", color=color, alpha=0.5)
     for r, a, b in zip(rows, x, y, strict=True):
         panel.plot([a], [b], "o", color=color, fillstyle="none" if r.lost else "full", label=None)

@@ -89,7 +89,7 @@ def local_origin(m: Motions, precision: str) -> Array:
 def _moved(place: Array, axis: Array, angle: Array, point: Array, precision: str) -> Array:
     from ... import cga3d
 
-    dtype = _dtype(precision)
+    dtype = precision_dtype(precision)
     motor = cga3d.rotor(axis.astype(dtype), angle.astype(dtype), point=place.astype(dtype))
     moved = motor >> cga3d.point(point.astype(dtype))
     return np.asarray(moved.parameters().xyz, float)
@@ -101,14 +101,15 @@ def orthonormal_basis(m: Motions, precision: str) -> Array:
 
     motor = cga3d.rotor(m.axis, m.angle, point=m.place)
     point = cga3d.point(m.point)
-    r, x = (v.to_basis("orthonormal").astype(_dtype(precision)) for v in (motor, point))
+    r, x = (v.to_basis("orthonormal").astype(precision_dtype(precision)) for v in (motor, point))
     y = r >> x
     weight = y["e5"] - y["e4"]  # X . n_inf = -1 is divided out
     with np.errstate(all="ignore"):  # far away in single precision nothing is left of it: the answer is lost
         return np.stack([np.asarray(y[name] / weight, float) for name in ("e1", "e2", "e3")], -1)
 
 
-def _dtype(precision: str) -> Any:
+def precision_dtype(precision: str) -> Any:
+    """NumPy's type of a precision's name."""
     if precision not in ("float64", "float32"):
         raise InputError(f"precision {precision!r} is not float64 or float32.")
     return np.dtype(precision)
