@@ -9,14 +9,18 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_HOMES = {
-    "kernel": "declare", "scalar": "declare", "numbers": "declare", "KernelFunction": "declare",
-    "generate": "generator", "load_spec": "spec", "row": "trace", "named": "trace", "Kind": "kinds", "Algebra": "algebra", "Multivector": "multivector",
-    "select": "multivector", "sqrt": "multivector", "reciprocal": "multivector", "absolute": "multivector",
-    "sin": "multivector", "cos": "multivector", "exp": "multivector", "log": "multivector",
-    "atan2": "multivector", "stumpff0": "multivector", "stumpff1": "multivector", "stumpff2": "multivector",
-    "stumpff3": "multivector", "TraceError": "errors",
-}  # fmt: skip
+#: Module -> the public names that live in it.
+_NAMES = {
+    "algebra": "Algebra",
+    "declare": "kernel scalar numbers KernelFunction",
+    "errors": "TraceError",
+    "generator": "generate",
+    "kinds": "Kind",
+    "multivector": "Multivector select sqrt reciprocal absolute sin cos exp log atan2 stumpff0 stumpff1 stumpff2 stumpff3",
+    "spec": "load_spec",
+    "trace": "row named",
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = sorted(_HOMES)
 
 

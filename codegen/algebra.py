@@ -259,7 +259,9 @@ class Algebra:
             return self.kinds[name]
         except KeyError:
             hint = suggest(str(name), list(self.kinds))
-            raise KindError(f"{self.name} has no kind {name!r}{hint}; it has: {', '.join(self.kinds) or 'none'}.") from None
+            raise KindError(
+                f"{self.name} has no kind {name!r}{hint}; it has: {', '.join(self.kinds) or 'none'}."
+            ) from None
 
     def layout(self, name: str) -> Kind:
         """The blades of a kind with nothing known of its coefficients."""

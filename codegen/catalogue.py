@@ -33,7 +33,9 @@ def algebra_from_data(data: Mapping[str, Any]) -> Algebra:
     for first, second, number in data.get("metric", []):
         for label in (first, second):
             if str(label) not in vectors:
-                raise SpecError(f"metric names the vector {label!r}{suggest(str(label), vectors)}; there are {vectors}.")
+                raise SpecError(
+                    f"metric names the vector {label!r}{suggest(str(label), vectors)}; there are {vectors}."
+                )
         i, j = vectors.index(str(first)), vectors.index(str(second))
         metric[i][j] = metric[j][i] = Fraction(str(number))
     algebra = Algebra(data["name"], vectors, metric, data.get("pseudoscalar"))

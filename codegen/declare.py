@@ -310,9 +310,11 @@ def _call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> An
     """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
     flat = []
     for item, value in zip(callee.inputs, arguments, strict=True):
-        mv = value if isinstance(value, Multivector) else next(
-            a for a in arguments if isinstance(a, Multivector)
-        ).constant(value)
+        mv = (
+            value
+            if isinstance(value, Multivector)
+            else next(a for a in arguments if isinstance(a, Multivector)).constant(value)
+        )
         lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
         problem = item.kind.violated(lanes)
         if problem:

@@ -106,7 +106,9 @@ class _Walker:
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
                 if name not in self.functions:
                     known = ", ".join(sorted(self.functions))
-                    raise SpecError(f"{self.where}: no function {name!r}{suggest(name, known.split(', '))}; it has {known}.")
+                    raise SpecError(
+                        f"{self.where}: no function {name!r}{suggest(name, known.split(', '))}; it has {known}."
+                    )
                 return self.functions[name](*(self.visit(a) for a in args))
         raise SpecError(f"{self.where}: {ast.unparse(node)!r} is not allowed in an expression.")
 

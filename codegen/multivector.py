@@ -103,9 +103,7 @@ class Multivector:
         total: dict[int, Any] = {}
         for blade in self.algebra.order([*self.terms, *lifted.terms]):
             parts = [
-                (mv.terms[blade], Fraction(scale))
-                for mv, scale in ((self, own), (lifted, weight))
-                if blade in mv.terms
+                (mv.terms[blade], Fraction(scale)) for mv, scale in ((self, own), (lifted, weight)) if blade in mv.terms
             ]
             total[blade] = self.ring.combine(parts)
         return self.new(total)
@@ -272,7 +270,10 @@ class Multivector:
         """The map J: each basis blade goes to the signed blade that completes it to I (any metric)."""
         full, sign = self.algebra.pseudoscalar, self.algebra.pseudoscalar_sign
         return self.new(
-            {full ^ b: self.ring.combine([(c, Fraction(sign * outer_sign(b, full ^ b)))]) for b, c in self.terms.items()}
+            {
+                full ^ b: self.ring.combine([(c, Fraction(sign * outer_sign(b, full ^ b)))])
+                for b, c in self.terms.items()
+            }
         )
 
     def __and__(self, other: Multivector) -> Multivector:

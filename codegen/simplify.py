@@ -72,9 +72,7 @@ def count(roots: tuple[Node, ...]) -> Operations:
     for node in reachable(roots):
         if node.op == "sum":
             additions += len(node.args) - 1
-            multiplications += sum(
-                abs(w) != 1 and a.op != "const" for a, w in zip(node.args, node.data, strict=True)
-            )
+            multiplications += sum(abs(w) != 1 and a.op != "const" for a, w in zip(node.args, node.data, strict=True))
         elif node.op == "mul":
             multiplications += 1
         elif node.op == "call":
@@ -227,7 +225,9 @@ def choose(kernel: Kernel, record: Record | None = None) -> Form:
     try:
         form = best.build(kernel) if best else staged(kernel)
     except (TraceError, IndexError, ValueError) as error:
-        raise SpecError(f"the recorded form of {kernel.name!r} does not fit ({error}); generate with --search.") from None
+        raise SpecError(
+            f"the recorded form of {kernel.name!r} does not fit ({error}); generate with --search."
+        ) from None
     _chosen[kernel] = form, best
     return form
 

@@ -1,19 +1,19 @@
 """The schema of an algebra's spec file, and reading one. Imported only when a file is read (pydantic is slow).
 
-    name = "pga2d"                                  # identifier
-    vectors = ["0", "1", "2"]                       # labels: digits give e0, e1, ...; other identifiers stand for themselves
-    metric = [["1", "1", 1], ["2", "2", 1]]         # non-zero inner products of basis vectors, integers or "1/2"
-    pseudoscalar = "e120"                           # optional: order of the dual's pseudoscalar
+name = "pga2d"                                  # identifier
+vectors = ["0", "1", "2"]                       # digits give e0, e1, ...; identifiers stand for themselves
+metric = [["1", "1", 1], ["2", "2", 1]]         # non-zero inner products of basis vectors, integers or "1/2"
+pseudoscalar = "e120"                           # optional: order of the dual's pseudoscalar
 
-    [kinds.plane]                                   # blades, what holds for every member, and a random member
-    grades = [1]                                    # or blades = ["e1", ...]
-    constraints = ["x * x - 1"]
-    member = "unit(e1, e2) + scalar() * e0"
+[kinds.plane]                                   # blades, what holds for every member, and a random member
+grades = [1]                                    # or blades = ["e1", ...]
+constraints = ["x * x - 1"]
+member = "unit(e1, e2) + scalar() * e0"
 
-    [[kernels]]                                     # what is compiled
-    formula = "products.geometric"                  # module.function of codegen/formulas
-    operands = [["motor", "motor"], ["motor", "layout point"]]
-    serves = "products.geometric"                   # optional: the operation it stands for, if another
+[[kernels]]                                     # what is compiled
+formula = "products.geometric"                  # module.function of codegen/formulas
+operands = [["motor", "motor"], ["motor", "layout point"]]
+serves = "products.geometric"                   # optional: the operation it stands for, if another
 """
 
 from __future__ import annotations

@@ -169,7 +169,9 @@ def trace(
         except MoreLanesNeeded:
             continue
         outputs = _distinct(_outputs(graph, algebra, results, returns, name), inputs)
-        return Kernel(name, algebra, inputs, outputs, graph, formula, note or (inspect.getdoc(formula) or "").split("\n")[0])
+        return Kernel(
+            name, algebra, inputs, outputs, graph, formula, note or (inspect.getdoc(formula) or "").split("\n")[0]
+        )
     raise AssertionError("a graph of many lanes asked for more")
 
 

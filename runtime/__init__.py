@@ -63,9 +63,18 @@ def __getattr__(name: str) -> Any:
                 raise
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = _generated(name)
     globals()[name] = value
     return value
+
+
+def _generated(name: str) -> Any:
+    """An algebra that was generated into the package beside the stock ones."""
+    if not name.startswith("_"):
+        algebras = import_module(".algebras", __name__)
+        if algebras.is_generated(name):
+            return algebras.stock_algebra(name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -333,6 +333,11 @@ CLASSES = {
 }
 
 
+def is_generated(name: str) -> bool:
+    """Whether the package's `generated` folder holds an algebra of this name."""
+    return name.isidentifier() and (stock.bundled(name) / "manifest.json").is_file()
+
+
 @cache
 def stock_algebra(name: str) -> Algebra:
     """An algebra of the package's `generated` folder, by name.
@@ -343,9 +348,8 @@ def stock_algebra(name: str) -> Algebra:
         If there is none of this name.
     """
     mathematics.validated_identifier(name, "the algebra's name")
-    folder = stock.bundled(name)
-    if (folder / "manifest.json").is_file():
-        return _loaded(folder, stock_algebra, name)
+    if is_generated(name):
+        return _loaded(stock.bundled(name), stock_algebra, name)
     if name in STOCK:  # its sources are not generated yet: everything works, by the general product
         text = resources.files(f"{__package__}.codegen").joinpath("specs", f"{name}.toml").read_text(encoding="utf-8")
         new = _class_of(name).from_data(tomllib.loads(text))
@@ -354,7 +358,6 @@ def stock_algebra(name: str) -> Algebra:
     raise SpecError(f"there is no generated algebra {name!r}.", remedy="Run: bladesmith generate")
 
 
-@cache
 def load_algebra(folder: str | Path) -> Algebra:
     """The algebra of a folder that ``bladesmith generate`` wrote; its kernels are compiled once, into the cache.
 
@@ -363,8 +366,12 @@ def load_algebra(folder: str | Path) -> Algebra:
     SpecError
         If the folder holds no manifest.
     """
-    path = Path(folder).absolute()
-    return _loaded(path, load_algebra, str(path))
+    return _load_folder(str(Path(folder).absolute()))
+
+
+@cache
+def _load_folder(path: str) -> Algebra:
+    return _loaded(Path(path), load_algebra, path)
 
 
 def _loaded(folder: Path, origin: Callable[..., Algebra], key: str) -> Algebra:
@@ -406,4 +413,4 @@ def _plain_data(data: Any) -> Any:
     return [_plain_data(value) for value in data[1:]]
 
 
-__all__ = ["Algebra", "algebra", "load_algebra", "stock_algebra"]
+__all__ = ["Algebra", "algebra", "is_generated", "load_algebra", "stock_algebra"]

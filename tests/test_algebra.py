@@ -14,7 +14,11 @@ from bladesmith.codegen.kinds import RationalSource
 from bladesmith.codegen.multivector import Multivector, from_values
 from bladesmith.codegen.rings import RationalRing
 
-CGA = Algebra("c", ["1", "2", "3", "no", "ni"], [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
+CGA = Algebra(
+    "c",
+    ["1", "2", "3", "no", "ni"],
+    [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]],
+)
 
 
 def naive_product(word_a: list[int], word_b: list[int], squares: list[int]) -> tuple[int, int]:
@@ -66,7 +70,9 @@ def test_geometric_product_is_associative_and_filters_agree(algebra: Algebra, se
     assert equal(~(a * b), ~b * ~a)
     assert equal(a.commutator(b) + a.anticommutator(b), a * b)
     parts = [
-        (a.grade(g) * b.grade(h)).grade(g + h) for g in range(algebra.dimension + 1) for h in range(algebra.dimension + 1)
+        (a.grade(g) * b.grade(h)).grade(g + h)
+        for g in range(algebra.dimension + 1)
+        for h in range(algebra.dimension + 1)
     ]
     assert equal(a.sum(parts), a ^ b)
     inner = [
@@ -117,7 +123,14 @@ def test_pga_dual_is_the_poincare_map() -> None:
 
 @pytest.mark.parametrize(
     ("name", "blade", "sign"),
-    [("e12", 0b11, 1), ("e21", 0b11, -1), ("1", 0, 1), ("e1noni", 0b11001, 1), ("nino", 0b11000, -1), ("no", 0b1000, 1)],
+    [
+        ("e12", 0b11, 1),
+        ("e21", 0b11, -1),
+        ("1", 0, 1),
+        ("e1noni", 0b11001, 1),
+        ("nino", 0b11000, -1),
+        ("no", 0b1000, 1),
+    ],
 )
 def test_blade_names(name: str, blade: int, sign: int) -> None:
     assert CGA.parse_blade(name) == (blade, sign)

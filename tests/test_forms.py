@@ -32,7 +32,9 @@ def test_every_form_has_the_value_of_the_formula() -> None:
     kernel = move_point()
     source = NumericSource(100, 1)
     values = {
-        (i, j): v for i, item in enumerate(kernel.inputs) for j, v in enumerate(item.kind.values(item.kind.sample(source)))
+        (i, j): v
+        for i, item in enumerate(kernel.inputs)
+        for j, v in enumerate(item.kind.values(item.kind.sample(source)))
     }
     written = np.stack([np.broadcast_to(v, 100) for v in evaluate(kernel.roots, values, source.ring)], -1)
     seen = []
@@ -71,7 +73,11 @@ def test_bounds_contain_the_errors() -> None:
     rows = [item.kind.values(item.kind.sample(source)) for item in kernel.inputs]
     values = {(i, j): v for i, row in enumerate(rows) for j, v in enumerate(row)}
     double = evaluate(kernel.roots, values, source.ring)
-    exact = evaluate(kernel.roots, {k: np.asarray(v, np.longdouble) for k, v in values.items()}, NumericSource(1, 1, dtype=np.longdouble).ring)
+    exact = evaluate(
+        kernel.roots,
+        {k: np.asarray(v, np.longdouble) for k, v in values.items()},
+        NumericSource(1, 1, dtype=np.longdouble).ring,
+    )
     bounds = evaluate(kernel.roots, {k: (v, 0.0) for k, v in values.items()}, BoundRing())
     for a, b, (_, limit) in zip(double, exact, bounds, strict=True):
         assert np.all(np.abs(a - b) <= limit * 2.0**-53 * 1.01)

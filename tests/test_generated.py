@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from bladesmith.codegen.binding import Library
 from bladesmith.codegen.catalogue import STOCK, algebra_from_data
 from bladesmith.codegen.declare import bind

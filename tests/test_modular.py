@@ -5,8 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
+
 from bladesmith.codegen import modular
-from bladesmith.codegen.modular import P, Lanes
+from bladesmith.codegen.modular import Lanes, P
 from bladesmith.codegen.rings import LaneRing
 
 

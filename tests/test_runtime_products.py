@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import pickle
 import time
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -394,3 +396,25 @@ def test_checked_in_sources_of_the_general_product() -> None:
     folder = stock.bundled("general")
     for name, text in general_files().items():
         assert (folder / name).read_text(encoding="utf-8") == text, f"{name}: write it again from general_files()"
+
+
+def test_a_generated_folder_is_an_algebra(tmp_path: Path) -> None:
+    if compiler() is None:
+        pytest.skip("no compiler")
+    from bladesmith.codegen.generator import generate, plain_spec
+
+    spec = plain_spec(2, 0, 1, "pga2d_test")
+    spec["kernels"] = [{"formula": "products.geometric", "operands": [["vector", "vector"]]}]
+    for name, text in generate(spec).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    alg = bs.load_algebra(tmp_path)
+    assert alg is bs.load_algebra(tmp_path) and alg.stock is not None and alg.stock.library is not None
+    x, y = (alg.multivector(np.random.default_rng(i).normal(size=(9, 3)), grades=[1]) for i in range(2))
+    plain = bs.algebra(2, 0, 1)
+    assert plain.multivector(x * y).isclose(plain.multivector(x) * plain.multivector(y)).all()
+    assert pickle.loads(pickle.dumps(x)).algebra is alg
+    with pytest.raises(bs.errors.SpecError, match="manifest.json"):
+        bs.load_algebra(tmp_path / "nowhere")
+    (tmp_path / "manifest.json").write_text("[]")
+    with pytest.raises(bs.errors.SpecError, match="not a manifest"):
+        stock.read_manifest(tmp_path)

@@ -114,7 +114,9 @@ def check(kernel: Kernel, arrays: list[np.ndarray], results: Any, exact: list[An
                     continue
                 got = float(table[i, j])
                 if not np.isfinite(got) or not np.isfinite(limit[i]):
-                    assert not np.isfinite(float(true)) or not np.isfinite(limit[i]), f"{where}: {[a[i] for a in arrays]}"
+                    assert not np.isfinite(float(true)) or not np.isfinite(limit[i]), (
+                        f"{where}: {[a[i] for a in arrays]}"
+                    )
                     continue
                 error = abs(float(Fraction(got) - true)) if isinstance(true, Fraction) else abs(float(got - true))
                 assert error <= limit[i] + np.finfo(table.dtype).smallest_subnormal, (

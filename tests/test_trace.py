@@ -58,8 +58,12 @@ def test_the_projector_of_any_trivector_is_a_unit_circle_on_both_branches() -> N
     rng = np.random.default_rng(5)
     x = rng.normal(size=(4000, 10))
     y = np.stack(kernel.reference(NumericSource(1, 1).ring, [list(x.T)])[0], -1)
-    sigma = np.stack(trace(lambda c: -(c * ~c).grade(0), [CGA.layout("circle")], name="s0").evaluate_flat(
-        list(x.T), NumericSource(1, 1).ring)[0], -1)
+    sigma = np.stack(
+        trace(lambda c: -(c * ~c).grade(0), [CGA.layout("circle")], name="s0").evaluate_flat(
+            list(x.T), NumericSource(1, 1).ring
+        )[0],
+        -1,
+    )
     real = np.isfinite(y).all(1)
     assert (sigma[real] > 0).any() and (sigma[real] < 0).any()
 
@@ -128,7 +132,8 @@ def test_derivative_reference_has_fifty_digits(circles: tuple[np.ndarray, np.nda
         h = mpmath.mpf(10) ** -15
         ends = [
             kernel.traced.reference(
-                _ring(), [[mpmath.mpf(float(v)) for v in x], [mpmath.mpf(float(v)) for v in y], [mpmath.mpf(0.3) + s * h]]
+                _ring(),
+                [[mpmath.mpf(float(v)) for v in x], [mpmath.mpf(float(v)) for v in y], [mpmath.mpf(0.3) + s * h]],
             )[0]
             for s in (1, -1)
         ]
@@ -198,7 +203,11 @@ def test_text_does_not_depend_on_the_hash_seed() -> None:
     )
     texts = {
         subprocess.run(
-            [sys.executable, "-c", program], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True
+            [sys.executable, "-c", program],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout
         for seed in ("1", "77")
     }

@@ -63,7 +63,9 @@ def _regenerate(quiet: bool) -> str:
         for name, text in files.items():
             (Path(temporary) / name).write_text(text, encoding="utf-8")
         different = [
-            name for name in files if (Path(temporary) / name).read_text("utf-8") != (installed / name).read_text("utf-8")
+            name
+            for name in files
+            if (Path(temporary) / name).read_text("utf-8") != (installed / name).read_text("utf-8")
         ]
     if different:
         raise BladesmithError(f"the generated {DEMO_ALGEBRA} differs from the installed one: {', '.join(different)}.")

@@ -28,12 +28,18 @@ DIFF_LINES = 20
 @click.option("--search", is_flag=True, help="Search the cheapest form of every kernel again (slow).")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 def command(
-    spec: str | None, signature: str | None, name: str | None, out: str | None, check: bool, search: bool, quiet: bool
+    spec: str | None,
+    signature: str | None,
+    name: str | None,
+    out: str | None,
+    check: bool,
+    search: bool,
+    quiet: bool,
 ) -> None:
     """Generate an algebra: C, numba and CUDA-ready sources, and a manifest.
 
-    Without --spec and --signature, all stock algebras and programs. Without --out, into the installed package's own folder (for
-    --check) or ./generated. The forms chosen earlier are read from the manifest there.
+    Without --spec and --signature, all stock algebras and programs. Without --out, into ./generated, or for --check
+    the installed package's own folder. The forms chosen earlier are read from forms.json there.
     """
     from ..codegen.generator import generate, generate_programs
 
@@ -88,7 +94,11 @@ def _installed() -> Path:
 def _read(folder: Path) -> dict[str, str]:
     if not folder.is_dir():
         return {}
-    return {p.name: p.read_text(encoding="utf-8") for p in folder.iterdir() if p.suffix in (".c", ".h", ".cdef", ".py", ".json")}
+    return {
+        p.name: p.read_text(encoding="utf-8")
+        for p in folder.iterdir()
+        if p.suffix in (".c", ".h", ".cdef", ".py", ".json")
+    }
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:
@@ -99,7 +109,9 @@ def _write(folder: Path, files: Mapping[str, str]) -> None:
 
 
 def _difference(path: Path, old: str, new: str) -> str:
-    lines = difflib.unified_diff(old.splitlines(), new.splitlines(), str(path), f"{path} (generated now)", lineterm="", n=1)
+    lines = difflib.unified_diff(
+        old.splitlines(), new.splitlines(), str(path), f"{path} (generated now)", lineterm="", n=1
+    )
     return "\n".join(list(lines)[:DIFF_LINES])
 
 

@@ -129,7 +129,9 @@ def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder:
     about = machine()
     raw: Mapping[str, Any] = {
         "machine": about,
-        "studies": {s.name: {"title": s.title, "unit": s.unit, "rows": [asdict(r) for r in rows]} for s, rows in results},
+        "studies": {
+            s.name: {"title": s.title, "unit": s.unit, "rows": [asdict(r) for r in rows]} for s, rows in results
+        },
     }
     write_atomically(folder / "report.json", json.dumps(raw, indent=1) + "\n")
     for study, rows in results:

@@ -117,7 +117,9 @@ def precision_dtype(precision: str) -> Any:
 
 def describe(m: Motions, i: int) -> str:
     """One motion, in full."""
-    return f"angle {m.angle[i]:.17g} about {m.axis[i].tolist()} through {m.place[i].tolist()}, point {m.point[i].tolist()}"
+    return (
+        f"angle {m.angle[i]:.17g} about {m.axis[i].tolist()} through {m.place[i].tolist()}, point {m.point[i].tolist()}"
+    )
 
 
 STUDY = Study(

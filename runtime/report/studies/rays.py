@@ -85,7 +85,7 @@ def intersect(method: str) -> Callable[[Rays, Any], list[Array]]:
     def run(inputs: Rays, setting: Any) -> list[Array]:
         dtype = np.float32 if setting == "float32" else np.float64
         samples = setting if isinstance(setting, int) else 64
-        found = []
+        found: list[Array] = []
         for number, surface in enumerate(_surfaces(inputs)):
             own = (inputs.origins[number], inputs.directions[number])
             origins, directions = (np.tile(a, (COPIES, 1)).astype(dtype) for a in own)
