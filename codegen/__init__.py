@@ -16,7 +16,8 @@ _NAMES = {
     "errors": "TraceError",
     "generator": "generate",
     "kinds": "Kind",
-    "multivector": "Multivector select sqrt reciprocal absolute sin cos exp log atan2 stumpff0 stumpff1 stumpff2 stumpff3",
+    "multivector": "Multivector select sqrt reciprocal absolute sin cos exp log atan2 "
+    "stumpff0 stumpff1 stumpff2 stumpff3",
     "spec": "load_spec",
     "trace": "row named",
 }

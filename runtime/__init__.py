@@ -7,6 +7,7 @@ first used.
 from __future__ import annotations
 
 from importlib import import_module
+from os.path import isfile, join
 from typing import TYPE_CHECKING, Any
 
 from .codegen.version import __version__
@@ -69,11 +70,13 @@ def __getattr__(name: str) -> Any:
 
 
 def _generated(name: str) -> Any:
-    """An algebra that was generated into the package beside the stock ones."""
-    if not name.startswith("_"):
-        algebras = import_module(".algebras", __name__)
-        if algebras.is_generated(name):
-            return algebras.stock_algebra(name)
+    """An algebra that was generated into the package beside the stock ones.
+
+    Asked for every name that is not there yet, submodules included: it must import nothing to say no.
+    """
+    homes = import_module(".generated", __name__).__path__ if name.isidentifier() and name[0] != "_" else ()
+    if any(isfile(join(home, name, "manifest.json")) for home in homes):
+        return import_module(".algebras", __name__).stock_algebra(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -13,6 +13,7 @@ KEPT_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR")  # a developer's: kept 
 STRICT = os.environ.get("BLADESMITH_STRICT_TESTS", "") not in ("", "0")
 MACHINE_LACKS = (
     "no device",
+    "no GPU to run on",
     "no CUDA device",
     "root may",
     "shell scripts",
