@@ -14,9 +14,10 @@ from .codegen.version import __version__
 
 if TYPE_CHECKING:
     from . import codegen, errors
-    from .algebras import Algebra, algebra, load_algebra
+    from .algebras import Algebra
     from .conformal import ConformalAlgebra, ConformalPlane
     from .interchange.clifford import from_clifford
+    from .loading import algebra, load_algebra
     from .multivector import Multivector
     from .projective import ProjectiveAlgebra
     from .status import Status
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     pga3d: ProjectiveAlgebra
 
 _HOMES = {
-    "Algebra": "algebras", "algebra": "algebras", "load_algebra": "algebras", "Multivector": "multivector",
+    "Algebra": "algebras", "algebra": "loading", "load_algebra": "loading", "Multivector": "multivector",
     "Status": "status", "save": "storage", "load": "storage", "from_clifford": "interchange.clifford",
 }  # fmt: skip
 _ROOMS = ("codegen", "curves", "dynamics", "errors", "kinematics", "objects", "reform", "report", "tracer")
@@ -55,7 +56,7 @@ def __getattr__(name: str) -> Any:
     if name in _HOMES:
         value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
     elif name in _ALGEBRAS:
-        value = import_module(".algebras", __name__).stock_algebra(name)
+        value = import_module(".loading", __name__).stock_algebra(name)
     elif name in _ROOMS:
         try:
             value = import_module(f".{name}", __name__)
@@ -76,7 +77,7 @@ def _generated(name: str) -> Any:
     """
     homes = import_module(".generated", __name__).__path__ if name.isidentifier() and name[0] != "_" else ()
     if any(isfile(join(home, name, "manifest.json")) for home in homes):
-        return import_module(".algebras", __name__).stock_algebra(name)
+        return import_module(".loading", __name__).stock_algebra(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

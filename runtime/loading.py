@@ -11,6 +11,7 @@ from functools import cache
 from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 from . import stock
 from .algebras import Algebra
@@ -46,8 +47,7 @@ def _plain_algebra(p: int, q: int, r: int) -> Algebra:
 
 def plain_algebra(like: Algebra) -> Algebra:
     """The one algebra of a name, vectors and metric, with the kinds that every algebra has."""
-    new: Algebra = fromhashable(hashable({**data_from_algebra(like), "kinds": {}}))
-    return new
+    return from_hashable(hashable({**data_from_algebra(like), "kinds": {}}))
 
 
 #: Classes of the algebras that stand for a geometry, by name.
@@ -118,16 +118,22 @@ def hashable(data: Any) -> Any:
     """Plain data as nested tuples, so that the same data gives the same algebra in one process."""
     if isinstance(data, Mapping):
         return ("map", *((key, hashable(value)) for key, value in data.items()))
-    return ("list", *map(_hashable, data)) if isinstance(data, list | tuple) else data
+    return ("list", *map(hashable, data)) if isinstance(data, list | tuple) else data
 
 
-@cache
-def fromhashable(data: Any) -> Algebra:
+#: Algebras made from data, by that data: unpickling gives back the one that was pickled in this process.
+KNOWN: WeakValueDictionary[Any, Algebra] = WeakValueDictionary()
+
+
+def from_hashable(data: Any) -> Algebra:
     """The algebra of such data; what pickle calls."""
-    plain = _plain_data(data)
-    if not isinstance(plain, dict):
-        raise InputError("the pickled data is no algebra.")
-    return _class_of(plain["name"]).from_data(plain)
+    known = KNOWN.get(data)
+    if known is None:
+        plain = _plain_data(data)
+        if not isinstance(plain, dict):
+            raise InputError("the pickled data is no algebra.")
+        known = KNOWN[data] = _class_of(plain["name"]).from_data(plain)
+    return known
 
 
 def _plain_data(data: Any) -> Any:

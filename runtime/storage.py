@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from . import algebras
+from . import loading
 from .algebras import Algebra
 from .codegen.algebra import validated_identifier
 from .codegen.catalogue import STOCK
@@ -143,9 +143,9 @@ def _algebra(entry: dict[str, Any]) -> Algebra:
     """The stock or orthonormal algebra of this metric, else a plain one: kinds never come from a file."""
     name = validated_identifier(entry["algebra"], "the algebra's name")
     new = Algebra(name, [str(v) for v in entry["vectors"]], _metric(entry), entry["pseudoscalar"])
-    known = algebras.stock_algebra(name) if name in STOCK else algebras.algebra(*new.signature)
+    known = loading.stock_algebra(name) if name in STOCK else loading.algebra(*new.signature)
     same = (known.vectors, known.metric, known.pseudoscalar_sign) == (new.vectors, new.metric, new.pseudoscalar_sign)
-    return known if same else algebras.plain_algebra(new)
+    return known if same else loading.plain_algebra(new)
 
 
 def _metric(entry: dict[str, Any]) -> list[list[Any]]:

@@ -68,7 +68,7 @@ def orthonormal_algebra(algebra: Algebra, basis: str = "orthonormal") -> Algebra
         raise InputError(f"basis is {basis!r}; the only other basis is 'orthonormal'.")
     if is_orthonormal(algebra):
         return algebra
-    from ..algebras import algebra as plain
+    from ..loading import algebra as plain
 
     return plain(*algebra.signature)
 

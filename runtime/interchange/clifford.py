@@ -111,7 +111,7 @@ def algebra_of(layout: Any) -> Algebra:
     SignatureError
         If its basis vectors are not of square 1, -1 or 0.
     """
-    from ..algebras import algebra
+    from ..loading import algebra
 
     squares = [int(s) for s in layout.sig]
     if any(s not in (1, -1, 0) for s in squares):
