@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -17,13 +17,13 @@ from .algebra import Algebra
 from .binding import Argument, BoundKernel, Library
 from .differentiate import derivative_formula, derivative_kinds
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
-from .graph import Graph
+from .graph import Graph, MoreLanesNeeded, Node
 from .kinds import Kind, scalar_argument
 from .kinds import numbers as numbers_kind
 from .multivector import Multivector
 from .rings import NumericRing
 from .simplify import Form, Operations, chosen_form
-from .trace import Formula, Kernel, argument_names, trace
+from .trace import Formula, Kernel, argument_names, as_outputs, operand, trace
 
 _log = logging.getLogger("bladesmith")
 
@@ -98,6 +98,7 @@ class KernelFunction:
         name: str,
         algebra: Algebra | None,
         arguments: Sequence[str] | None = None,
+        like: Kernel | None = None,
     ) -> None:
         home = algebra or next((k.algebra for k in declared if isinstance(k, Kind)), None)
         if home is None:
@@ -105,22 +106,37 @@ class KernelFunction:
         self.formula = formula
         self.kinds = tuple(_kind(k, home, name) for k in declared)
         self.returns = returns
+        self.like = like
         self.name = name
         self.algebra = home
         self.arguments = list(arguments or argument_names(formula))
         self.__doc__ = formula.__doc__
         self.__name__ = name
         self._bound: dict[tuple[str, str], Any] = {}
+        self._lock = RLock()
+        self._traced: Kernel | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
 
     # -- stages --------------------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def traced(self) -> Kernel:
-        """The kernel's expression graph."""
-        return trace(self.formula, self.kinds, self.name, self.returns, self.algebra, arguments=self.arguments)
+        """The kernel's expression graph, made once."""
+        if self._traced is None:
+            with self._lock:
+                if self._traced is None:
+                    self._traced = trace(
+                        self.formula,
+                        self.kinds,
+                        self.name,
+                        self.returns,
+                        self.algebra,
+                        arguments=self.arguments,
+                        like=self.like,
+                    )
+        return self._traced
 
-    @cached_property
+    @property
     def form(self) -> Form:
         """The form that is printed."""
         return chosen_form(self.traced)
@@ -157,13 +173,14 @@ class KernelFunction:
         """Forward derivative with respect to one argument.
 
         For a number: the same arguments. For a multivector: the derivative along one more argument, ``d_<wrt>``
-        (same blades). It is traced without the constraints of ``wrt``, so any direction is good.
+        (same blades). The result has the blades of the value, where they suffice. It is traced without the
+        constraints of ``wrt``, so any direction is good.
         """
         names, kinds = derivative_kinds(self.arguments, self.kinds, wrt)
         is_scalar = self.kinds[self.arguments.index(wrt)].is_scalar_argument
         formula = derivative_formula(self.formula, self.arguments, wrt, is_scalar)
         formula.__doc__ = f"Derivative of {self.name} with respect to {wrt}."
-        return KernelFunction(formula, kinds, None, f"{self.name}_d_{wrt}", self.algebra, names)
+        return KernelFunction(formula, kinds, None, f"{self.name}_d_{wrt}", self.algebra, names, self.traced)
 
     # -- calls ---------------------------------------------------------------------------------------------
 
@@ -220,7 +237,9 @@ class KernelFunction:
         """The compiled function for the precision of ``arrays``, made on first use."""
         single = all(getattr(a, "dtype", None) == np.float32 for a in arrays)
         key = (target, "f32" if single else "f64")
-        if key not in self._bound:
+        with self._lock:
+            if key in self._bound:
+                return self._bound[key]
             self._bound[key] = made = self._compile(target, key[1])
             if key == ("c", "f64") and isinstance(made, BoundKernel) and made.is_pair:
                 self._pair = made.pair
@@ -250,7 +269,8 @@ class KernelFunction:
     def _in_formula(self, arguments: Sequence[Any]) -> Any:
         first = next(a for a in arguments if isinstance(a, Multivector))
         if not isinstance(first.ring, Graph):
-            return self.formula(*arguments)
+            results = [r.values if r.is_row else r.value for r in as_outputs(self.formula(*arguments))]
+            return results[0] if len(results) == 1 else tuple(results)
         return _call_in_graph(self.traced, first.ring, arguments)
 
     def _arrays(self, arguments: Sequence[Any]) -> tuple[list[Any], Any]:
@@ -308,27 +328,33 @@ def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:
 
 def _call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any:
     """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
-    flat = []
+    if callee.graph.lanes.count > graph.lanes.count:
+        raise MoreLanesNeeded
+    flat: list[Node] = []
+    like = next(a for a in arguments if isinstance(a, Multivector))
     for item, value in zip(callee.inputs, arguments, strict=True):
-        mv = (
-            value
-            if isinstance(value, Multivector)
-            else next(a for a in arguments if isinstance(a, Multivector)).constant(value)
-        )
+        if item.kind.form == "numbers":
+            flat.extend(_lifted(like, v).scalar() for v in value)
+            continue
+        mv = _lifted(like, value)
         lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
         problem = item.kind.violated(lanes)
         if problem:
             raise TraceError(f"{callee.name}: argument {item.name} is not a {item.kind.name}: {problem}.")
         flat.extend(item.kind.values(mv))
+    first = graph.lanes.comparisons_made
     values = callee.evaluate_flat([graph.values[n.id] for n in flat], graph.lanes)
-    results = []
+    graph.check_lanes(f"the call of {callee.name}")
+    own = frozenset(range(first, graph.lanes.comparisons_made))
+    results: list[Any] = []
     for o, (output, lanes_of_output) in enumerate(zip(callee.outputs, values, strict=True)):
-        terms = {
-            blade: graph.call(callee, flat, (o, j), lane)
-            for j, (blade, lane) in enumerate(zip(output.kind.blades, lanes_of_output, strict=True))
-        }
-        results.append(Multivector(output.kind.algebra, graph, terms))
+        nodes = [graph.call(callee, flat, (o, j), lane, own) for j, lane in enumerate(lanes_of_output)]
+        results.append(operand(output.kind, graph, nodes))
     return results[0] if len(results) == 1 else tuple(results)
+
+
+def _lifted(like: Multivector, value: Any) -> Multivector:
+    return value if isinstance(value, Multivector) else like.constant(value)
 
 
 def compile_kernel(traced: Kernel, precision: str = "f64") -> BoundKernel:

@@ -164,4 +164,7 @@ def derivative_kinds(names: Sequence[str], kinds: Sequence[Kind], wrt: str) -> t
     if kind.is_scalar_argument:
         return list(names), list(kinds)
     free = [k.layout if n == wrt else k for n, k in zip(names, kinds, strict=True)]
-    return [*names, f"d_{wrt}"], [*free, kind.layout]
+    direction = f"d_{wrt}"
+    while direction in names:  # a second derivative, or an argument that happens to have this name
+        direction += "_"
+    return [*names, direction], [*free, kind.layout]

@@ -15,11 +15,12 @@ from .algebra import Algebra, validated_identifier
 from .catalogue import algebra_from_data, data_from_algebra
 from .errors import SpecError, suggest
 from .factor_record import Record
-from .kinds import Kind, numbers, scalar_argument, verify
+from .kinds import Kind, numbers, scalar_argument
 from .simplify import choose, chosen_form, record_of
 from .targets.c import symbol
 from .targets.extension import kernel_files
 from .trace import Formula, Input, Kernel, Output, trace
+from .verify import verify
 
 MANIFEST_FORMAT = 1
 #: Called with (done, total, name) as kernels are traced; for progress bars.

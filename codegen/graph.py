@@ -9,20 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from math import factorial
 from typing import Any
 
 from .errors import TraceError
 from .modular import Lanes
 from .rings import FUNCTIONS, LaneRing, Ring, Terms
 
-#: Lanes without and with roots or comparisons: about 38 % of the lanes survive one projector.
-FEW_LANES, MANY_LANES = 16, 1024
+#: Lanes without and with roots or comparisons (about 38 % survive one projector), and where those do not suffice.
+LANES = (16, 1024, 16384)
+FEW_LANES, MANY_LANES, MOST_LANES = LANES
+#: Stumpff functions of zero: 1/k!.
+STUMPFF_AT_ZERO = {f"stumpff{k}": Fraction(1, factorial(k)) for k in range(6)}
 #: A graph with fewer living lanes than this cannot tell zero from bad luck.
 ENOUGH_LANES = 8
 
 
 class MoreLanesNeeded(Exception):
-    """A root or a comparison was met in a graph of few lanes: trace again with many."""
+    """A root, a comparison or too many of them were met: trace again with more lanes."""
 
 
 class Node:
@@ -49,16 +53,51 @@ class Graph:
         self.lanes = LaneRing(lanes)
         self.nodes: list[Node] = []
         self.values: list[Any] = []
+        self.predicates: list[frozenset[int]] = []
+        self.sealed = False  # once traced: forms are built on it, and it is not traced again with more lanes
         self._known: dict[Any, Node] = {}
         self.zero = self.constant(Fraction(0))
         self.one = self.constant(Fraction(1))
 
-    def _node(self, op: str, args: tuple[Node, ...], data: Any, value: Any) -> Node:
+    def _node(self, op: str, args: tuple[Node, ...], data: Any, value: Any, own: frozenset[int] = frozenset()) -> Node:
         node = Node(len(self.nodes), op, args, data)
         self._known[op, tuple(a.id for a in args), data] = node
         self.nodes.append(node)
         self.values.append(value)
+        self.predicates.append(own.union(*(self.predicates[a.id] for a in args)))
         return node
+
+    def vanishes(self, value: Lanes, args: Sequence[Node]) -> bool:
+        """Whether a value made of ``args`` is zero, as far as the lanes can tell.
+
+        Values behind comparisons are zero only if they are in every combination of outcomes: a claim that needs
+        living lanes for each.
+
+        Raises
+        ------
+        MoreLanesNeeded
+            If there are too few lanes for the comparisons, and more can be had. With the most, the value counts
+            as not zero: a coefficient too many does no harm.
+        """
+        if not self.lanes.is_zero(value):
+            return False
+        return self.can_prove(args)
+
+    def can_prove(self, nodes: Iterable[Node]) -> bool:
+        """Whether an identity of nodes is seen in every outcome of their comparisons; may ask for more lanes."""
+        comparisons = len(frozenset[int]().union(*(self.predicates[n.id] for n in nodes)))
+        if (ENOUGH_LANES << comparisons) <= int(self.lanes.alive.sum()):
+            return True
+        if self.lanes.count < MOST_LANES and not self.sealed:
+            raise MoreLanesNeeded
+        return False
+
+    def check_lanes(self, what: str) -> None:
+        """Raise `MoreLanesNeeded`, or `TraceError` where there are no more, if too few lanes live."""
+        if int(self.lanes.alive.sum()) < ENOUGH_LANES:
+            if self.lanes.count < MOST_LANES:
+                raise MoreLanesNeeded
+            raise TraceError(f"too few exact points survive the nested roots at {what}; split the formula in kernels.")
 
     def _lookup(self, op: str, args: tuple[Node, ...], data: Any) -> Node | None:
         return self._known.get((op, tuple(a.id for a in args), data))
@@ -77,7 +116,7 @@ class Graph:
         """Forget the nodes made since: what is built next does not depend on what was tried before."""
         for node in self.nodes[mark:]:
             del self._known[node.op, tuple(a.id for a in node.args), node.data]
-        del self.nodes[mark:], self.values[mark:]
+        del self.nodes[mark:], self.values[mark:], self.predicates[mark:]
 
     # -- the ring ------------------------------------------------------------------------------------------
 
@@ -111,7 +150,7 @@ class Graph:
         if known:
             return known
         value = self.lanes.combine([(self.values[a.id], w) for a, w in zip(args, scales, strict=True)])
-        if self.lanes.is_zero(value):
+        if len(args) > 1 and self.vanishes(value, args):
             return self.zero
         return self._node("sum", tuple(args), tuple(scales), value)
 
@@ -146,12 +185,15 @@ class Graph:
             return arguments[0]
         if name in ("sqrt", "lt", "le") and self.lanes.count < MANY_LANES:
             raise MoreLanesNeeded
-        value = self.lanes.apply(name, *(self.values[a.id] for a in arguments))
-        if self.lanes.alive.sum() < ENOUGH_LANES:
-            raise TraceError(f"too few exact points survive the nested roots at {name}; split the formula in kernels.")
-        if name in FUNCTIONS and self.lanes.is_zero(value):
+        if name in STUMPFF_AT_ZERO and arguments[0] is self.zero:
+            return self.constant(STUMPFF_AT_ZERO[name])
+        values = [self.values[a.id] for a in arguments]
+        value = self.lanes.apply(name, *values)
+        self.check_lanes(name)
+        if name in FUNCTIONS and self.vanishes(value, arguments):
             return self.zero
-        return self._node(name, arguments, None, value)
+        own = frozenset([self.lanes.comparison(name, *values)]) if name in ("lt", "le") else frozenset[int]()
+        return self._node(name, arguments, None, value, own)
 
     def select(self, mask: Node, a: Node, b: Node) -> Node:
         if a is b:
@@ -160,14 +202,25 @@ class Graph:
         if known:
             return known
         value = self.lanes.select(self.values[mask.id], self.values[a.id], self.values[b.id])
-        return self._node("select", (mask, a, b), None, value)
+        node = self._node("select", (mask, a, b), None, value)
+        if "nan" in (a.op, b.op):  # the exact value is the other branch's, whatever the comparison says
+            self.predicates[node.id] = self.predicates[b.id if a.op == "nan" else a.id]
+        return node
 
-    def call(self, kernel: Any, arguments: Sequence[Node], output: tuple[int, int], value: Lanes) -> Node:
-        """Coefficient ``output = (output, index)`` of another kernel, called with all of its inputs' coefficients."""
-        if self.lanes.is_zero(value):
-            return self.zero
+    def call(self, kernel: Any, arguments: Sequence[Node], output: tuple[int, int], value: Lanes, own: Any) -> Node:
+        """Coefficient ``output = (output, index)`` of another kernel, called with all of its inputs' coefficients.
+
+        ``own`` are the comparisons that the callee made.
+        """
         args, data = tuple(arguments), (kernel, *output)
-        return self._lookup("call", args, data) or self._node("call", args, data, value)
+        known = self._lookup("call", args, data)
+        if known:
+            return known
+        node = self._node("call", args, data, value, own)
+        if self.vanishes(value, (node,)):
+            self.rollback(node.id)
+            return self.zero
+        return node
 
     def is_zero(self, a: Node) -> bool:
         return a is self.zero
@@ -203,7 +256,7 @@ def evaluate(roots: Sequence[Node], variables: Mapping[tuple[int, int], Any], ri
             value = ring.select(*args)
         elif node.op == "call":
             kernel, output, index = node.data
-            key = (kernel.name, tuple(a.id for a in node.args))
+            key = (kernel, tuple(a.id for a in node.args))
             if key not in calls:
                 calls[key] = kernel.evaluate_flat(args, ring)
             value = calls[key][output][index]

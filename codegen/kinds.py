@@ -1,7 +1,7 @@
 """Kinds: named sets of blades with constraints that hold for every member, and a way to draw exact members.
 
-A kind is plain data (its expressions are text). Its layout is the same blades with nothing known. `verify`
-proves a member's constraints; the tests run it on every kind.
+A kind is plain data (its expressions are text). Its layout is the same blades with nothing known. What it claims is
+proved in `verify`.
 """
 
 from __future__ import annotations
@@ -145,19 +145,6 @@ class Kind:
 
     def __repr__(self) -> str:
         return f"<{'layout' if self.is_layout else 'kind'} {self.name} of {self.algebra.name}>"
-
-
-def verify(kind: Kind) -> None:
-    """Prove that random members satisfy the kind's constraints.
-
-    Raises
-    ------
-    KindError
-        If one does not, with the constraint.
-    """
-    problem = kind.violated(kind.sample(LaneSource(LaneRing(16), seed=1)))
-    if problem:
-        raise KindError(f"kind {kind.name!r} of {kind.algebra.name}: its random member breaks it: {problem}.")
 
 
 class LaneSource:

@@ -12,6 +12,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from .errors import TraceError
+
 P = 2**31 - 1
 _P = np.uint64(P)
 _SHIFT = np.uint64(31)
@@ -44,12 +46,25 @@ class Lanes:
         return zero if self.im is None else zero & (self.im == 0)
 
 
+def residue(value: Fraction) -> int:
+    """A rational modulo p.
+
+    Raises
+    ------
+    TraceError
+        If it is 0 or infinite there without being so: a multiple of p above or below the line.
+    """
+    if value.denominator % P == 0 or (value and value.numerator % P == 0):
+        raise TraceError(
+            f"the constant {value} is a multiple of {P} = 2^31 - 1, the prime of the exact layer; scale it otherwise, "
+            "or make it an argument."
+        )
+    return value.numerator % P * pow(value.denominator, -1, P) % P
+
+
 def constant(value: Fraction, count: int) -> Lanes:
     """The same rational in every lane."""
-    if value.denominator % P == 0:
-        raise ZeroDivisionError(f"{value} has no value modulo {P}")
-    residue = value.numerator % P * pow(value.denominator, -1, P) % P
-    return Lanes(np.full(count, residue, np.uint64))
+    return Lanes(np.full(count, residue(value), np.uint64))
 
 
 def multiply(a: Lanes, b: Lanes) -> Lanes:
@@ -68,7 +83,7 @@ def combine(terms: Sequence[tuple[Lanes, Fraction]]) -> Lanes:
     """Sum of values with rational weights."""
     re, im = np.zeros_like(terms[0][0].re), None
     for value, weight in terms:
-        w = np.uint64(weight.numerator % P * pow(weight.denominator, -1, P) % P)
+        w = np.uint64(residue(weight))
         re = _mod(re + value.re * w)
         if value.im is not None:
             scaled = _mod(value.im * w)

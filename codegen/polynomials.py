@@ -202,7 +202,7 @@ def _again(graph: Graph, node: Node, args: Sequence[Node]) -> Node:
     if node.op == "select":
         return graph.select(*args)
     if node.op == "call":
-        return graph.call(node.data[0], args, node.data[1:], graph.values[node.id])
+        return graph.call(node.data[0], args, node.data[1:], graph.values[node.id], graph.predicates[node.id])
     return graph.apply(node.op, *args)
 
 

@@ -220,7 +220,7 @@ class LaneRing:
         if not arguments:
             return self._nan if name == "nan" else modular.opaque(98, [self.constant(Fraction(0))])
         if name in ("lt", "le"):
-            return modular.comparison_pattern(self._comparison(name, *arguments), self.count)
+            return modular.comparison_pattern(self.comparison(name, *arguments), self.count)
         if name in ("and", "or", "not"):
             return _NUMPY[name](*arguments)
         if name in ("sin", "cos"):
@@ -235,7 +235,12 @@ class LaneRing:
             return self.multiply(difference, self.apply("reciprocal", arguments[0]))
         return modular.opaque(100 + sorted(FUNCTIONS).index(name), arguments)
 
-    def _comparison(self, name: str, a: Lanes, b: Lanes) -> int:
+    @property
+    def comparisons_made(self) -> int:
+        """How many different comparisons there were."""
+        return len(self._comparisons)
+
+    def comparison(self, name: str, a: Lanes, b: Lanes) -> int:
         """Number of a comparison: equal ones, however their operands were computed, share theirs."""
         for i, (other, c, d) in enumerate(self._comparisons):
             if other == name and self._equal(a, c) and self._equal(b, d):

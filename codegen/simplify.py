@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from threading import RLock
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -68,7 +69,7 @@ class Form:
 def count(roots: tuple[Node, ...]) -> Operations:
     """Operations of the nodes that the roots need."""
     multiplications = additions = others = 0
-    called: set[tuple[str, tuple[int, ...]]] = set()
+    called: set[tuple[Kernel, tuple[int, ...]]] = set()
     for node in reachable(roots):
         if node.op == "sum":
             additions += len(node.args) - 1
@@ -77,7 +78,7 @@ def count(roots: tuple[Node, ...]) -> Operations:
             multiplications += 1
         elif node.op == "call":
             kernel = node.data[0]
-            key = (kernel.name, tuple(a.id for a in node.args))
+            key = (kernel, tuple(a.id for a in node.args))
             if key not in called:
                 called.add(key)
                 inner = chosen_form(kernel).operations
@@ -153,7 +154,10 @@ def reduced_polynomials(kernel: Kernel, parts: Regions) -> Iterator[list[Poly]]:
 
 
 def error_ratio(form: Form) -> float:
-    """Largest ratio of the form's error bound to that of the formula as written, over sampled inputs."""
+    """Largest ratio of a coefficient's error bound to that of the formula as written, over sampled inputs.
+
+    One rounding of the coefficient itself is always allowed for: the written formula may copy what it returns.
+    """
     kernel = form.kernel
     ring = BoundRing()
     worst = 0.0
@@ -161,31 +165,28 @@ def error_ratio(form: Form) -> float:
         bounded = {place: (v, 0.0) for place, v in values.items()}
         own = evaluate(form.roots, bounded, ring)
         written = evaluate(kernel.roots, bounded, ring)
-        start = 0
-        for output in kernel.outputs:
-            size = len(output.nodes)
-            bounds = [
-                np.max([np.broadcast_to(b, SAMPLES) for _, b in part[start : start + size]], axis=0)
-                for part in (own, written)
-            ]
-            start += size
-            finite = np.isfinite(bounds[1]) & (bounds[1] > 0)
-            if np.any(finite):
-                ratio = bounds[0][finite] / bounds[1][finite]
-                worst = max(worst, float(np.max(np.where(np.isfinite(ratio), ratio, np.inf))))
+        with np.errstate(all="ignore"):
+            for (_, mine), (value, theirs) in zip(own, written, strict=True):
+                allowed = np.maximum(theirs, np.abs(value))
+                ratio = np.where(np.isfinite(allowed) & (mine > 0), mine / allowed, 0.0)
+                worst = max(worst, float(np.max(np.where(np.isnan(ratio), np.inf, ratio))))
     return worst
 
 
 def samples(kernel: Kernel) -> Iterator[dict[tuple[int, int], Any]]:
-    """Inputs for error bounds: ordinary members, large ones, near-coincident ones, and versors near 1 and -1."""
+    """Inputs for error bounds: ordinary members, large ones, near-coincident ones, versors near 1 and -1, and with
+    them plain numbers near 1 and near 0.
+    """
     near = 1e-6
     for scale, separation, unit in ((1, 0, 0), (100, 0, 0), (1, near, 0), (1, 0, 1), (1, 0, -1)):
         values: dict[tuple[int, int], Any] = {}
         first: dict[Kind, list[Any]] = {}
         source = NumericSource(SAMPLES, seed=7, scale=scale)
         for i, item in enumerate(kernel.inputs):
-            if item.kind.form == "numbers":
+            if item.kind.form != "multivector":
                 row = [source.scalar() for _ in range(item.kind.size)]
+                if unit:
+                    row = [near * v + max(unit, 0) for v in row]
             elif separation and item.kind in first:
                 row = [v * (1 + separation * source.scalar()) for v in first[item.kind]]
             else:
@@ -198,14 +199,17 @@ def samples(kernel: Kernel) -> Iterator[dict[tuple[int, int], Any]]:
         yield values
 
 
+#: Searching builds nodes in the kernel's graph and takes them back: one thread at a time.
+_lock = RLock()
 _chosen: WeakKeyDictionary[Kernel, tuple[Form, Candidate | None]] = WeakKeyDictionary()
 
 
 def chosen_form(kernel: Kernel) -> Form:
     """The form that is printed; searched on first use."""
-    if kernel not in _chosen:
-        choose(kernel)
-    return _chosen[kernel][0]
+    with _lock:
+        if kernel not in _chosen:
+            choose(kernel)
+        return _chosen[kernel][0]
 
 
 def choose(kernel: Kernel, record: Record | None = None) -> Form:
@@ -216,6 +220,11 @@ def choose(kernel: Kernel, record: Record | None = None) -> Form:
     SpecError
         If the record does not fit the kernel.
     """
+    with _lock:
+        return _choose(kernel, record)
+
+
+def _choose(kernel: Kernel, record: Record | None) -> Form:
     if record is None:
         best = _search(kernel)
     elif record["form"] == "staged":

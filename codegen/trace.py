@@ -14,7 +14,7 @@ from typing import Any
 
 from .algebra import Algebra, validated_identifier
 from .errors import TraceError
-from .graph import FEW_LANES, MANY_LANES, Graph, MoreLanesNeeded, Node, evaluate
+from .graph import LANES, Graph, MoreLanesNeeded, Node, evaluate
 from .kinds import Kind, LaneSource, numbers
 from .multivector import Multivector, from_values
 from .rings import LaneRing, Ring
@@ -65,11 +65,7 @@ class Kernel:
     @cached_property
     def called(self) -> tuple[Kernel, ...]:
         """Kernels that this one calls directly, in order of first use."""
-        found: dict[str, Kernel] = {}
-        for node in self.graph.nodes:
-            if node.op == "call":
-                found.setdefault(node.data[0].name, node.data[0])
-        return tuple(found.values())
+        return tuple(dict.fromkeys(node.data[0] for node in self.graph.nodes if node.op == "call"))
 
     def evaluate_flat(self, values: Sequence[Any], ring: Ring) -> list[list[Any]]:
         """Outputs on a ring, from the flat list of all inputs' coefficients."""
@@ -147,6 +143,7 @@ def trace(
     algebra: Algebra | None = None,
     note: str = "",
     arguments: Sequence[str] | None = None,
+    like: Kernel | None = None,
 ) -> Kernel:
     """Run ``formula`` on symbolic members of ``kinds`` and keep what it did.
 
@@ -162,17 +159,17 @@ def trace(
         raise TraceError(f"{name} takes {len(arguments)} arguments, but {len(kinds)} kinds were declared.")
     inputs = tuple(Input(validated_identifier(a, "an argument"), k) for a, k in zip(arguments, kinds, strict=True))
     algebra = algebra or next((k.algebra for k in kinds if not k.is_scalar_argument), kinds[0].algebra)
-    for lanes in (FEW_LANES, MANY_LANES):
+    note = note or (inspect.getdoc(formula) or "").split("\n")[0]
+    for lanes in LANES:
         graph = Graph(lanes)
         try:
             results = as_outputs(formula(*_symbols(graph, inputs)))
+            outputs = _distinct(_outputs(graph, algebra, results, returns, name, like), inputs)
         except MoreLanesNeeded:
             continue
-        outputs = _distinct(_outputs(graph, algebra, results, returns, name), inputs)
-        return Kernel(
-            name, algebra, inputs, outputs, graph, formula, note or (inspect.getdoc(formula) or "").split("\n")[0]
-        )
-    raise AssertionError("a graph of many lanes asked for more")
+        graph.sealed = True
+        return Kernel(name, algebra, inputs, outputs, graph, formula, note)
+    raise AssertionError("a graph of the most lanes asked for more")
 
 
 def argument_names(formula: Formula) -> list[str]:
@@ -199,7 +196,12 @@ def _symbols(graph: Graph, inputs: Sequence[Input]) -> list[Any]:
 
 
 def _outputs(
-    graph: Graph, algebra: Algebra, results: Sequence[Result], returns: Kind | None, name: str
+    graph: Graph,
+    algebra: Algebra,
+    results: Sequence[Result],
+    returns: Kind | None,
+    name: str,
+    like: Kernel | None,
 ) -> tuple[Output, ...]:
     outputs = []
     for i, result in enumerate(results):
@@ -212,13 +214,24 @@ def _outputs(
         if returns is not None and i == 0:
             kind = returns
             problem = kind.violated(_lane_values(graph, mv))
+            if problem is None and not kind.is_layout and not graph.can_prove(mv.terms.values()):
+                problem = "it has too many comparisons to be proved"
             if problem:
                 raise TraceError(f"{name} does not return a {kind.name}: {problem}.")
         else:
             kind = infer_kind(graph, mv)
+            wanted = _value_of(like, i)
+            if wanted is not None and set(mv.terms) <= set(wanted.blades):
+                kind = wanted
         nodes = tuple(mv.terms.get(b, graph.zero) for b in kind.blades)
         outputs.append(Output(result.name or ("out" if i == 0 else f"out{i}"), kind, nodes, result.role))
     return tuple(outputs)
+
+
+def _value_of(like: Kernel | None, place: int) -> Kind | None:
+    """Layout of an output of the kernel whose derivative this is (statuses have none)."""
+    values = [o.kind.layout for o in like.outputs if o.role != "status"] if like else []
+    return values[place] if place < len(values) and values[place].form == "multivector" else None
 
 
 def _distinct(outputs: Sequence[Output], inputs: Sequence[Input]) -> tuple[Output, ...]:
@@ -243,10 +256,14 @@ def _lane_values(graph: Graph, mv: Multivector) -> Multivector:
 def infer_kind(graph: Graph, mv: Multivector) -> Kind:
     """The narrowest kind of the algebra that the value provably belongs to; else its own blades as a layout."""
     values = _lane_values(graph, mv)
+    provable = graph.can_prove(mv.terms.values())
     fitting = [
         kind
         for kind in reversed(mv.algebra.kinds.values())  # of equal ones the plain kinds win: "bivector", not "twist"
-        if set(mv.terms) <= set(kind.blades) and (kind.size <= 2 * len(mv.terms)) and kind.violated(values) is None
+        if set(mv.terms) <= set(kind.blades)
+        and (kind.is_layout or provable)
+        and (kind.size <= 2 * len(mv.terms))
+        and kind.violated(values) is None
     ]
     own = tuple(mv.terms)
     if not own:

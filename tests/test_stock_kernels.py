@@ -68,12 +68,25 @@ def rows(kind: Kind, seed: int, scale: float, dtype: Any) -> np.ndarray:
     return stacked[..., 0] if kind.is_scalar_argument else stacked
 
 
+def near_unit(kind: Kind, seed: int, unit: float, near: float, dtype: Any) -> np.ndarray:
+    own = rows(kind, seed, 1.0, np.float64)
+    if kind.form != "multivector":
+        return np.asarray(near * own + max(unit, 0.0)).astype(dtype)
+    if kind.blades[0] == 0 and not kind.is_layout:
+        own = near * own
+        own[:, 0] += unit
+    return own.astype(dtype)
+
+
 def inputs(kernel: Kernel, dtype: Any) -> Iterator[list[np.ndarray]]:
     """Ordinary members, tiny and huge ones, equal ones, and layouts with zeros and one dominant coefficient."""
     big = 1e6 if dtype == np.float64 else 1e3
     for seed, scale in ((1, 1.0), (2, big), (3, 1 / big)):
         yield [rows(i.kind, seed + 10 * n, scale, dtype) for n, i in enumerate(kernel.inputs)]
     yield [rows(i.kind, 4, 1.0, dtype) for i in kernel.inputs]
+    near = 1e-6 if dtype == np.float64 else 1e-3
+    for unit in (1.0, -1.0):  # versors near 1 and -1, numbers near 1 and 0
+        yield [near_unit(i.kind, 20 + n, unit, near, dtype) for n, i in enumerate(kernel.inputs)]
     if all(i.kind.is_layout for i in kernel.inputs):
         rng = np.random.default_rng(5)
         sparse = [rows(i.kind, 6 + n, 1.0, dtype) for n, i in enumerate(kernel.inputs)]
@@ -105,7 +118,7 @@ def check(kernel: Kernel, arrays: list[np.ndarray], results: Any, exact: list[An
         part = bounded[start : start + size]
         start += size
         table = np.asarray(values).reshape(ITEMS, size)
-        limit = np.max([np.broadcast_to(b, (ITEMS,)) for _, b in part], axis=0) * unit * CONSTANT
+        limits = [np.broadcast_to(np.maximum(b, np.abs(v)), (ITEMS,)) * unit * CONSTANT for v, b in part]
         for i in range(ITEMS):
             for j in range(size):
                 true = exact[i][o][j]
@@ -113,14 +126,14 @@ def check(kernel: Kernel, arrays: list[np.ndarray], results: Any, exact: list[An
                     assert int(table[i, j]) == int(true), f"{where}: status of item {i}: {[a[i] for a in arrays]}"
                     continue
                 got = float(table[i, j])
-                if not np.isfinite(got) or not np.isfinite(limit[i]):
-                    assert not np.isfinite(float(true)) or not np.isfinite(limit[i]), (
+                if not np.isfinite(got) or not np.isfinite(limits[j][i]):
+                    assert not np.isfinite(float(true)) or not np.isfinite(limits[j][i]), (
                         f"{where}: {[a[i] for a in arrays]}"
                     )
                     continue
                 error = abs(float(Fraction(got) - true)) if isinstance(true, Fraction) else abs(float(got - true))
-                assert error <= limit[i] + np.finfo(table.dtype).smallest_subnormal, (
-                    f"{where}: item {i}, coefficient {j}: {got!r} is off by {error:.3g}, allowed {limit[i]:.3g}; "
+                assert error <= limits[j][i] + np.finfo(table.dtype).smallest_subnormal, (
+                    f"{where}: item {i}, coefficient {j}: {got!r} is off by {error:.3g}, allowed {limits[j][i]:.3g}; "
                     f"inputs {[a[i].tolist() for a in arrays]}"
                 )
 

@@ -16,10 +16,11 @@ from bladesmith.codegen.algebra import Algebra
 from bladesmith.codegen.catalogue import STOCK, algebra_from_data
 from bladesmith.codegen.errors import KindError, SpecError, TraceError
 from bladesmith.codegen.formulas.blades import blade_projector, project_to_blade
-from bladesmith.codegen.kinds import Kind, NumericSource, scalar_argument, verify
+from bladesmith.codegen.kinds import Kind, NumericSource, scalar_argument
 from bladesmith.codegen.multivector import Multivector
 from bladesmith.codegen.spec import load_spec, stock_spec_path
 from bladesmith.codegen.trace import row, trace
+from bladesmith.codegen.verify import verify
 
 ALGEBRAS = {name: algebra_from_data(load_spec(stock_spec_path(name))) for name in STOCK}
 CGA, PGA = ALGEBRAS["cga3d"], ALGEBRAS["pga3d"]

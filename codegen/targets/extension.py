@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..build import ExtensionSource
+from ..errors import TraceError
 from ..simplify import chosen_form
 from ..templating import render, template_text
 from ..trace import Kernel
@@ -30,11 +31,20 @@ PORTABLE = BASELINE + WIDE
 
 
 def in_dependency_order(kernels: Iterable[Kernel]) -> list[Kernel]:
-    """Kernels and those that they call, callees first, each once."""
+    """Kernels and those that they call, callees first, each once.
+
+    Raises
+    ------
+    TraceError
+        If two different kernels have one name.
+    """
     order: dict[str, Kernel] = {}
 
     def visit(kernel: Kernel) -> None:
-        if symbol(kernel) not in order:
+        known = order.get(symbol(kernel))
+        if known is not None and known is not kernel:
+            raise TraceError(f"two different kernels are called {kernel.name!r}; give one another name (name=...).")
+        if known is None:
             for callee in kernel.called:
                 visit(callee)
             order[symbol(kernel)] = kernel

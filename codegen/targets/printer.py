@@ -59,7 +59,7 @@ class Printer(ABC):
         self.uses.update(node.id for node in form.roots)
         self.text: dict[int, str] = {}
         self.atomic: set[int] = set()
-        self.calls: dict[tuple[str, tuple[int, ...]], list[str]] = {}
+        self.calls: dict[tuple[Kernel, tuple[int, ...]], list[str]] = {}
         self.names = 0
 
     def _order(self) -> list[Node]:
@@ -177,7 +177,7 @@ class Printer(ABC):
 
     def _called(self, node: Node) -> str:
         kernel, output, index = node.data
-        key = (kernel.name, tuple(a.id for a in node.args))
+        key = (kernel, tuple(a.id for a in node.args))
         if key not in self.calls:
             number = len(self.calls)
             names = [f"c{number}_{item.name}" for item in kernel.outputs]

@@ -1482,7 +1482,7 @@ BS_INLINE void FN(cga3d_sandwich_translator_point)(V *RESTRICT out, const V *RES
   out[4] = x_ni - K(2.0) * (-r_e1ni * t0 - r_e2ni * t1 - r_e3ni * t2); /* ni */
 }
 
-/* cga3d_sandwich_rotor_conformal_vector: r x ~r: what a rotor does to an object (thesis 1.2.6). 106 mul, 96 add. */
+/* cga3d_sandwich_rotor_conformal_vector: r x ~r: what a rotor does to an object (thesis 1.2.6). 114 mul, 107 add. */
 BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
@@ -1497,6 +1497,7 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const 
   const V r_e3ni = r_in[9];
   const V r_noni = r_in[10];
   const V r_e123no = r_in[11];
+  const V r_e123ni = r_in[12];
   const V r_e12noni = r_in[13];
   const V r_e13noni = r_in[14];
   const V r_e23noni = r_in[15];
@@ -1505,46 +1506,53 @@ BS_INLINE void FN(cga3d_sandwich_rotor_conformal_vector)(V *RESTRICT out, const 
   const V x_e3 = x_in[2];
   const V x_no = x_in[3];
   const V x_ni = x_in[4];
-  const V t0 = r_e1ni * x_no;
-  const V t1 = r_e1no * x_ni;
-  const V t2 = r_e12noni * x_e2 + r_e13noni * x_e3;
-  const V t3 = t0 - t1 - t2;
-  const V t4 = r_e1no * x_e1 + r_e2no * x_e2 + r_e3no * x_e3 - r_s * x_no;
-  const V t5 = r_e1ni * x_e1 + r_e2ni * x_e2 + r_e3ni * x_e3;
-  const V t6 = t5 - r_s * x_ni;
-  const V t7 = r_e2ni * x_no;
-  const V t8 = r_e12noni * x_e1 - r_e23noni * x_e3;
-  const V t9 = r_e2no * x_ni;
-  const V t10 = t7 + t8 - t9;
-  const V t11 = r_e123no * x_e3 - r_e12 * x_no;
-  const V t12 = r_e3ni * x_no;
-  const V t13 = r_e3no * x_ni;
-  const V t14 = r_e13noni * x_e1 + r_e23noni * x_e2 - t13;
-  const V t15 = t12 + t14;
-  const V t16 = r_e12 * x_e1 + t9 - r_s * x_e2 - r_e23 * x_e3;
-  const V t17 = r_e123no * x_e2 + r_e13 * x_no;
-  const V t18 = r_e123no * x_ni;
-  const V t19 = r_e23 + r_e23noni;
-  const V t20 = r_e13 * x_e1 + r_e23 * x_e2 - r_s * x_e3;
-  const V t21 = t13 + t20;
-  const V t22 = r_noni * t3 + r_e1ni * t4 + r_e1no * t6 + r_e12noni * t10 + r_e2ni * t11 + r_e13noni * t15 - r_e12 * t16 - r_e3ni * t17 - t18 * t19 - r_e13 * t21;
-  const V t23 = r_s * x_e1 + r_e12 * x_e2 + r_e13 * x_e3 - t1;
-  const V t24 = r_e123no * x_e1;
-  const V t25 = t24 - r_e23 * x_no;
-  const V t26 = r_e13 + r_e13noni;
-  const V t27 = r_e12noni * t3 + r_e12 * t23 + r_e23 * t21 + r_e1ni * t11 - r_e2ni * t4 - r_e3ni * t25 - t18 * t26 - r_e2no * t6 - r_noni * t10 - r_e23noni * t15;
-  const V t28 = r_e12 + r_e12noni;
-  const V t29 = r_e13noni * t3 + r_e2ni * t25 + r_e13 * t23 + r_e23noni * t10 + t18 * t28 - r_e23 * t16 - r_e3ni * t4 - r_e1ni * t17 - r_e3no * t6 - r_noni * t15;
-  const V t30 = r_e12noni * r_e12noni + r_e13noni * r_e13noni + r_noni * r_noni + r_s * r_s + r_e13 * r_e13;
-  const V t31 = r_e13noni * t17 + r_e3no * (t14 - t20) + r_e1no * (t23 - t2) + r_e2no * (t8 - t16) - r_e123no * (r_e13 * x_e2 + t18 - r_e12 * x_e3) - r_noni * t4 - r_e23noni * t25 - r_e12noni * t11;
-  const V t32 = x_no * (r_e23noni * r_e23noni + r_e12 * r_e12 + t30) - K(2.0) * t31 - r_e23 * (t24 + t25);
-  const V t33 = K(2.0) * (r_e13 * r_e13noni) + r_e12 * (t28 + r_e12noni) + t30 + t19 * t19;
-  const V t34 = r_e1ni * (t0 - x_e3 * t26 - x_e2 * t28) + r_e2ni * (t7 + x_e1 * t28 - x_e3 * t19) + r_e3ni * (t12 + x_e1 * t26 + x_e2 * t19) - r_noni * t6 - r_s * t5;
-  out[0] = x_e1 + K(2.0) * t22; /* e1 */
-  out[1] = x_e2 - K(2.0) * t27; /* e2 */
-  out[2] = x_e3 - K(2.0) * t29; /* e3 */
-  out[3] = t32; /* no */
-  out[4] = x_ni * t33 + K(2.0) * t34; /* ni */
+  const V t0 = r_e123ni * x_e1 + r_e2ni * x_e3 - r_e3ni * x_e2;
+  const V t1 = r_e23 + r_e23noni;
+  const V t2 = t0 - x_ni * t1;
+  const V t3 = r_s * r_e12 - r_noni * r_e12noni;
+  const V t4 = r_e13 * r_e23 - r_e13noni * r_e23noni;
+  const V t5 = r_e12 * r_e23 - r_e12noni * r_e23noni;
+  const V t6 = r_s * r_e13 - r_noni * r_e13noni;
+  const V t7 = r_s + r_noni;
+  const V t8 = r_e1ni * x_e1 + r_e2ni * x_e2 + r_e3ni * x_e3;
+  const V t9 = x_ni * t7 - t8;
+  const V t10 = r_e2ni * x_e1 - r_e1ni * x_e2 - r_e123ni * x_e3;
+  const V t11 = r_e12 + r_e12noni;
+  const V t12 = t10 + x_ni * t11;
+  const V t13 = r_e3ni * x_e1 + r_e123ni * x_e2 - r_e1ni * x_e3;
+  const V t14 = r_e13 + r_e13noni;
+  const V t15 = t13 + x_ni * t14;
+  const V t16 = r_e13 - r_e13noni;
+  const V t17 = r_s - r_noni;
+  const V t18 = r_e12 - r_e12noni;
+  const V t19 = r_e23 - r_e23noni;
+  const V t20 = r_e123no * t2 + x_e2 * (t3 - t4) + x_e3 * (t5 + t6) - r_e1no * t9 - r_e2no * t12 - r_e3no * t15 - x_no * (r_e3ni * t16 + r_e1ni * t17 + r_e2ni * t18 + r_e123ni * t19);
+  const V t21 = r_e12noni * r_e12noni;
+  const V t22 = r_e23 * r_e23;
+  const V t23 = r_e13noni * r_e13noni;
+  const V t24 = r_s * r_s;
+  const V t25 = t21 + t22 + t23 + t24;
+  const V t26 = r_e13 * r_e13;
+  const V t27 = r_noni * r_noni;
+  const V t28 = r_e23noni * r_e23noni;
+  const V t29 = r_e12 * r_e12;
+  const V t30 = t26 + t27 + t28 + t29;
+  const V t31 = t26 + t21 - t23 - t29;
+  const V t32 = t27 + t22 - t28 - t24;
+  const V t33 = r_s * r_e23 - r_noni * r_e23noni;
+  const V t34 = r_e12 * r_e13 - r_e12noni * r_e13noni;
+  const V t35 = r_e2no * t9 + x_e1 * (t3 + t4) - r_e3no * t2 - r_e1no * t12 - r_e123no * t15 - x_no * (r_e123ni * t16 + r_e1ni * t18 - r_e2ni * t17 - r_e3ni * t19) - x_e3 * (t33 - t34);
+  const V t36 = r_e2no * t2 + r_e3no * t9 + r_e123no * t12 + x_e2 * (t33 + t34) - r_e1no * t15 - x_no * (r_e1ni * t16 + r_e2ni * t19 - r_e3ni * t17 - r_e123ni * t18) - x_e1 * (t5 - t6);
+  const V t37 = t25 + t30;
+  const V t38 = r_s * r_noni + r_e12 * r_e12noni + r_e13 * r_e13noni + r_e23 * r_e23noni;
+  const V t39 = x_no * t38 - r_e1no * (r_e1no * x_ni - x_e3 * t16 - x_e1 * t17 - x_e2 * t18) - r_e2no * (r_e2no * x_ni + x_e1 * t18 - x_e2 * t17 - x_e3 * t19) - r_e3no * (r_e3no * x_ni + x_e1 * t16 + x_e2 * t19 - x_e3 * t17) - r_e123no * (r_e123no * x_ni + x_e2 * t16 - x_e3 * t18 - x_e1 * t19);
+  const V t40 = r_e1ni * r_e1ni + r_e2ni * r_e2ni + r_e3ni * r_e3ni + r_e123ni * r_e123ni;
+  const V t41 = K(2.0) * (x_ni * t38 + x_no * t40 + t10 * t11 + t13 * t14 - t0 * t1 - t7 * t8) + x_ni * t37;
+  out[0] = K(2.0) * t20 + x_e1 * (t25 - t30); /* e1 */
+  out[1] = x_e2 * (t31 - t32) - K(2.0) * t35; /* e2 */
+  out[2] = -K(2.0) * t36 - x_e3 * (t31 + t32); /* e3 */
+  out[3] = x_no * t37 - K(2.0) * t39; /* no */
+  out[4] = t41; /* ni */
 }
 
 /* cga3d_sandwich_motor_any_line: r x ~r: what a rotor does to an object (thesis 1.2.6). 54 mul, 41 add. */
@@ -3597,7 +3605,7 @@ BS_INLINE void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(
   status[0] = t74; /* 1 */
 }
 
-/* cga3d_dilator_number: cosh(g/2) - sinh(g/2) E0 with g = ln(scale): scaling about the origin. INVALID: the scale is not positive. 2 mul, 2 add, 7 other. */
+/* cga3d_dilator_number: cosh(g/2) - sinh(g/2) E0 with g = ln(scale): scaling about the origin. INVALID: the scale is not positive. 3 mul, 2 add, 7 other. */
 BS_INLINE void FN(cga3d_dilator_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT scale_in)
 {
   const V scale_s = scale_in[0];
@@ -3606,15 +3614,14 @@ BS_INLINE void FN(cga3d_dilator_number)(V *RESTRICT out, V *RESTRICT status, con
   const V t2 = SELECT(t0, scale_s, t1);
   const V t3 = SQRT(t2);
   const V t4 = K(1.0) / (K(2.0) * t3);
-  const V t5 = scale_s * t4;
-  const M t6 = NOT(t0);
-  const V t7 = SELECT(t6, SPLAT(6.0), SPLAT(0.0));
-  out[0] = t5 + t4; /* 1 */
-  out[1] = t5 - t4; /* noni */
-  status[0] = t7; /* 1 */
+  const M t5 = NOT(t0);
+  const V t6 = SELECT(t5, SPLAT(6.0), SPLAT(0.0));
+  out[0] = (scale_s + K(1.0)) * t4; /* 1 */
+  out[1] = (scale_s - K(1.0)) * t4; /* noni */
+  status[0] = t6; /* 1 */
 }
 
-/* cga3d_homothety_number_euclidean: Scaling about a centre. 5 mul, 2 add, 7 other. */
+/* cga3d_homothety_number_euclidean: Scaling about a centre. 6 mul, 2 add, 7 other. */
 BS_INLINE void FN(cga3d_homothety_number_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT scale_in, const V *RESTRICT center_in)
 {
   const V scale_s = scale_in[0];
@@ -3626,16 +3633,15 @@ BS_INLINE void FN(cga3d_homothety_number_euclidean)(V *RESTRICT out, V *RESTRICT
   const V t2 = SELECT(t0, scale_s, t1);
   const V t3 = SQRT(t2);
   const V t4 = K(1.0) / (K(2.0) * t3);
-  const V t5 = scale_s * t4;
-  const V t6 = t5 - t4;
-  const M t7 = NOT(t0);
-  const V t8 = SELECT(t7, SPLAT(6.0), SPLAT(0.0));
-  out[0] = t5 + t4; /* 1 */
-  out[1] = center_e1 * t6; /* e1ni */
-  out[2] = center_e2 * t6; /* e2ni */
-  out[3] = center_e3 * t6; /* e3ni */
-  out[4] = t6; /* noni */
-  status[0] = t8; /* 1 */
+  const V t5 = t4 * (K(1.0) - scale_s);
+  const M t6 = NOT(t0);
+  const V t7 = SELECT(t6, SPLAT(6.0), SPLAT(0.0));
+  out[0] = scale_s * t4 + t4; /* 1 */
+  out[1] = -center_e1 * t5; /* e1ni */
+  out[2] = -center_e2 * t5; /* e2ni */
+  out[3] = -center_e3 * t5; /* e3ni */
+  out[4] = -t5; /* noni */
+  status[0] = t7; /* 1 */
 }
 
 /* cga3d_transversor_euclidean: 1 - t n0: inversion in the unit sphere, translation by t, inversion; x -> (x + x^2 t)/(1 + 2 t.x + t^2 x^2). 0 mul, 0 add. */

@@ -1,0 +1,107 @@
+"""Proofs about kinds: a random member obeys the constraints, and is as general as they allow.
+
+A member that is too special would make true coefficients vanish in traces, and constraints that are too weak would
+hide reductions. Both are seen exactly, by ranks of Jacobians over F_p: the member varies in as many directions as
+the constraints leave.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .differentiate import DualRing
+from .errors import KindError
+from .kinds import Kind, LaneSource
+from .modular import Lanes, P
+from .multivector import Multivector
+from .rings import LaneRing
+
+SEED = 1
+#: No member draws more random numbers than this.
+MOST_DRAWS = 64
+
+
+def verify(kind: Kind) -> None:
+    """Prove that random members satisfy the kind's constraints and are generic among those that do.
+
+    Raises
+    ------
+    KindError
+        If one breaks a constraint, or fewer directions are drawn than the constraints leave.
+    """
+    problem = kind.violated(kind.sample(LaneSource(LaneRing(16), SEED)))
+    if problem:
+        raise KindError(f"kind {kind.name!r} of {kind.algebra.name}: its random member breaks it: {problem}.")
+    if kind.is_layout:
+        return
+    drawn, left = member_rank(kind), kind.size - constraint_rank(kind)
+    if drawn != left:
+        raise KindError(
+            f"kind {kind.name!r} of {kind.algebra.name}: its random member varies in {drawn} directions, its "
+            f"constraints leave {left}; make the member more general, or state the constraints that it obeys."
+        )
+
+
+class _Directions:
+    """The same random numbers in every lane; the n-th drawn one varies in lane n."""
+
+    def __init__(self) -> None:
+        self.ring: Any = DualRing(LaneRing(MOST_DRAWS))
+        self.random = np.random.default_rng(SEED)
+        self.drawn = 0
+
+    def scalar(self) -> Any:
+        value = np.full(MOST_DRAWS, self.random.integers(1, P), np.uint64)
+        tangent = np.zeros(MOST_DRAWS, np.uint64)
+        tangent[self.drawn] = 1
+        self.drawn += 1
+        return Lanes(value), Lanes(tangent)
+
+
+def member_rank(kind: Kind) -> int:
+    """Number of independent directions in which the random member varies."""
+    source = _Directions()
+    member = kind.sample(source)
+    return _rank([_row(member.terms.get(b)) for b in kind.blades])
+
+
+def constraint_rank(kind: Kind) -> int:
+    """Number of independent constraints at a random member."""
+    base = LaneRing(kind.size)
+    member = kind.sample(LaneSource(LaneRing(1), SEED))
+    ring = DualRing(base)
+    terms = {}
+    for j, blade in enumerate(kind.blades):
+        value = int(member.terms[blade].re[0]) if blade in member.terms else 0
+        tangent = np.zeros(kind.size, np.uint64)
+        tangent[j] = 1
+        terms[blade] = (Lanes(np.full(kind.size, value, np.uint64)), Lanes(tangent))
+    x = Multivector(kind.algebra, ring, terms)
+    return _rank([_row(c) for residual in kind.residuals(x) for c in residual.terms.values()])
+
+
+def _row(coefficient: Any) -> list[int]:
+    """Derivatives of a coefficient in all lanes."""
+    if coefficient is None or coefficient[1] is None:
+        return []
+    return [int(v) for v in coefficient[1].re]
+
+
+def _rank(rows: list[list[int]]) -> int:
+    """Rank over F_p by elimination."""
+    live = [row for row in rows if any(row)]
+    rank = 0
+    while live:
+        pivot = live.pop()
+        column = next((k for k, v in enumerate(pivot) if v), None)
+        if column is None:
+            continue
+        rank += 1
+        inverse = pow(pivot[column], -1, P)
+        for row in live:
+            if row[column]:
+                scale = row[column] * inverse % P
+                row[:] = [(v - scale * w) % P for v, w in zip(row, pivot, strict=True)]
+    return rank
