@@ -242,7 +242,7 @@ class Algebra:
 
     def _unknown(self, name: object) -> BladeError:
         hint = suggest(str(name), [self.blade_name(b) for b in self.blades]) if self.dimension <= 8 else ""
-        return BladeError(f"{name!r} is not a blade of {self.name}, whose vectors are {self._vector_names()}{hint}.")
+        return BladeError(f"{name!r} is not a blade of {self.name}{hint}; its vectors are {self._vector_names()}.")
 
     def _vector_names(self) -> str:
         return ", ".join(self.blade_name(1 << i) for i in range(self.dimension))

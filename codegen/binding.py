@@ -211,7 +211,11 @@ class BoundKernel(Binding):
 
 
 class Plan:
-    """Pointers kept, so that calling costs as little as C allows. The arrays must not be replaced, only refilled."""
+    """Pointers kept, so that calling costs as little as C allows.
+
+    ``arrays`` are what is read: refill them. They are the arguments themselves where these were contiguous arrays of
+    the plan's precision and full shape, and copies where they had to be converted.
+    """
 
     def __init__(self, kernel: BoundKernel, *arrays: Any) -> None:
         prepared, lead = kernel.prepare(arrays)

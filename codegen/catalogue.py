@@ -29,6 +29,8 @@ def algebra_from_data(data: Mapping[str, Any]) -> Algebra:
         If a label, a blade or a name is not valid.
     """
     vectors = [str(v) for v in data["vectors"]]
+    if len(set(vectors)) != len(vectors):
+        raise SpecError(f"vectors names one twice: {', '.join(vectors)}.")
     metric = [[Fraction(0)] * len(vectors) for _ in vectors]
     for first, second, number in data.get("metric", []):
         for label in (first, second):
@@ -49,6 +51,8 @@ def _kind(algebra: Algebra, name: str, entry: Mapping[str, Any]) -> Kind:
     validated_identifier(name, "a kind's name")
     blades = {algebra.parse_blade(b)[0] for b in entry.get("blades", [])}
     for g in entry.get("grades", []):
+        if not 0 <= g <= algebra.dimension:
+            raise SpecError(f"kind {name!r}: there is no grade {g} in {algebra.dimension} dimensions.")
         blades.update(algebra.blades_of_grade(g))
     if not blades:
         raise SpecError(f"kind {name!r} has no blades; give `blades` or `grades`.")

@@ -7,7 +7,7 @@ on numeric or exact multivectors it is the formula itself.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Any
 
@@ -25,6 +25,10 @@ from .rings import NumericRing
 from .simplify import Form, Operations, chosen_form
 from .trace import Formula, Kernel, argument_names, as_outputs, operand, trace
 
+#: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
+TARGETS = ("c", "numba", "cuda", "numpy")
+#: Longest row of plain numbers: each is a variable of the generated code.
+MAX_ROW = 1024
 _log = logging.getLogger("bladesmith")
 
 
@@ -46,8 +50,8 @@ Declared = Kind | ScalarArgument | RowArgument
 
 def numbers(count: int) -> RowArgument:
     """Declare an argument that is a row of ``count`` numbers: an array of shape (..., count)."""
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError(f"numbers({count!r}): a row has a positive number of entries.")
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_ROW:
+        raise InputError(f"numbers({count!r}): a row has from 1 to {MAX_ROW} entries.")
     return RowArgument(count)
 
 
@@ -81,6 +85,9 @@ def kernel(
     ...     return m * x * ~m
     """
 
+    if len(kinds) == 1 and callable(kinds[0]):
+        raise TraceError("write @codegen.kernel(kind, ...) with the kind of each argument, not @codegen.kernel alone.")
+
     def decorate(formula: Formula) -> KernelFunction:
         return KernelFunction(formula, kinds, returns, name or formula.__name__, algebra)
 
@@ -102,7 +109,10 @@ class KernelFunction:
     ) -> None:
         home = algebra or next((k.algebra for k in declared if isinstance(k, Kind)), None)
         if home is None:
-            raise TraceError(f"{name} has no multivector argument; say which algebra it belongs to: algebra=...")
+            raise TraceError(
+                f"{name} has no multivector argument; say which algebra it belongs to, for example "
+                "algebra=bladesmith.cga3d."
+            )
         self.formula = formula
         self.kinds = tuple(_kind(k, home, name) for k in declared)
         self.returns = returns
@@ -110,6 +120,15 @@ class KernelFunction:
         self.name = name
         self.algebra = home
         self.arguments = list(arguments or argument_names(formula))
+        if not name.isidentifier():
+            raise TraceError(f"a kernel needs a name, and {name!r} is none: name=... gives it one.")
+        if len(self.arguments) != len(self.kinds):
+            raise TraceError(
+                f"{name} takes {len(self.arguments)} arguments ({', '.join(self.arguments) or 'none'}), but "
+                f"{len(self.kinds)} kinds were declared."
+            )
+        if not self.arguments:
+            raise TraceError(f"{name} has no arguments: it is a constant and needs no kernel.")
         self.__doc__ = formula.__doc__
         self.__name__ = name
         self._bound: dict[tuple[str, str], Any] = {}
@@ -184,7 +203,9 @@ class KernelFunction:
 
     # -- calls ---------------------------------------------------------------------------------------------
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: Any, **by_name: Any) -> Any:
+        if by_name:
+            arguments = self._positional(arguments, by_name)
         if self._pair is not None and len(arguments) == 2:
             result = self._pair(arguments[0], arguments[1])
             if result is not None:
@@ -192,14 +213,23 @@ class KernelFunction:
         if any(isinstance(a, Multivector) for a in arguments):
             return self._in_formula(arguments)
         arrays, owner = self._arrays(arguments)
-        return self._wrapped(self.bound("c", arrays)(*arrays), owner)
+        return self._wrapped(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
+
+    def _positional(self, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> tuple[Any, ...]:
+        rest = self.arguments[len(arguments) :]
+        if set(by_name) != set(rest):
+            raise InputError(f"{self.name} takes the arguments {', '.join(self.arguments)}, each once.")
+        return (*arguments, *(by_name[name] for name in rest))
 
     def on(self, target: str) -> Callable[..., Any]:
         """The kernel on one target: "c", "numba", "cuda", or "numpy" (the same text on columns, not compiled)."""
 
+        if target not in TARGETS:
+            raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
+
         def call(*arguments: Any) -> Any:
             arrays, owner = self._arrays(arguments)
-            return self._wrapped(self.bound(target, arrays)(*arrays), owner)
+            return self._wrapped(self.bound(target, arrays)(*arrays), owner, self._is_proved(arguments))
 
         return call
 
@@ -228,7 +258,7 @@ class KernelFunction:
         ]
         results = self.traced.reference(NumericRing(arrays[0].dtype), columns)
         stacked = tuple(np.stack([np.broadcast_to(v, lead) for v in r], -1) for r in results)
-        return self._wrapped(stacked[0] if len(stacked) == 1 else stacked, owner)
+        return self._wrapped(stacked[0] if len(stacked) == 1 else stacked, owner, self._is_proved(arguments))
 
     def _lead(self, array: Any, kind: Kind) -> tuple[int, ...]:
         return tuple(array.shape if kind.is_scalar_argument else array.shape[:-1])
@@ -264,7 +294,7 @@ class KernelFunction:
             from .targets.numba import bind as bind_columns
 
             return bind_columns(self.traced, compiled=False)
-        raise InputError(f"there is no target {target!r}; choose c, numba, cuda or numpy.")
+        raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
 
     def _in_formula(self, arguments: Sequence[Any]) -> Any:
         first = next(a for a in arguments if isinstance(a, Multivector))
@@ -298,14 +328,18 @@ class KernelFunction:
                 arrays = [a.astype(np.float32) for a in arrays]
         return arrays, owner
 
-    def _wrapped(self, results: Any, owner: Any) -> Any:
+    def _is_proved(self, arguments: Sequence[Any]) -> bool:
+        """Whether the arguments are known to be of their kinds: arrays of coefficients are not."""
+        return all(k.is_layout or hasattr(a, "as_kind") for a, k in zip(arguments, self.kinds, strict=True))
+
+    def _wrapped(self, results: Any, owner: Any, is_proved: bool) -> Any:
         if owner is None:
             return results
         items = results if isinstance(results, tuple) else (results,)
         outputs = self.traced.outputs
         codes = next((v for v, o in zip(items, outputs, strict=True) if o.role == "status"), None)
         values = [
-            v if o.kind.form != "multivector" else owner.wrap(o.kind, v, codes)
+            v if o.kind.form != "multivector" else owner.wrap(o.kind if is_proved else o.kind.layout, v, codes)
             for v, o in zip(items, outputs, strict=True)
             if o.role != "status"
         ]

@@ -13,8 +13,19 @@ from pathlib import Path
 _CLOSE_ENOUGH = 0.6  # difflib's own default ratio: half a dozen letters with one or two slips
 
 
+def nearest(word: object, candidates: Iterable[str]) -> str | None:
+    """The valid word that is most like what the user wrote, or None when none is near."""
+    valid = list(dict.fromkeys(candidates))
+    text = str(word)
+    folded = {each.lower(): each for each in reversed(valid)}
+    near = difflib.get_close_matches(text, valid, n=1, cutoff=_CLOSE_ENOUGH) or [
+        folded[each] for each in difflib.get_close_matches(text.lower(), folded, n=1, cutoff=_CLOSE_ENOUGH)
+    ]
+    return near[0] if near else None
+
+
 def suggest(word: object, candidates: Iterable[str]) -> str:
-    """End of a message that names the nearest valid word, or nothing when none is near.
+    """The nearest valid word in brackets, for the middle or the end of a sentence; nothing when none is near.
 
     Parameters
     ----------
@@ -26,15 +37,10 @@ def suggest(word: object, candidates: Iterable[str]) -> str:
     Returns
     -------
     str
-        `"; did you mean 'radius'?"`, or the empty string.
+        `" (did you mean 'radius'?)"`, or the empty string.
     """
-    valid = list(dict.fromkeys(candidates))
-    text = str(word)
-    folded = {each.lower(): each for each in reversed(valid)}
-    near = difflib.get_close_matches(text, valid, n=1, cutoff=_CLOSE_ENOUGH) or [
-        folded[each] for each in difflib.get_close_matches(text.lower(), folded, n=1, cutoff=_CLOSE_ENOUGH)
-    ]
-    return f"; did you mean {near[0]!r}?" if near else ""
+    near = nearest(word, candidates)
+    return f" (did you mean {near!r}?)" if near else ""
 
 
 class BladesmithError(Exception):
@@ -192,5 +198,6 @@ __all__ = [
     "SingularError",
     "SpecError",
     "TraceError",
+    "nearest",
     "suggest",
 ]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from .errors import BladeError, SpecError, suggest
+from .errors import BladeError, BladesmithError, SpecError, suggest
 from .multivector import Multivector
 
 #: Longest expression that is read; specs are written by people.
@@ -64,6 +64,15 @@ def evaluate(
     tree = parse(text, where)
     scope: dict[str, Any] = dict(names)
     walker = _Walker(like, scope, {**_METHODS, **functions}, where)
+    try:
+        return _value(tree, walker, scope, like, where)
+    except SpecError:
+        raise
+    except (BladesmithError, ArithmeticError, TypeError, ValueError) as error:
+        raise SpecError(f"{where}: {text!r} cannot be computed: {error}") from None
+
+
+def _value(tree: ast.Module, walker: _Walker, scope: dict[str, Any], like: Multivector, where: str) -> Multivector:
     for statement in tree.body[:-1]:
         assert isinstance(statement, ast.Assign)
         target = statement.targets[0]

@@ -19,7 +19,7 @@ from .kinds import Kind, numbers, scalar_argument
 from .simplify import choose, chosen_form, record_of
 from .targets.c import symbol
 from .targets.extension import kernel_files
-from .trace import Formula, Input, Kernel, Output, trace
+from .trace import Formula, Input, Kernel, Output, argument_names, trace
 from .verify import verify
 
 MANIFEST_FORMAT = 1
@@ -93,6 +93,11 @@ def declared_kernels(
         formula = formula_by_name(entry["formula"])
         for operands in entry["operands"]:
             kinds = [operand_kind(algebra, text) for text in operands]
+            wanted = argument_names(formula)
+            if len(kinds) != len(wanted):
+                raise SpecError(
+                    f"{entry['formula']} takes {len(wanted)} operands ({', '.join(wanted)}), not {len(kinds)}."
+                )
             base = entry.get("name") or entry["formula"].rpartition(".")[2]
             parts = [base, *(text.replace("layout ", "any_").replace(" ", "") for text in operands)]
             name = validated_identifier("_".join(parts), "a kernel's name")

@@ -11,10 +11,12 @@ from fractions import Fraction
 from typing import Any
 
 from .algebra import Algebra, grade, outer_sign, reverse_sign
-from .errors import AlgebraMismatchError, BladeError, GradeError
+from .errors import AlgebraMismatchError, BladeError, GradeError, TraceError
 from .rings import Ring
 
 Number = int | float | Fraction
+#: Largest exponent in a formula: powers are products.
+MAX_POWER = 16
 #: For grades (a, b) and the grade c of one term of the geometric product: does the product keep it?
 Filter = Callable[[int, int, int], bool]
 
@@ -45,6 +47,12 @@ class Mask:
     def __init__(self, ring: Ring, value: Any) -> None:
         self.ring = ring
         self.value = value
+
+    def __bool__(self) -> bool:
+        raise TraceError(
+            "a comparison inside a formula has no truth value: a kernel computes both branches. Write "
+            "codegen.select(mask, a, b) instead of if, and &, |, ~ instead of and, or, not, chains and max."
+        )
 
     def __and__(self, other: Mask) -> Mask:
         return Mask(self.ring, self.ring.apply("and", self.value, other.value))
@@ -87,13 +95,23 @@ class Multivector:
         sign = Fraction(self.algebra.pseudoscalar_sign)
         return self.new({self.algebra.pseudoscalar: self.ring.constant(sign)})
 
-    def _lift(self, other: Multivector | Number) -> Multivector:
+    def _lift(self, other: Any) -> Multivector:
+        if hasattr(other, "as_kind"):
+            other = self._constant_object(other)
         if isinstance(other, Multivector):
             if other.algebra is not self.algebra:
                 names = f"{self.algebra.name} and {other.algebra.name}"
                 raise AlgebraMismatchError(f"the operands belong to different algebras, {names}; convert one first.")
             return other
         return self.constant(other)
+
+    def _constant_object(self, other: Any) -> Multivector:
+        """A runtime multivector inside a formula, such as ``cga.ni``: a constant of the formula."""
+        if other.shape:
+            raise TraceError(f"a batch of shape {other.shape} inside a formula is no constant; make it an argument.")
+        values = zip(other.kind.blades, other.values, strict=True)
+        terms = {b: self.ring.constant(Fraction(float(v))) for b, v in values if v != 0}
+        return Multivector(other.algebra, self.ring, terms)
 
     # -- linear structure ----------------------------------------------------------------------------------
 
@@ -198,14 +216,36 @@ class Multivector:
     def __mul__(self, other: Multivector | Number) -> Multivector:
         return self.product(other)
 
-    def __rmul__(self, other: Number) -> Multivector:
-        return self.product(other)
+    def __rmul__(self, other: Any) -> Multivector:
+        return self._lift(other).product(self)
 
     def __xor__(self, other: Multivector | Number) -> Multivector:
         return self.product(other, keep_outer)
 
     def __or__(self, other: Multivector | Number) -> Multivector:
         return self.product(other, keep_inner)
+
+    def __rxor__(self, other: Any) -> Multivector:
+        return self._lift(other) ^ self
+
+    def __ror__(self, other: Any) -> Multivector:
+        return self._lift(other) | self
+
+    def __rand__(self, other: Any) -> Multivector:
+        return self._lift(other) & self
+
+    def __rrshift__(self, other: Any) -> Multivector:
+        return self._lift(other) >> self
+
+    def __pow__(self, exponent: int) -> Multivector:
+        if isinstance(exponent, bool) or not isinstance(exponent, int) or not 0 <= exponent <= MAX_POWER:
+            raise TraceError(f"x ** {exponent!r}: powers in formulas are whole numbers from 0 to {MAX_POWER}.")
+        power = self.constant(1)
+        for _ in range(exponent):
+            power = power * self
+        return power
+
+    outer, inner = __xor__, __or__
 
     def left_contraction(self, other: Multivector | Number) -> Multivector:
         """Left contraction: the part of grade (right - left)."""
@@ -275,6 +315,14 @@ class Multivector:
                 for b, c in self.terms.items()
             }
         )
+
+    def meet(self, other: Multivector) -> Multivector:
+        """Intersection: ``^`` where objects are built from planes (degenerate metrics), else the regressive product."""
+        return self ^ other if self.algebra.is_degenerate else self & other
+
+    def join(self, other: Multivector) -> Multivector:
+        """Span of disjoint objects: the other one of the two products."""
+        return self & other if self.algebra.is_degenerate else self ^ other
 
     def __and__(self, other: Multivector) -> Multivector:
         """Regressive product: X v Y = (X* ^ Y*) I, or J^-1(J X ^ J Y) where the metric is degenerate."""

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from threading import RLock
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -31,6 +32,8 @@ ADMITTED_RATIO = 4.0
 SAMPLES = 64
 #: Systems with more terms in all are left as they were written.
 MAX_SYSTEM_TERMS = 1200
+#: The same, and the work of one factoring, for kernels made at run time: about 0.1 s each.
+QUICK_SYSTEM_TERMS, QUICK_BUDGET = 400, 40_000
 
 
 @dataclass(frozen=True)
@@ -117,21 +120,26 @@ class Candidate:
         return Form(kernel, self.name, roots)
 
 
-def candidates(kernel: Kernel) -> Iterator[Candidate]:
-    """Forms worth counting: "local" (sums that are shared stay), "greedy" (all expanded), "reduced0", ..."""
+def candidates(kernel: Kernel, quick: bool = False) -> Iterator[Candidate]:
+    """Forms worth counting: "local" (sums that are shared stay), "greedy" (all expanded), "reduced0", ...
+
+    ``quick`` searches less: for kernels that somebody waits for.
+    """
     for name, keep_shared in (("local", True), ("greedy", False)):
         with suppress(TooManyTerms):
             parts = regions(kernel, keep_shared)
-            yield from _factored(name, parts, parts.polynomials)
+            yield from _factored(name, parts, parts.polynomials, quick)
     with suppress(TooManyTerms):
         parts = regions(kernel, keep_shared=False)
-        for i, polynomials in enumerate(reduced_polynomials(kernel, parts)):
-            yield from _factored(f"reduced{i}", parts, polynomials)
+        for i, polynomials in enumerate(islice(reduced_polynomials(kernel, parts), 1 if quick else None)):
+            yield from _factored(f"reduced{i}", parts, polynomials, quick)
 
 
-def _factored(name: str, parts: Regions, polynomials: Sequence[Poly]) -> Iterator[Candidate]:
-    if sum(len(p) for p in polynomials) <= MAX_SYSTEM_TERMS:
-        yield Candidate(name, parts, tuple(factor(polynomials, len(parts.atoms))))
+def _factored(name: str, parts: Regions, polynomials: Sequence[Poly], quick: bool) -> Iterator[Candidate]:
+    terms = sum(len(p) for p in polynomials)
+    if terms <= (QUICK_SYSTEM_TERMS if quick else MAX_SYSTEM_TERMS):
+        budget = QUICK_BUDGET if quick else None
+        yield Candidate(name, parts, tuple(factor(polynomials, len(parts.atoms), budget)))
 
 
 def forms(kernel: Kernel) -> Iterator[Form]:
@@ -205,14 +213,14 @@ _chosen: WeakKeyDictionary[Kernel, tuple[Form, Candidate | None]] = WeakKeyDicti
 
 
 def chosen_form(kernel: Kernel) -> Form:
-    """The form that is printed; searched on first use."""
+    """The form that is printed; on first use it is searched quickly."""
     with _lock:
         if kernel not in _chosen:
-            choose(kernel)
+            choose(kernel, quick=True)
         return _chosen[kernel][0]
 
 
-def choose(kernel: Kernel, record: Record | None = None) -> Form:
+def choose(kernel: Kernel, record: Record | None = None, quick: bool = False) -> Form:
     """Take the form of an earlier record, or search for the cheapest that is as accurate as the formula as written.
 
     Raises
@@ -221,12 +229,12 @@ def choose(kernel: Kernel, record: Record | None = None) -> Form:
         If the record does not fit the kernel.
     """
     with _lock:
-        return _choose(kernel, record)
+        return _choose(kernel, record, quick)
 
 
-def _choose(kernel: Kernel, record: Record | None) -> Form:
+def _choose(kernel: Kernel, record: Record | None, quick: bool) -> Form:
     if record is None:
-        best = _search(kernel)
+        best = _search(kernel, quick)
     elif record["form"] == "staged":
         best = None
     else:
@@ -260,10 +268,10 @@ def _recorded(kernel: Kernel, record: Record) -> Candidate:
     return Candidate(record["form"], parts, tuple(expressions))
 
 
-def _search(kernel: Kernel) -> Candidate | None:
+def _search(kernel: Kernel, quick: bool) -> Candidate | None:
     mark = kernel.graph.mark()
     best, least = None, staged(kernel).operations.total
-    for candidate in candidates(kernel):
+    for candidate in candidates(kernel, quick):
         form = candidate.build(kernel)
         if form.operations.total < least and error_ratio(form) <= ADMITTED_RATIO:
             best, least = candidate, form.operations.total

@@ -7,13 +7,14 @@ the algebra that holds is taken.
 from __future__ import annotations
 
 import inspect
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from .algebra import Algebra, validated_identifier
-from .errors import TraceError
+from .errors import BladesmithError, TraceError
 from .graph import LANES, Graph, MoreLanesNeeded, Node, evaluate
 from .kinds import Kind, LaneSource, numbers
 from .multivector import Multivector, from_values
@@ -127,6 +128,8 @@ def named(name: str, value: Multivector) -> Result:
 def as_outputs(returned: Any) -> list[Result]:
     """What a formula returned, as a list: one multivector, or a tuple of multivectors and statuses."""
     items = returned if isinstance(returned, tuple) else (returned,)
+    if not items:
+        raise TraceError("a formula returns at least one multivector; this one returned an empty tuple.")
     results = [item if isinstance(item, Result) else Result((item,)) for item in items]
     for item in results:
         for value in item.values:
@@ -163,13 +166,28 @@ def trace(
     for lanes in LANES:
         graph = Graph(lanes)
         try:
-            results = as_outputs(formula(*_symbols(graph, inputs)))
+            results = as_outputs(_run(formula, _symbols(graph, inputs), name))
             outputs = _distinct(_outputs(graph, algebra, results, returns, name, like), inputs)
         except MoreLanesNeeded:
             continue
         graph.sealed = True
         return Kernel(name, algebra, inputs, outputs, graph, formula, note)
     raise AssertionError("a graph of the most lanes asked for more")
+
+
+def _run(formula: Formula, symbols: Sequence[Any], name: str) -> Any:
+    """The formula's result; what goes wrong in it is told with the line of the formula."""
+    try:
+        return formula(*symbols)
+    except (BladesmithError, MoreLanesNeeded):
+        raise
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == formula.__code__.co_filename]
+        place = f" in line {frames[-1].lineno}, `{frames[-1].line}`" if frames else ""
+        raise TraceError(
+            f"the formula {name} cannot be run on symbols{place}: {error}. Formulas combine multivectors with "
+            "numbers, the operators of geometric algebra and the functions of bladesmith.codegen."
+        ) from error
 
 
 def argument_names(formula: Formula) -> list[str]:

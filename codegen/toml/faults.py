@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
-from ..errors import suggest
+from ..errors import nearest
 from .index import Path
 
 _SHOWN = 40  # characters of a wrong value that a message repeats
@@ -39,7 +39,7 @@ def explained(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tupl
     if kind == "missing":
         return path, _missing(path, data)
     if kind == "extra_forbidden":
-        return path, f"{key} is not a known key{_valid_keys(model, detail['loc'], str(path[-1]))}"
+        return path, f"{key} is not a {_valid_keys(model, detail['loc'], str(path[-1]))}"
     if kind == "union_tag_not_found":
         return path, f"{key} has no {_quoted(context['discriminator'])[0]}, which says what it is"
     if kind == "union_tag_invalid":
@@ -121,7 +121,7 @@ def _rule(kind: str, context: dict[str, Any], path: Path, message: str) -> str:
         name, comparison = _BOUNDS[kind]
         bound = context[name]
         rule = "is positive" if (name, bound) == ("gt", 0) else f"{comparison} {bound:g}"
-        return f"{_noun(path)} {rule}"
+        return f"{'it' if _is_plural(path) else _noun(path)} {rule}"
     if kind in _FROM_SCHEMA:
         return str(context["error"])
     if kind in ("too_short", "too_long"):
@@ -135,15 +135,29 @@ def _extreme(kind: str) -> str:
     return "the least" if kind == "too_short" else "the most"
 
 
+def _last_key(path: Path) -> str:
+    keys = [part for part in path if isinstance(part, str)]
+    return keys[-1].replace("_", " ") if keys else "value"
+
+
+def _is_plural(path: Path) -> bool:
+    """`reflections`, but not `radius`, `shininess` or `axis`."""
+    return re.search(r"[^ius]s$", _last_key(path)) is not None
+
+
 def _noun(path: Path) -> str:
     """`a radius` for `("surfaces", 2, "radius")`."""
-    keys = [part for part in path if isinstance(part, str)]
-    noun = keys[-1].replace("_", " ") if keys else "value"
+    noun = _last_key(path)
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
 def _choices(value: object, options: Sequence[str]) -> str:
-    return suggest(value, options) or f"; known: {', '.join(options)}"
+    return _did_you_mean(value, options) or f"; known: {', '.join(options)}"
+
+
+def _did_you_mean(word: object, options: Sequence[str]) -> str:
+    near = nearest(word, options)
+    return f"; did you mean {near!r}?" if near else ""
 
 
 def _shown(value: object) -> str:
@@ -152,18 +166,27 @@ def _shown(value: object) -> str:
 
 
 def _valid_keys(model: type[BaseModel], loc: Sequence[str | int], word: str) -> str:
-    """The nearest key that the schema knows at this place, or all of them."""
-    candidates = [model]
+    """`known key` and the nearest that the schema knows at this place, or all of them.
+
+    A key that other members of a union have, such as a disc's key on a sphere, is told to be theirs.
+    """
+    candidates, members, tag = [model], [model], ""
     for part in loc[:-1]:
         if isinstance(part, int):
             continue
         entered = [field.annotation for each in candidates if (field := each.model_fields.get(part))]
         tagged = [each for each in candidates if part == each.__name__ or part in _tags(each)]
-        candidates = (
-            [inner for annotation in entered for inner in _models(annotation)] or tagged or candidates
-        )
+        inside = [inner for annotation in entered for inner in _models(annotation)]
+        if tagged and not inside:
+            members, tag = candidates, part
+        else:
+            members, tag = [], ""
+        candidates = inside or tagged or candidates
+    owners = [str(label) for each in members if tag and word in each.model_fields for label in _tags(each)]
+    if owners:
+        return f"key of {tag!r}; it is for {' and '.join(map(repr, owners))}"
     keys = list(dict.fromkeys(key for each in candidates for key in each.model_fields))
-    return suggest(word, keys) or f"; known keys: {', '.join(keys)}"
+    return "known key" + (_did_you_mean(word, keys) or f"; known keys: {', '.join(keys)}")
 
 
 def _tags(model: type[BaseModel]) -> Iterator[object]:
