@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING
+from operator import index
+from typing import TYPE_CHECKING, SupportsIndex
 
 from .errors import BladeError, KindError, SignatureError, suggest
 
@@ -333,11 +334,7 @@ def orthonormal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Alge
     SignatureError
         If a count is not a non-negative integer, or p + q + r exceeds 15.
     """
-    for value, what in ((p, "p"), (q, "q"), (r, "r")):
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise SignatureError(f"{what} is {value!r}; the numbers of a signature are non-negative integers.")
-        if value < 0:
-            raise SignatureError(f"{what} is {value}; the numbers of a signature are non-negative integers.")
+    p, q, r = (_count(value, what) for value, what in ((p, "p"), (q, "q"), (r, "r")))
     n = p + q + r
     if n > MAX_DIMENSION:
         raise SignatureError(
@@ -350,3 +347,14 @@ def orthonormal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Alge
         labels = ["0", *labels[:-1]]
     metric = [[squares[i] if i == j else 0 for j in range(n)] for i in range(n)]
     return Algebra(name or f"cl{p}_{q}_{r}", labels, metric)
+
+
+def _count(value: SupportsIndex, what: str) -> int:
+    """A number of a signature; NumPy's integers count as such."""
+    try:
+        count = -1 if isinstance(value, bool) else index(value)
+    except TypeError:
+        count = -1
+    if count < 0:
+        raise SignatureError(f"{what} is {value!r}; the numbers of a signature are non-negative integers.")
+    return count

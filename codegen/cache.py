@@ -61,6 +61,19 @@ def directory() -> Path:
     return Path(user_cache_dir("bladesmith", appauthor=False))
 
 
+def is_writable(root: Path) -> bool:
+    """Whether files can be made in the directory, or in the one that it would be made in: found out by trying.
+
+    Permissions say too little: nobody can make a file in `/proc`, or on a disk that is mounted read-only.
+    """
+    nearest = next(path for path in (root, *root.parents) if os.path.exists(path))
+    try:
+        with tempfile.TemporaryFile(dir=nearest):
+            return True
+    except OSError:
+        return False
+
+
 def fetch(stem: str, build: Callable[[Path], Mapping[str, object]]) -> Path:
     """Path of the library `stem`, from the cache, or built into it.
 

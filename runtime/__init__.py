@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .interchange.clifford import from_clifford
     from .loading import algebra, load_algebra
     from .multivector import Multivector
+    from .parallel import set_threads
     from .projective import ProjectiveAlgebra
     from .status import Status
     from .storage import load, save
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Algebra": "algebras", "algebra": "loading", "load_algebra": "loading", "Multivector": "multivector",
     "Status": "status", "save": "storage", "load": "storage", "from_clifford": "interchange.clifford",
+    "set_threads": "parallel",
 }  # fmt: skip
 _ROOMS = ("codegen", "curves", "dynamics", "errors", "kinematics", "objects", "reform", "report", "tracer")
 _ALGEBRAS = ("cga3d", "pga3d", "cga2d")
@@ -49,6 +51,7 @@ __all__ = [
     "load_algebra",
     "pga3d",
     "save",
+    "set_threads",
 ]
 
 

@@ -201,7 +201,8 @@ class Algebra(mathematics.Algebra):
             column = {blade: (i, sign) for i, (blade, sign) in enumerate(pairs)}
             return layout, [column[blade] for blade in layout.blades]
         if grades is not None:
-            wanted = sorted({_grade(g, self.dimension) for g in grades})
+            given = grades if isinstance(grades, Iterable) else (grades,)
+            wanted = sorted({_grade(g, self.dimension) for g in given})
             return self.layout_of(blade for g in wanted for blade in self.blades_of_grade(g)), None
         if kind is not None:
             return (self.layout(kind) if isinstance(kind, str) else kind.layout), None

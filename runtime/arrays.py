@@ -18,8 +18,10 @@ def real(value: Any, name: str) -> NDArray[Any]:
     Raises
     ------
     InputError
-        If it does not hold real numbers.
+        If it does not hold real numbers, or masks some.
     """
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise InputError(f"{name} masks some of its numbers; fill them first: x.filled(value).")
     try:
         array = np.asarray(value)
     except ValueError:

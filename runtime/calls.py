@@ -219,6 +219,28 @@ def raise_first(status: NDArray[np.uint8] | None, what: str, error: type[Singula
     raise error(f"{what}: {item} is {Status(int(status[place])).name}.")
 
 
+def finite(x: Multivector) -> Multivector:
+    """Items without an answer are NaN all over; what is not finite is `INVALID`, unless its status says more."""
+    with np.errstate(all="ignore"):
+        if np.isfinite(x._data.sum()) and (x._status is None or not x._status.any()):
+            return x
+        bad = ~np.isfinite(x._data).all(-1)
+    if x._status is not None:
+        bad = bad | (x._status != Status.OK) & (x._status != Status.NOT_UNIQUE)
+    return invalidated(x, bad)
+
+
+def invalidated(x: Multivector, bad: NDArray[np.bool_]) -> Multivector:
+    """NaN and INVALID in some items."""
+    if not bad.any():
+        return x
+    known = np.zeros(x.shape, np.uint8) if x._status is None else x._status
+    answered = (known == Status.OK) | (known == Status.NOT_UNIQUE)
+    status = np.where(bad & answered, np.uint8(Status.INVALID), known)
+    data = np.where(bad[..., None], x.dtype.type(np.nan), x._data)
+    return x._make(x._type, data, x.shape, np.asarray(status, np.uint8))
+
+
 def merged(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
     """One status per item: the first that is not OK."""
     known = [s for s in statuses if s is not None]
@@ -230,4 +252,4 @@ def merged(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
     return np.asarray(total, np.uint8)
 
 
-__all__ = ["Numbers", "Outcome", "call", "merged", "raise_first", "target"]
+__all__ = ["Numbers", "Outcome", "call", "finite", "invalidated", "merged", "raise_first", "target"]

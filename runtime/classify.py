@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .calls import call
 from .checks import tolerance
-from .codegen.errors import AlgebraMismatchError
+from .codegen.errors import AlgebraMismatchError, InputError
 
 if TYPE_CHECKING:
     from .algebras import Algebra
@@ -30,6 +30,9 @@ CONFORMAL = {
     (2, 2): (("point pair", "flat point", "imaginary point pair", "tangent vector", "direction"), 1),
     (2, 3): (("circle", "line", "imaginary circle", "circle of radius zero", "direction of the plane"), 1),
 }
+#: Kinds whose members are named without measuring, and what those of no curvature are.
+KNOWN = ("point", "flat_point", "point_pair", "line", "circle", "plane", "sphere")
+FLAT_LIMITS = {"point_pair": "flat point", "circle": "line", "sphere": "plane"}
 ROUND, FLAT, IMAGINARY, TANGENT, IDEAL = range(5)
 
 
@@ -44,6 +47,8 @@ def projective(algebra: Algebra, x: Multivector) -> Any:
 
 
 def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
+    if not hasattr(x, "algebra"):
+        raise InputError(f"classify takes multivectors, not a {type(x).__name__}.")
     if x.algebra is not algebra:
         raise AlgebraMismatchError(f"x belongs to {x.algebra.name}, not to {algebra.name}.")
     flat = x.reshape(-1)
@@ -55,6 +60,10 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
     names = np.full(flat.shape, NOT_A_BLADE, object)
     names[~np.isfinite(total)] = "invalid"
     names[total == 0] = "zero"
+    known = _known(flat) if x.kind.name in KNOWN and x.kind.constraints else None
+    if known is not None:
+        names = np.where(np.isfinite(total), known, names).astype(object)
+        return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
     single = np.isfinite(total) & (present.sum(-1) == 1)
     for i, g in enumerate(x.grades):
         mine = single & present[:, i]
@@ -65,6 +74,20 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
     if several.any() and all(g % 2 == 0 for g in x.grades):
         names[several] = _motions(algebra, flat[several])
     return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
+
+
+def _known(x: Multivector) -> Names:
+    """Objects of a constrained kind: what it says, or the flat object that satisfies its constraints too.
+
+    The weight of n0 is that of the curvature, wherever the object is; noise of it is on the scale of a unit normal.
+    """
+    names = np.full(x.shape, x.kind.name.replace("_", " "), object)
+    flat = FLAT_LIMITS.get(x.kind.name)
+    if flat is not None:
+        curved = (x ^ x.algebra.ni)._data
+        is_flat = np.abs(curved).sum(-1) <= float(np.finfo(x.dtype).eps)
+        names[is_flat] = flat
+    return names
 
 
 def _conformal_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> Names:

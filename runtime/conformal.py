@@ -60,7 +60,7 @@ class Conformal(EuclideanAlgebra):
         return self.made("conformal.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
 
     def circle_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
-        """A ^ B ^ C, normalised, in the orientation of the points (on a line: the line). SINGULAR: two coincide."""
+        """A ^ B ^ C, normalised, in the orientation of the points. SINGULAR: they are on a line."""
         return self._through("circle_through", (a, b, c), strict)
 
     def _through(self, name: str, points: tuple[Any, ...], strict: bool) -> Multivector:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import arrays
 from .algebras import Algebra
-from .calls import Numbers, Outcome, call, merged, raise_first
+from .calls import Numbers, Outcome, call, finite, invalidated, merged, raise_first
 from .codegen.errors import GradeError, InputError, KindError, ShapeError
 from .multivector import Multivector
 from .status import Status
@@ -164,7 +164,8 @@ class EuclideanAlgebra(Algebra):
             across = t - advance[..., None] * axis
             # the nearest point c of the axis is moved by `across`: (1 - rotation) c = across, c perpendicular to it
             point = (across + np.cross(axis, across) / np.tan(half)[..., None]) / 2
-        point = np.where((half > 0)[..., None], point, 0.0).astype(x.dtype)
+        full_turn = False if status is None else status == Status.NOT_UNIQUE  # its axis goes through the origin
+        point = np.where(((half > 0) & ~np.asarray(full_turn))[..., None], point, 0.0).astype(x.dtype)
         status = merged(status, np.where(rest, np.uint8(Status.NOT_UNIQUE), np.uint8(0)))
         return self.named(Motor, (axis + 0.0, 2 * half, point + 0.0, advance + 0.0), x, status)  # no -0.0
 
@@ -230,24 +231,6 @@ def plain(value: Any) -> NDArray[Any]:
     return value._data if isinstance(value, Multivector) else value
 
 
-def finite(x: Multivector) -> Multivector:
-    """Items with a coefficient that is not finite become INVALID, unless their status says why already."""
-    with np.errstate(all="ignore"):
-        if np.isfinite(x._data.sum()) or np.isfinite(x._data).all():
-            return x
-    return invalidated(x, ~np.isfinite(x._data).all(-1))
-
-
-def invalidated(x: Multivector, bad: NDArray[np.bool_]) -> Multivector:
-    """NaN and INVALID in some items."""
-    if not bad.any():
-        return x
-    known = np.zeros(x.shape, np.uint8) if x._status is None else x._status
-    status = np.where(bad & (known == Status.OK), np.uint8(Status.INVALID), known)
-    data = np.where(bad[..., None], x.dtype.type(np.nan), x._data)
-    return x._make(x._type, data, x.shape, np.asarray(status, np.uint8))
-
-
 def _plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
     """Axis times half the angle, from b = -angle/2 (a I3) + ...: in space e23, -e13, e12 of a I3."""
     if dimension != 3:
@@ -255,4 +238,4 @@ def _plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
     return np.stack([-logarithm["e23"], logarithm["e13"], -logarithm["e12"]], -1)
 
 
-__all__ = ["EuclideanAlgebra", "Motor", "Outcome", "Rotor", "Translator", "finite", "parameters_class"]
+__all__ = ["EuclideanAlgebra", "Motor", "Outcome", "Rotor", "Translator", "finite", "invalidated", "parameters_class"]

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import checks, linear
-from .calls import Outcome, call, merged, raise_first, target
+from .calls import Outcome, call, finite, merged, raise_first, target
 from .codegen.errors import GradeError, InputError, NotARotorError, NotInvertibleError
 from .codegen.kinds import Kind
 from .general import product_table
+from .rows import levelled
 from .status import Status
 
 if TYPE_CHECKING:
@@ -32,8 +33,10 @@ SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
 
 def norm(x: Multivector) -> NDArray[Any]:
     """sqrt |<x ~x>_0| of each item."""
+    x, exponent = levelled(x)
     square = x.scalar_product(linear.mapped(x, "reverse"))
-    return np.sqrt(np.abs(square._data[..., 0]))[()]  # type: ignore[no-any-return]
+    root = np.sqrt(np.abs(square._data[..., 0]))
+    return (root if exponent is None else np.ldexp(root, exponent))[()]  # type: ignore[no-any-return]
 
 
 def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = False) -> Multivector:
@@ -59,11 +62,11 @@ def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = Fa
     if isinstance(kind, str):
         kind = x.algebra.kind(kind)
     if kind is not None and kind != x.kind:
-        result = _of_kind(checks.converted(x, kind.layout), kind)
+        result = _of_kind(levelled(checks.converted(x, kind.layout))[0], kind)
     elif x.kind.constraints:
         result = x
     else:
-        result = _scaled(x)
+        result = _scaled(levelled(x)[0])
     if strict:
         raise_first(result._status, "normalized")
     return result
@@ -140,10 +143,16 @@ def inverse(x: Multivector, method: str = "shirokov", strict: bool = False) -> M
     if sign:
         reverse = linear.mapped(x, "reverse")
         return reverse if sign > 0 else -reverse
-    outcome = by_matrix(x) if method == "matrix" else _by_adjugate(x, method)
+    level, exponent = levelled(x)
+    outcome = by_matrix(level) if method == "matrix" else _by_adjugate(level, method)
+    value: Multivector = outcome.value
+    if exponent is not None:
+        with np.errstate(all="ignore"):
+            data = np.ldexp(value._data, -exponent[..., None])
+        value = finite(value._make(value._type.free, data, value._lead, value._status))
     if strict:
-        raise_first(outcome.status, "inverse", NotInvertibleError)
-    return outcome.value  # type: ignore[no-any-return]
+        raise_first(value._status, "inverse", NotInvertibleError)
+    return value
 
 
 def _by_adjugate(x: Multivector, method: str) -> Outcome:
@@ -174,7 +183,8 @@ def by_matrix(x: Multivector) -> Outcome:
     with np.errstate(all="ignore"):
         row_scale = np.abs(safe).max(-1, keepdims=True)
         scaled = safe / np.where(row_scale > 0, row_scale, 1)
-        regular = finite & (np.linalg.cond(scaled, 1) < 1 / checks.tolerance(x.dtype))
+        condition = np.linalg.cond(scaled, 1) if x.size else np.zeros(x.shape)
+        regular = finite & (condition < 1 / checks.tolerance(x.dtype))
         eye = np.eye(len(blades), dtype=x.dtype)
         data = np.linalg.solve(np.where(regular[..., None, None], safe, eye), unit)[..., 0]
     status = np.where(regular, Status.OK, np.where(finite, Status.SINGULAR, Status.INVALID)).astype(np.uint8)
@@ -188,7 +198,7 @@ def _left_matrix(x: Multivector) -> tuple[NDArray[Any], tuple[int, ...]]:
     blades, entries = x._type.remembered("left matrix", lambda: _matrix_entries(x))
     rows, columns, sources, weights = entries
     matrix = np.zeros((*x.shape, len(blades), len(blades)), x.dtype)
-    flat = matrix.reshape(*x.shape, -1)
+    flat = matrix.reshape(*x.shape, len(blades) ** 2)
     for place, source, weight in zip(rows * len(blades) + columns, sources, weights, strict=True):
         flat[..., place] += x._data[..., source] * x.dtype.type(weight)
     return matrix, blades
@@ -219,18 +229,19 @@ def _unit_square(x: Multivector) -> int:
 
 
 def exp(x: Multivector) -> Multivector:
-    """exp(x): in closed form for bivectors of motors, else by halving and a series."""
+    """exp(x): in closed form for bivectors of motors, else by halving and a series. INVALID: it is not finite."""
     if x.grades == (2,):
         try:
-            return call(x.algebra, "exponentials.exp_bivector", x).value  # type: ignore[no-any-return]
+            return finite(call(x.algebra, "exponentials.exp_bivector", x).value)
         except GradeError:
             pass
-    return _exp_series(x)
+    return finite(_exp_series(x))
 
 
 def _exp_series(x: Multivector) -> Multivector:
     """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra."""
-    size = float(np.nan_to_num(np.abs(x._data).sum(-1)).max(initial=0.0))
+    sizes = np.abs(x._data).sum(-1)
+    size = float(sizes.max(initial=0.0, where=np.isfinite(sizes)))
     halvings = max(0, math.ceil(math.log2(size / SERIES_SIZE))) if size > 0 else 0
     small = x / 2.0**halvings
     total = small / SERIES_TERMS + 1.0
@@ -277,7 +288,7 @@ def reflect(x: Multivector, mirror: Multivector, strict: bool = False) -> Multiv
     """
     if len(mirror.grades) != 1:
         raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Use .grade(k)")
-    outcome = call(x.algebra, "versors.reflect", x, mirror)
+    outcome = call(x.algebra, "versors.reflect", x, levelled(mirror)[0])
     if strict:
         raise_first(outcome.status, "reflect")
     return outcome.value  # type: ignore[no-any-return]

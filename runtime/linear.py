@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import arrays, proofs
 from .codegen.algebra import grade
-from .codegen.errors import AlgebraMismatchError, BladeError, suggest
+from .codegen.errors import AlgebraMismatchError, BladeError, GradeError, InputError, ShapeError, suggest
 from .general import LINEAR, linear_map
 from .rows import broadcast
 from .typed import F32, F64, Type
@@ -55,6 +55,9 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
 
 def selected(x: Any, grades: Sequence[int]) -> Multivector:
     """The part of these grades."""
+    for g in grades:
+        if isinstance(g, bool) or not isinstance(g, int | np.integer) or not 0 <= g <= x.algebra.dimension:
+            raise GradeError(f"{g!r} is no grade; grades are whole numbers from 0 to {x.algebra.dimension}.")
     key = ("grade", *grades)
     out, index = x._type.remembered(key, lambda: _selection(x._type, set(grades)))
     part: Multivector = x
@@ -123,15 +126,30 @@ def _places(source: Type, target: Type) -> Any:
 
 
 def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
-    """Items times (or divided by) numbers that broadcast with them; nothing is known of the result."""
-    if isinstance(value, float | int | Fraction) and not divide:
-        return x._make(x._type.free, x._data * float(value), x._lead)
+    """Items times (or divided by) numbers that broadcast with them; nothing is known of the result.
+
+    Raises
+    ------
+    InputError, ShapeError
+        If they are no real numbers, or too large for one; if the shapes do not broadcast.
+    """
+    if isinstance(value, float | int | Fraction):
+        try:
+            value = float(value)
+        except OverflowError:
+            raise InputError("the factor is too large for a floating-point number.") from None
+        if not divide:
+            return x._make(x._type.free, x._data * value, x._lead)
     factor = arrays.real(value, "the factor")
     dtype = x.dtype if factor.dtype == x.dtype or factor.ndim == 0 else F64
     data = x._data if x.dtype == dtype else x._data.astype(dtype)
     number = factor.astype(dtype)[..., None]
-    with np.errstate(all="ignore"):
-        data = data / number if divide else data * number
+    try:
+        with np.errstate(all="ignore"):
+            data = data / number if divide else data * number
+    except ValueError:
+        shapes = f"{x._lead} and {factor.shape}"
+        raise ShapeError(f"shapes {shapes} do not broadcast; insert axes with a[:, None].") from None
     return x._make(x._type.free.in_precision(dtype), data, data.shape[:-1])
 
 

@@ -81,9 +81,7 @@ class Multivector(Operators):
         """Coefficients (..., k) in the order of `blades`: a read-only view, but writable on a `copy`."""
         if self._is_writable:
             return self._data
-        view = self._data.view()
-        view.flags.writeable = False
-        return view
+        return np.asarray(self._data.data.toreadonly())  # a plain view could be made writable again
 
     @property
     def _is_writable(self) -> bool:
@@ -242,7 +240,11 @@ class Multivector(Operators):
             return linear.coefficient(self, key)
         keys = key if isinstance(key, tuple) else (key,)
         ellipsis = () if any(k is Ellipsis for k in keys) else (Ellipsis,)
-        data = self._data[(*keys, *ellipsis, slice(None))]
+        try:
+            data = self._data[(*keys, *ellipsis, slice(None))]
+        except IndexError as error:
+            fits = sum(k is not None and k is not Ellipsis for k in keys) <= len(self._lead)
+            raise IndexError(str(error) if fits else f"{len(keys)} indices for items of shape {self._lead}") from None
         status = None if self._status is None else np.asarray(self._status[key])
         return self._make(self._type, np.array(data), data.shape[:-1], status)
 

@@ -160,7 +160,13 @@ class Operators:
         return linear.mapped(self, "undual")
 
     def grade(self, *grades: int) -> Multivector:
-        """The part of these grades."""
+        """The part of these grades.
+
+        Raises
+        ------
+        GradeError
+            If one is no whole number from 0 to the dimension.
+        """
         return linear.selected(self, grades)
 
 

@@ -10,6 +10,11 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
+from operator import index
+
+from .codegen.binding import install_splitter
+from .codegen.errors import InputError
 
 Part = Callable[[int, int], None]
 #: Chunks per thread where the caller names no size: enough for progress, few enough to cost nothing.
@@ -24,9 +29,13 @@ _inside = threading.local()
 def thread_count(threads: int | None = None) -> int:
     """How many threads to use: as asked for, else the processors that this process may run on."""
     if threads is not None:
-        if threads < 1:
-            raise ValueError(f"threads is {threads}; at least one is needed.")
-        return threads
+        try:
+            count = index(threads)
+        except TypeError:
+            raise InputError(f"threads is {threads!r}; a whole number is needed.") from None
+        if count < 1:
+            raise InputError(f"threads is {count}; at least one is needed.")
+        return count
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # macOS, Windows
@@ -74,9 +83,28 @@ def run(
         _threaded(part, ranges, count, progress)
 
 
-def split(part: Part, n: int) -> None:
+def set_threads(count: int | None) -> None:
+    """Share batches of products and of kernels over threads. At first they use one.
+
+    Results are the same bits for any number. Batches of fewer than 32768 items stay in the calling thread.
+
+    Parameters
+    ----------
+    count : int or None
+        1: no sharing. None: all processors of this process.
+
+    Raises
+    ------
+    InputError
+        If the count is not a positive whole number.
+    """
+    threads = thread_count(count)
+    install_splitter(partial(split, threads=threads) if threads > 1 else None)
+
+
+def split(part: Part, n: int, threads: int | None = None) -> None:
     """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread."""
-    threads = thread_count()
+    threads = thread_count(threads)
     if n < 2 * GRAIN or threads == 1:
         part(0, n)
     else:

@@ -1,4 +1,4 @@
-"""Rows of coefficients for a call: broadcast over items, made contiguous, put on other blades. No products here."""
+"""Rows of coefficients for a call: broadcast over items, made contiguous, scaled, put on other blades. No products."""
 
 from __future__ import annotations
 
@@ -48,3 +48,20 @@ def embedded(x: Multivector, kind: Kind) -> NDArray[Any]:
         target, source = (list(side) for side in zip(*pairs, strict=True))
         data[..., target] = x._data[..., source]
     return data
+
+
+def levelled(x: Multivector) -> tuple[Multivector, NDArray[Any] | None]:
+    """Items over a power of two that brings their largest coefficient near 1, and its exponent.
+
+    Exact, so that products neither overflow nor vanish; x itself, and None, where all items are ordinary already,
+    or where a constraint holds their scale.
+    """
+    if x.kind.constraints or not x._data.size:
+        return x, None
+    with np.errstate(all="ignore"):
+        size = np.abs(x._data).max(-1)
+        room = np.finfo(x.dtype).maxexp // 2 ** (x.algebra.dimension // 2 + 2)  # determinants are of such a degree
+        if 2.0**-room < size.min() and size.max() < 2.0**room:
+            return x, None
+        exponent = np.where(np.isfinite(size), np.frexp(size)[1], 0).astype(np.int32)
+    return x._make(x._type, np.ldexp(x._data, -exponent[..., None]), x._lead, x._status), exponent

@@ -5,6 +5,7 @@ A file says which algebra its coefficients belong to by the algebra's metric, ne
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import tempfile
@@ -32,7 +33,8 @@ LONGEST_HEADER = 1_000_000
 def save(path: str | os.PathLike[str], *items: Multivector, **named: Multivector) -> None:
     """Write one multivector, or several by name, to an .npz file.
 
-    The file is written beside its place and renamed: an interruption leaves no half of it.
+    The file is written beside its place and renamed: an interruption leaves no half of it. `InputError` where it
+    cannot be written.
 
     Parameters
     ----------
@@ -56,7 +58,12 @@ def save(path: str | os.PathLike[str], *items: Multivector, **named: Multivector
         if x._status is not None:
             stored[f"{name}.status"] = x._status
     stored[HEADER] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    _written(Path(path), stored)
+    try:
+        if Path(path).is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        _written(Path(path), stored)
+    except OSError as error:  # it may name the temporary file
+        raise InputError(f"cannot be written: {error.strerror or error}", where=str(path)) from None
 
 
 def _written(path: Path, stored: dict[str, Any]) -> None:
@@ -110,7 +117,8 @@ def load(path: str | os.PathLike[str]) -> Any:
     except BladesmithError as error:
         raise InputError(str(error), where=str(path)) from None
     except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"not a file that save() wrote ({error})", where=str(path)) from None
+        detail = "" if "pickle" in str(error) else f" ({error})"  # NumPy advises what must not be done
+        raise InputError(f"not a file that save() wrote{detail}", where=str(path)) from None
 
 
 def _header(stored: dict[str, Any]) -> dict[str, Any]:

@@ -268,6 +268,14 @@ def test_damaged_entry_is_rebuilt(cache_dir, damage, warned):
     assert child().communicate(timeout=PATIENCE) == ("42\n", "")
 
 
+def test_whether_a_directory_can_be_written_is_found_out_by_trying(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert cache.is_writable(tmp_path / "new" / "cache") and not list(tmp_path.glob("new"))
+    assert not cache.is_writable(tmp_path / "file" / "cache")
+    if Path("/proc/self").exists():
+        assert not cache.is_writable(Path("/proc/bladesmith"))
+
+
 @needs_compiler
 def test_unusable_directory_falls_back_with_one_warning(cache_dir, tmp_path, monkeypatch, caplog):
     (tmp_path / "file").write_text("")

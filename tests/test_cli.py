@@ -11,8 +11,10 @@ from types import ModuleType
 import click
 import pytest
 
-from bladesmith.cli import doctor, main
+from bladesmith.cli import demo, doctor, main
 from bladesmith.codegen import build, cache, version
+from bladesmith.codegen.errors import suggest
+from bladesmith.codegen.programs import cga3d
 from bladesmith.errors import (
     BladeError,
     CompileError,
@@ -58,6 +60,42 @@ def test_help_lists_every_subcommand(capsys):
     assert main.run(["--help"]) == 0
     out = capsys.readouterr().out
     assert all(f"\n  {name} " in out for name in main.COMMANDS)
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run(
+        [sys.executable, "-m", "bladesmith", "--version"], capture_output=True, text=True, timeout=PATIENCE
+    )
+    assert (done.returncode, done.stdout) == (0, f"bladesmith, version {version.__version__}\n")
+
+
+def test_suggestions_stand_anywhere_in_a_sentence():
+    assert suggest("moter", ["motor", "line"]) == " (did you mean 'motor'?)" and suggest("x", ["motor"]) == ""
+    with pytest.raises(KindError, match=r"kind 'moter' \(did you mean 'motor'\?\); it has: "):
+        cga3d().kind("moter")
+    with pytest.raises(BladeError, match=r"of cga3d \(did you mean 'e12'\?\); its vectors are "):
+        cga3d().parse_blade("e1x2")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--signature", ""], "three integers"),
+        (["--signature", "0,0,0"], "without vectors"),
+        (["--signature", "2,0,0", "--name", ""], "--name is empty"),
+        (["--name", "mine"], "--name goes with --signature"),
+        (["--spec", "", "--signature", "2,0,0"], "exclude each other"),
+    ],
+)
+def test_empty_options_of_generate_are_not_taken_as_missing(arguments, says, tmp_path, capsys):
+    assert main.run(["generate", *arguments, "--out", str(tmp_path / "made")]) == 2
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "made").exists()
+
+
+def test_pipes_and_logs_get_no_progress_bars(tmp_path, capsys):
+    assert main.run(["generate", "--signature", "1,0,0", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_version(capsys):
@@ -209,6 +247,44 @@ def test_cache_lists_and_clears(monkeypatch, tmp_path, capsys):
     assert main.run(["cache", "--clear"]) == 0
     assert "removed 1 " in capsys.readouterr().out
     assert cache.entries() == []
+
+
+def test_a_cache_that_is_a_file_is_told(monkeypatch, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(tmp_path / "file"))
+    for arguments in (["cache"], ["cache", "--clear"]):
+        assert main.run(arguments) == 2
+        assert cache.DIRECTORY_VARIABLE in capsys.readouterr().err
+
+
+def test_the_demo_renders_the_scene_as_it_is_shown(tmp_path):
+    from PIL import Image
+
+    said = demo._render(tmp_path, 48, 1, quiet=False)
+    with Image.open(tmp_path / "scene.png") as picture:
+        assert picture.size == (48, 32) and said.startswith("48 x 32 pixels")  # 768 x 512, smaller
+
+
+def test_plots_tell_errors_from_losses_and_keep_labels_apart(tmp_path):
+    from bladesmith.report import plot
+    from bladesmith.report.runner import Measurement
+    from bladesmith.report.study import Case, Study
+
+    def row(setting, error, lost, time):
+        return Measurement("m", "n", setting, "c", "ordinary", 10, error, "", lost, "", time, "")
+
+    rows = [row("8", 1e-2, 9, 400.0), row("16", 9e-3, 1, 410.0), row("32", 1e-9, 0, 420.0), row("64", 0.0, 3, 900.0)]
+    study = Study("s", "S", (), (Case("c", lambda rng, n: None),), lambda x: x, lambda a, b, c: a, "units")
+    figure = plot.draw(study, rows)
+    panel = figure.axes[0]
+    crosses = [line for line in panel.lines if line.get_marker() == "x"]
+    assert [line.get_ydata()[0] for line in crosses] == [plot.TOP]
+    boxes = [text.get_window_extent() for text in panel.texts]
+    frame = panel.get_window_extent()
+    assert [text.get_text() for text in panel.texts] == ["8 (9 lost)", "16 (1 lost)", "32", "64 (3 lost)"]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert all(frame.x0 <= b.x0 and b.x1 <= frame.x1 and frame.y0 <= b.y0 and b.y1 <= frame.y1 for b in boxes)
+    assert any("lost, no error" in text.get_text() for text in figure.legends[0].get_texts())
 
 
 @needs_compiler

@@ -164,6 +164,26 @@ def test_full_turns_are_a_documented_choice(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SPATIAL)
+def test_near_full_turns_are_answered_to_their_conditioning(name: str) -> None:
+    """Rounding the far axis moves exp(b) by |t|/sin; where the sine itself is rounding, it is a full turn."""
+    algebra = stock(name)
+    motor = algebra.kind("motor")
+    less = np.array([0.0, 1e-14, 1e-13, 1e-11, 1e-9, 1e-6])
+    axis, t = np.broadcast_to([0.0, 1.0, 1.0], (6, 3)), np.broadcast_to([1.0, 2.0, 3.0], (6, 3))
+    turn, _ = Traced(algebra, motions.rotor, "euclidean", "number").all(axis, 2 * np.pi - less)
+    shift = Traced(algebra, motions.translator, "euclidean")(t)
+    r = rows(motor, multivector(algebra.kind("translator"), shift) * multivector(algebra.kind("rotor"), turn))
+    log, status = Traced(algebra, exponentials.log_motor, "motor").all(r)
+    root, root_status = Traced(algebra, exponentials.sqrt_motor, "motor").all(r)
+    expected = np.where(less < 2e-14, Status.NOT_UNIQUE, Status.OK)
+    assert np.array_equal(status, expected) and np.array_equal(root_status, expected)
+    allowed = np.where(less < 2e-14, 1e-13, 1e-14 + 32 * EPS / np.maximum(less, EPS))
+    square = Traced(algebra, products.geometric, "motor", "motor")(root, root)
+    for again in (Traced(algebra, exponentials.exp_bivector, "twist")(log), square):
+        assert np.all(np.max(np.abs(again - r), 1) < allowed)
+
+
+@pytest.mark.parametrize("name", SPATIAL)
 def test_the_sign_and_the_angle_are_kept(name: str) -> None:
     """log's angle is in [0, 2 pi): 3.5 rad stays 3.5 rad about the same axis."""
     algebra = stock(name)

@@ -119,6 +119,41 @@ def test_lines() -> None:
     assert np.all(status == Status.SINGULAR)
 
 
+@pytest.mark.parametrize("algebra", [CGA, PGA], ids=lambda a: a.name)
+def test_directions_of_any_size(algebra: Any) -> None:
+    """Neither squares that overflow nor such that vanish matter; ordinary directions are not touched."""
+    p, d = vectors(60, count=2)
+    formulas = conformal if algebra is CGA else projective
+    for formula, kinds, arguments in (
+        (formulas.line, (V, V), lambda v: (p, v)),
+        (motions.rotor, (V, N), lambda v: (v, p[:, 0])),
+        (formulas.plane, (V, N), lambda v: (v, 0 * p[:, 0])),
+    ):
+        traced = Traced(algebra, formula, *kinds)
+        assert traced.returns == algebra.kind(formula.__name__)
+        expected = traced(*arguments(d))
+        for scale in (1e200, 1e-165, 2.0**40):
+            found, status = traced.all(*arguments(d * scale))
+            assert np.all(status == Status.OK) and np.allclose(found, expected, rtol=8 * EPS, atol=8 * EPS)
+        _, status = traced.all(*arguments(0 * d))
+        assert np.all(status == Status.INVALID)
+
+
+@pytest.mark.parametrize("algebra", [CGA, PLANE], ids=lambda a: a.name)
+def test_circles_through_points_on_a_line_are_singular(algebra: Any) -> None:
+    size = 3 if algebra is CGA else 2
+    a, u = vectors(61, size=size, count=2)
+    through = Traced(algebra, conformal.circle_through, V, V, V)
+    nothing, status = through.all(0 * a, u, -2.5 * u)
+    assert np.all(status == Status.SINGULAR) and np.all(np.isnan(nothing))
+    whole = np.round(8 * a), np.round(8 * u)
+    _, status = through.all(whole[0], whole[0] + whole[1], whole[0] + 3 * whole[1])
+    assert np.all(status == Status.SINGULAR)
+    w = np.roll(u, 1, 1) * np.array([1, -1, 1][:size])
+    _, status = through.all(a, a + u, a - u + 1e-6 * w)
+    assert np.all(status == Status.OK)
+
+
 def test_circles() -> None:
     c, n = vectors(7, count=2)
     r = positive(8)

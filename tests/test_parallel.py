@@ -5,9 +5,15 @@ from __future__ import annotations
 import threading
 import time
 
+import numpy as np
 import pytest
 
-from bladesmith import parallel
+import bladesmith
+from bladesmith import cga3d, parallel
+from bladesmith.codegen import binding
+from bladesmith.errors import InputError
+
+N = 2 * parallel.GRAIN + 7  # items enough to be shared
 
 
 @pytest.mark.parametrize(("n", "threads", "chunk"), [(0, 2, 3), (1, 2, 3), (10, 1, 3), (100, 3, 7), (100, 3, None)])
@@ -88,3 +94,33 @@ def test_cheap_items_come_in_large_chunks(n, monkeypatch):
 def test_no_threads_is_an_error():
     with pytest.raises(ValueError, match="at least one"):
         parallel.run(lambda begin, end: None, 10, threads=0)
+
+
+@pytest.fixture
+def one_thread_again():
+    yield
+    parallel.set_threads(1)
+
+
+def test_batches_on_several_threads_are_the_same_bits(one_thread_again, monkeypatch):
+    rng = np.random.default_rng(5)
+    motors = cga3d.rotor(rng.normal(size=(N, 3)), rng.normal(size=N))
+    points = cga3d.point(rng.normal(size=(N, 3)))
+    alone = (motors * motors).values, (motors >> points).values
+    bladesmith.set_threads(3)
+    shared = []
+    ran = parallel.run
+    monkeypatch.setattr(parallel, "run", lambda *a, **k: shared.append(a[1:3]) or ran(*a, **k))
+    together = (motors * motors).values, (motors >> points).values
+    assert shared and set(shared) == {(N, 3)}
+    assert all(np.array_equal(a.view(np.uint64), b.view(np.uint64)) for a, b in zip(alone, together, strict=True))
+    bladesmith.set_threads(1)
+    assert binding._splitter is None
+    bladesmith.set_threads(None)
+    assert (binding._splitter is None) == (parallel.thread_count() == 1)
+
+
+@pytest.mark.parametrize("count", [0, -2, 1.5, "two"])
+def test_a_count_of_threads_is_a_positive_whole_number(count):
+    with pytest.raises(InputError, match="threads is"):
+        bladesmith.set_threads(count)

@@ -6,6 +6,7 @@ meet is written with its outer product and our duals, which differ from its `vee
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -183,3 +184,9 @@ def test_orthonormal_basis_in_and_out() -> None:
         x.to_basis("dual")
     pga = bs.algebra(3, 0, 1)
     assert pga is bs.pga3d and pga.e12.to_basis("orthonormal") is not None
+
+
+def test_the_package_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "clifford", None)
+    with pytest.raises(bs.errors.MissingExtraError, match="pip install clifford"):
+        to_clifford(bs.cga3d.point([1.0, 2.0, 3.0]))

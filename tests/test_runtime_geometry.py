@@ -114,7 +114,7 @@ def test_objects_through_points() -> None:
     counter = cga.circle_through([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]).parameters()
     assert np.allclose(counter.normal, [0, 0, 1]) and np.allclose(counter.radius, 1)
     collinear = cga.circle_through([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0])
-    assert cga.classify(collinear) == "line"
+    assert collinear.status is bs.Status.SINGULAR and np.isnan(collinear.values).all()
 
 
 def test_pga_incidence_and_joins() -> None:
@@ -272,6 +272,42 @@ def test_classify() -> None:
     weights = RANDOM.uniform(1e-8, 1e8, N)
     far = cga.circle(A * 1e3, V, RADIUS)
     assert set(cga.classify(far * weights)) == {"circle"}  # neither weight nor distance matters
+
+
+@pytest.mark.parametrize("far", [1e6, 1e7, 1e12])
+def test_known_kinds_are_named_wherever_they_are(far: float) -> None:
+    cga, pga = bs.cga3d, bs.pga3d
+    x, n = [far, 1.0, 2.0], [0.0, 0.0, 1.0]
+    objects = {"point": cga.point(x), "sphere": cga.sphere(x, 1.0), "circle": cga.circle(x, n, 1.0),
+               "line": cga.line(x, n), "plane": cga.plane(n, far)}  # fmt: skip
+    assert {cga.classify(o) for o in objects.values()} == set(objects)
+    assert all(cga.classify(o) == name for name, o in objects.items())
+    assert pga.classify(pga.plane(n, far)) == "plane"
+    assert cga.classify(cga.line(x, n).as_kind("circle")) == "line"  # it satisfies what circles satisfy
+    assert cga.classify(cga.sphere(x, [1.0, -1.0])).tolist() == ["sphere", "invalid"]
+    with pytest.raises(errors.InputError, match="not a str"):
+        cga.classify("x")
+
+
+@pytest.mark.parametrize("name", ["cga3d", "pga3d"])
+@pytest.mark.parametrize("size", [1e200, 1e-165])
+def test_directions_of_any_size(name: str, size: float) -> None:
+    alg: Any = getattr(bs, name)
+    d = np.array([1.0, 2.0, 2.0])
+    assert alg.line([1.0, 0.0, 0.0], size * d).isclose(alg.line([1.0, 0.0, 0.0], d))
+    assert alg.plane(size * d, 0.0).isclose(alg.plane(d, 0.0))
+    assert alg.rotor(size * d, 1.0).isclose(alg.rotor(d, 1.0))
+    nothing = alg.rotor([0.0, 0.0, 0.0], 1.0)
+    assert nothing.status is bs.Status.INVALID and np.isnan(nothing.values).all()
+
+
+def test_a_full_turn_has_its_axis_through_the_origin() -> None:
+    cga = bs.cga3d
+    motor = cga.translator([1.0, 2.0, 3.0]) * cga.rotor([0.0, 1.0, 1.0], 2 * np.pi)
+    assert motor.log().status is bs.Status.NOT_UNIQUE and motor.log().exp().isclose(motor, rtol=1e-14)
+    assert (motor.sqrt() * motor.sqrt()).isclose(motor, rtol=1e-14)
+    screw = motor.parameters()
+    assert np.allclose(screw.axis, np.array([1, 2, 3]) / np.sqrt(14)) and np.allclose(screw.point, 0)
 
 
 def test_parameters_of_unnormalised_objects() -> None:

@@ -102,6 +102,7 @@ def test_bad_signatures(signature: tuple[Any, ...]) -> None:
     bs.algebra(3)
     bs.algebra(1)  # equal to True, which must not find it
     bs.algebra(2)
+    assert bs.algebra(np.int64(3), 0, np.uint8(1)) is bs.algebra(3, 0, 1)
     with pytest.raises(errors.SignatureError):
         bs.algebra(*signature)
 
@@ -124,6 +125,8 @@ def test_values_are_read_only_and_copies_writable(alg: Any) -> None:
     a = alg.e1 + 0
     with pytest.raises(ValueError, match="read-only"):
         a.values[0] = 3
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        a.values.setflags(write=True)
     b = bs.cga3d.point([1.0, 2.0, 3.0]).copy()
     assert b.kind == bs.cga3d.layout("point")  # what may be written to is a kind no longer
     b.values[0] = 5
@@ -325,6 +328,59 @@ def test_singular_inverses(method: str) -> None:
         x.inverse(method, strict=True)
     with pytest.raises(errors.InputError, match="shirokov"):
         x.inverse("cramer")
+
+
+@pytest.mark.parametrize("method", ["shirokov", "hitzer", "matrix"])
+@pytest.mark.parametrize("scale", [1e160, 1e-300, 3e80])
+def test_scale_does_not_matter(method: str, scale: float) -> None:
+    alg = bs.cga3d
+    x = alg.multivector({"1": [1.0, 0.0, 1.0], "e12": [0.5, 1.0, 0.0], "e123no": [0.2, 0.0, 0.0]}) * scale
+    inverse = x.inverse(method)
+    assert (inverse.status == bs.Status.OK).all() and (x * inverse).isclose(1).all()
+    e1 = alg.e1 * scale
+    assert np.isclose(e1.norm(), scale, rtol=1e-15) and e1.normalized().isclose(alg.e1)
+    mixed = alg.multivector({"e1": [0.0, 1e200, 2.0, np.nan]})
+    assert np.allclose(mixed.norm(), [0, 1e200, 2, np.nan], rtol=1e-15, equal_nan=True)
+    assert mixed.normalized().status[:3].tolist() == [bs.Status.SINGULAR, bs.Status.OK, bs.Status.OK]
+    single = (alg.e1 + alg.e23).astype(np.float32) * 1e30
+    assert single.dtype == np.float32 and (single * single.inverse(method)).isclose(1)
+
+
+def test_batches_of_none() -> None:
+    x = bs.pga3d.multivector(np.zeros((0, 16)))
+    assert all(x.inverse(method).shape == (0,) for method in ("shirokov", "hitzer", "matrix"))
+    assert x.norm().shape == x.normalized().shape == x.values.shape[:1] == (0,)
+
+
+def test_exponentials_that_are_not_finite_say_so() -> None:
+    cga = bs.cga3d
+    turned = cga.multivector({"e12": [np.nan, 1.0, 1e300]}).exp()
+    assert turned.status.tolist() == [bs.Status.INVALID, bs.Status.OK, bs.Status.INVALID]
+    general = cga.multivector({"e1": [np.inf, 1.0]}).exp()
+    assert general.status.tolist() == [bs.Status.INVALID, bs.Status.OK]
+    assert np.isclose(general[1]["1"], np.cosh(1))
+
+
+@pytest.mark.parametrize("grade", ["x", 99, -1, 2.5, True])
+def test_grades_that_are_none(grade: Any) -> None:
+    with pytest.raises(errors.GradeError, match="whole numbers"):
+        bs.cga3d.e1.grade(grade)
+
+
+def test_shapes_numbers_and_indices_that_do_not_fit() -> None:
+    a = bs.cga3d.point(np.zeros((5, 3)))
+    for call in (lambda: np.ones(3) * a, lambda: a / np.ones(3)):
+        with pytest.raises(errors.ShapeError, match="broadcast"):
+            call()
+    for call in (lambda: a * 10**400, lambda: a / 10**400):
+        with pytest.raises(errors.InputError, match="too large"):
+            call()
+    with pytest.raises(IndexError, match=r"2 indices for items of shape \(5,\)"):
+        a[0, 0]
+    with pytest.raises(IndexError, match="out of bounds"):
+        a[9]
+    with pytest.raises(errors.InputError, match="masks"):
+        bs.cga3d.point(np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]))
 
 
 def test_inverses_of_versors_are_reverses() -> None:

@@ -136,3 +136,15 @@ def test_what_cannot_be_saved(tmp_path: Path) -> None:
         bs.save(tmp_path / "x.npz", np.ones(3))  # type: ignore[arg-type]
     with pytest.raises(bs.errors.InputError, match="one multivector"):
         bs.save(tmp_path / "x.npz")
+
+
+def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+    x = bs.cga3d.point([1.0, 2.0, 3.0])
+    for path in (tmp_path, tmp_path / "missing" / "x.npz"):
+        with pytest.raises(bs.errors.InputError, match="cannot be written") as caught:
+            bs.save(path, x)
+        assert str(caught.value).startswith(f"{path}: ")
+    (tmp_path / "text.npz").write_bytes(b"no archive")
+    with pytest.raises(bs.errors.InputError) as caught:
+        bs.load(tmp_path / "text.npz")
+    assert "pickle" not in str(caught.value)

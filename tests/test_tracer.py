@@ -8,13 +8,14 @@ import mpmath
 import numpy as np
 import pytest
 
-from bladesmith import tracer
+from bladesmith import cga3d, pga3d, tracer
 from bladesmith.curves import Bezier
-from bladesmith.errors import SceneError
+from bladesmith.errors import InputError, SceneError
 from bladesmith.status import Status
 
 U = 2.0**-53
 TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
+LINE = cga3d.line((0, 0, 0), (0, 0, 1))
 CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
 
 
@@ -186,6 +187,23 @@ def test_an_empty_scene_shows_the_sky():
         (lambda: tracer.Light((0, 0, math.inf)), "finite"),
         (lambda: tracer.Scene(CAMERA, [], ["sphere"]), "surfaces"),
         (lambda: tracer.Scene(CAMERA).render(0, 10), "width"),
+        (lambda: tracer.Scene(None), "camera is NoneType"),
+        (lambda: tracer.Scene(CAMERA, ["lamp"]), r"lights\[0\] is str"),
+        (lambda: tracer.Scene(CAMERA, 5), "lights is int"),
+        (lambda: tracer.Scene(CAMERA, reflections=1.5), "reflections is 1.5"),
+        (lambda: tracer.Scene(CAMERA).render(4, 4, dtype=int), "float64 or float32"),
+        (lambda: tracer.Scene(CAMERA).intersect((0, -8j, 0), (0, 1, 0)), "real numbers"),
+        (lambda: tracer.Scene(CAMERA).intersect((0, 0, 0), ("0", "1", "0")), "real numbers"),
+        (lambda: tracer.Sphere((0, 0, 0), 1.0).intersect(np.zeros(3, object), (0, 0, 1)), "real numbers"),
+        (lambda: tracer.Sphere((0, 0, 0), 1.0).intersect((0, 0, 0), (0, 0, 1), samples="3"), "samples"),
+        (lambda: tracer.Sphere((0, 0, 1j), 1.0), "real numbers"),
+        (lambda: tracer.Sphere((0, 0, 0), "1"), "real numbers"),
+        (lambda: tracer.Disc(np.ones(10) * 1j), "no circle"),
+        (lambda: tracer.Camera(cga3d.point((0, 0, 0)), 1.0, 1.0, 1.0), "no motor has"),
+        (lambda: tracer.Camera(pga3d.translator((1, 0, 0)), 1.0, 1.0, 1.0), "a motor of cga3d"),
+        (lambda: tracer.Camera(cga3d.translator(np.ones((2, 3))), 1.0, 1.0, 1.0), "one motor"),
+        (lambda: tracer.reflect(LINE, cga3d.point((0, 0, 0)), LINE), "no Surface"),
+        (lambda: tracer.reflect(LINE, LINE, tracer.Plane((0, 0, 1), 0.0)), "a point is needed, not line"),
         (lambda: tracer.Sphere((0, 0, 0), 1.0).intersect((0, 0, 0), (0, 0, 1), method="isolated"), "isolate"),
     ],
 )
@@ -224,6 +242,24 @@ def test_a_camera_by_its_motor():
     plain = tracer.Camera(cga.translator((1.0, 2.0, 3.0)) * cga.rotor((0, 0, 1), 0.0), 1.0, 1.0, 1.0)
     np.testing.assert_allclose(plain.position, [1, 2, 3], atol=1e-15)
     np.testing.assert_allclose(plain.rays(1, 1)[1][0, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_cameras_stand_by_rotors_and_translators():
+    from bladesmith import cga3d as cga
+
+    for part, motor in (
+        (cga.translator((0, -8, 0)), cga.translator((0, -8, 0)) * cga.rotor((0, 0, 1), 0.0)),
+        (cga.rotor((0, 0, 1), 0.4), cga.translator((0, 0, 0)) * cga.rotor((0, 0, 1), 0.4)),
+    ):
+        np.testing.assert_allclose(
+            tracer.Camera(part, 1, 0.5, 0.5).motor, tracer.Camera(motor, 1, 0.5, 0.5).motor, atol=1e-15
+        )
+
+
+def test_a_number_of_threads_is_checked():
+    for wrong in (0, -1, 1.5, "2"):
+        with pytest.raises(InputError, match="threads is"):
+            tracer.Scene(CAMERA).render(4, 4, threads=wrong)
 
 
 # -- reflection ----------------------------------------------------------------------------------------------

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -181,11 +183,64 @@ def test_examples_render(path):
 
 
 def test_pictures_are_srgb(tmp_path):
-    levels = np.array([0.0, 0.001, 0.18, 0.5, 1.0, 7.0, -1.0, np.nan])
+    levels = np.array([0.0, 0.001, 0.18, 0.5, 1.0, 7.0, -1.0, np.inf])
     tracer.save_image(tmp_path / "a.png", np.repeat(levels[None, :, None], 3, axis=2))
     with Image.open(tmp_path / "a.png") as picture:
-        assert np.asarray(picture)[0, :, 0].tolist() == [0, 3, 118, 188, 255, 255, 0, 0]
+        assert np.asarray(picture)[0, :, 0].tolist() == [0, 3, 118, 188, 255, 255, 0, 255]
     assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        (np.array([[[0.0, 0.0, 0.0], [0.0, np.nan, 0.0]]]), "NaN in 1 pixels .* row 0, column 1"),
+        (np.zeros((2, 2, 3), complex), "real numbers"),
+        (np.zeros((2, 2)), "shape"),
+    ],
+)
+def test_what_is_no_picture_is_not_saved(image, message, tmp_path):
+    with pytest.raises(InputError, match=message):
+        tracer.save_image(tmp_path / "a.png", image)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_takes_no_files_is_told_by_the_name_that_was_given(tmp_path, monkeypatch):
+    def refused(*_, **__):
+        raise FileNotFoundError(2, "No such file or directory", "/hidden/.a.png.x1.part")
+
+    monkeypatch.setattr("tempfile.mkstemp", refused)
+    with pytest.raises(InputError, match="a.png: it cannot be written there: No such file") as caught:
+        tracer.save_image(tmp_path / "a.png", np.zeros((2, 2, 3)))
+    assert ".part" not in str(caught.value)
+
+
+def test_scenes_and_surfaces_can_be_pickled_after_use():
+    scene = tracer.Scene(
+        tracer.Camera.look_at((0, -8, 0), (0, 0, 0)), [tracer.Light((0, -8, 8))], [tracer.Sphere((0, 0, 0), 1.0)]
+    )
+    image = scene.render(8, 6)
+    scene.surfaces[0].intersect((0, -8, 0), (0, 1, 0))
+    again = pickle.loads(pickle.dumps(scene))
+    np.testing.assert_array_equal(again.render(8, 6), image)
+    assert copy.deepcopy(scene).surfaces[0].intersect((0, -8, 0), (0, 1, 0)).count == 2
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("[render]\nreflections = 2000", "render.reflections is 2000; it is at most 1000."),
+        (
+            '[[surfaces]]\nkind = "sphere"\ncenter = [0, 0, 0]\nradius = 1\nchecker = [0, 0, 0]',
+            "line 8: surfaces[0].checker is not a key of 'sphere'; it is for 'plane' and 'disc'.",
+        ),
+    ],
+)
+def test_messages_of_scene_files_are_sentences(table, expected, tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("[camera]\nposition = [0, -8, 0]\nlook_at = [0, 0, 0]\n" + table)
+    with pytest.raises(SceneError) as caught:
+        tracer.Scene.load(path)
+    assert str(caught.value).endswith(expected)
 
 
 def test_an_interrupted_save_leaves_the_old_picture(tmp_path, monkeypatch):

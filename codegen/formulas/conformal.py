@@ -90,11 +90,11 @@ def point_pair(a: Multivector, b: Multivector) -> Checked:
 
     With m the midpoint and h half of b - a, A ^ B = 2 (m + n0 + (m^2 + h^2)/2 n_inf) ^ (h + (h . m) n_inf).
     """
-    middle, half = (a + b) / 2, (b - a) / 2
-    h, scale = direction_of(half)
+    middle = (a + b) / 2
+    h, scale = direction_of((b - a) / 2)
     ni = infinity(a)
-    center = point(middle) + (half * half) / 2 * ni
-    pair = (center * scale) ^ (h + (h | middle) * ni)
+    center = point(middle) * scale + ni / (2 * scale)  # both over |h|
+    pair = center ^ (h + (h | middle) * ni)
     return pair, outcome(a, (~(scale > 0), Status.SINGULAR))
 
 
@@ -105,8 +105,12 @@ def line_through(a: Multivector, b: Multivector) -> Checked:
 
 
 def circle_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
-    """A ^ B ^ C, normalised (for points on a line: the line). SINGULAR: two points coincide."""
-    return _spanned(a, [point(b - a), point(c - a)])
+    """A ^ B ^ C, normalised. SINGULAR: the points are on a line."""
+    u, v = b - a, c - a
+    noise = NOISE * epsilon(a)
+    area = (u ^ v).scalar_product(v ^ u)
+    bent = area > noise * noise * (u * u).grade(0) * (v * v).grade(0)
+    return _spanned(a, [point(u), point(v)], bent)
 
 
 def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
@@ -119,14 +123,19 @@ def sphere_through(a: Multivector, b: Multivector, c: Multivector, d: Multivecto
     return _spanned(a, [point(b - a), point(c - a), point(d - a)])
 
 
-def _spanned(a: Multivector, others: list[Multivector]) -> Checked:
-    """n0 ^ (others), normalised about the origin and moved to a; singular where only rounding is left of it."""
+def _spanned(a: Multivector, others: list[Multivector], round_: Mask | None = None) -> Checked:
+    """n0 ^ (others), normalised about the origin and moved to a; singular where only rounding is left of it.
+
+    Or where the mask ``round_`` does not hold.
+    """
     blade = terms = origin(a)
     for x in others:
         blade, terms = blade ^ x, absolute_product(terms, x, keep_outer)
     square = -norm_squared(blade)
     noise = NOISE * epsilon(a)
     regular = square > noise * noise * absolute_product(terms, terms, keep_scalar)
+    if round_ is not None:
+        regular = regular & round_
     unit = blade / sqrt(only_if(regular, square))
     return translator(a) >> unit, outcome(a, (~regular, Status.SINGULAR))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from ..algebra import outer_sign
 from ..errors import GradeError
 from ..multivector import Multivector, select, sqrt
-from .outcome import only_if
+from .outcome import as_computed, epsilon, only_if, size
 
 #: Labels of the null vector that makes translators, in CGA and in PGA.
 _NULL_LABELS = ("ni", "0")
@@ -93,10 +93,18 @@ def length(v: Multivector) -> Multivector:
 
 
 def direction_of(v: Multivector) -> tuple[Multivector, Multivector]:
-    """Unit vector along v and 1/|v|; both NaN for a zero or unusable v."""
-    size = length(v)
-    scale = 1 / only_if(size > 0, size)
-    return v * scale, scale
+    """Unit vector along v and 1/|v|; both NaN for a zero or unusable v.
+
+    Where squares might overflow or underflow, v is first brought to about unit size; as computed, for a simplifier
+    would square before it divides.
+    """
+    written, small = size(v), epsilon(v) * epsilon(v)
+    ordinary = (written > small) & (written * small < 1)
+    unit = select(ordinary, v.constant(1), written)
+    u = as_computed(v / unit)
+    u_length = length(u)
+    scale = 1 / only_if(u_length > 0, u_length)
+    return u * scale, scale / unit
 
 
 def canonical_sign(x: Multivector) -> Multivector:

@@ -22,7 +22,7 @@ from ..multivector import (
 from ..status import Status
 from ..trace import Result
 from .euclidean import attached_part, axes, null_vector, space
-from .outcome import as_computed, epsilon, is_finite, only_if, outcome
+from .outcome import NOISE, as_computed, epsilon, is_finite, only_if, outcome
 from .products import absolute_product
 
 
@@ -57,8 +57,9 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     With r = c + v + q (grades 0, 2, 4), s = |v| and the half angle f = atan2(s, c):
     b = (k - k^3 (c2(f^2) - c3(f^2)) q) v, k = f/s. The sign of r counts: exp(b) = r, not -r.
 
-    Where v has no rotation and c < 0, r is a full turn about any axis along its translation: the axis through the
-    origin is taken (about e3 where nothing moves), with status NOT_UNIQUE. In the plane there is none: SINGULAR.
+    Where the rotation in v is rounding noise and c < 0, r is a full turn about any axis along its translation: the
+    axis through the origin is taken (about e3 where nothing moves), with status NOT_UNIQUE. In the plane there is
+    none: SINGULAR. Before that the axis moves away, and rounding b moves exp(b) by |t|/s units of it.
     INVALID: r ~r differs from 1 by more than the square root of the rounding unit.
     """
     c, v, q = _parts(r)
@@ -67,9 +68,10 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     if not s.terms:  # translators, by their blades
         valid = valid & (c > 0)
         return v / only_if(valid, c), outcome(r, (~valid, Status.INVALID))
+    full_turn = (s <= NOISE * epsilon(r)) & (c < 0)
+    s = select(full_turn, r.constant(0), s)
     half_angle = atan2(s, c)
     moves = s > 0
-    full_turn = ~moves & (c < 0)
     k = select(moves, half_angle / s, select(c < 0, r.constant(-1), r.constant(1)))
     k = only_if(valid, k)
     b = k * v
@@ -98,7 +100,8 @@ def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
     norm = middle * ~middle
     s0, s4 = norm.grade(0), norm.grade(4)
     root = middle * (1 - s4 / (2 * s0)) / sqrt(s0)
-    full_turn = (square <= 0) & (c < 0) & valid
+    noise = NOISE * epsilon(r)
+    full_turn = (square <= noise * noise) & (c < 0) & valid
     axis, possible = _turn_axis(v)
     half_turn = -axis * (1 - _translation(v) / 2)
     return _finished(r, select(full_turn, half_turn, root), valid, full_turn, possible)

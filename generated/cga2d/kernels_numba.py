@@ -848,13 +848,13 @@ def cga2d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 11 mul, 9 add, 38 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 12 mul, 9 add, 39 other.
 def cga2d_log_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t0 = r_e12
     t1 = t0 * t0
     t2 = np.sqrt(t1)
-    t3 = K(0.0) < t2
-    t4 = np.logical_not(t3)
+    t3 = K(np.finfo(K).eps)
+    t4 = t2 <= K(64.0) * t3
     t5 = r_s
     t6 = t5 < K(0.0)
     t7 = t4 & t6
@@ -877,29 +877,30 @@ def cga2d_log_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t24 = np.abs(t23 + t1 - K(1.0))
     t25 = np.abs(t23)
     t26 = np.abs(-t1)
-    t27 = K(np.finfo(K).eps)
-    t28 = np.sqrt(t27)
-    t29 = t24 <= (t25 + t26) * t28
-    t30 = t22 & t29
-    t31 = atan2(t2, t5)
-    t32 = K(1.0) / t2
-    t33 = select(t6, K(-1.0), K(1.0))
-    t34 = select(t3, t31 * t32, t33)
-    t35 = select(t30, t34, t14)
-    t36 = select(t7, t31, K(0.0))
-    t37 = t15 * t35
-    t38 = np.logical_not(t30)
-    t39 = select(t7, K(3.0), K(0.0))
-    t40 = select(t12, K(1.0), t39)
-    t41 = select(t38, K(6.0), t40)
+    t27 = np.sqrt(t3)
+    t28 = t24 <= (t25 + t26) * t27
+    t29 = t22 & t28
+    t30 = select(t7, K(0.0), t2)
+    t31 = K(0.0) < t30
+    t32 = atan2(t30, t5)
+    t33 = K(1.0) / t30
+    t34 = select(t6, K(-1.0), K(1.0))
+    t35 = select(t31, t32 * t33, t34)
+    t36 = select(t29, t35, t14)
+    t37 = select(t7, t32, K(0.0))
+    t38 = t15 * t36
+    t39 = np.logical_not(t29)
+    t40 = select(t7, K(3.0), K(0.0))
+    t41 = select(t12, K(1.0), t40)
+    t42 = select(t39, K(6.0), t41)
     return (
         (
-            t15 * (t0 * t35 - t36),  # e12
-            t8 * t37,  # e1ni
-            t9 * t37,  # e2ni
+            t15 * (t0 * t36 - t37),  # e12
+            t8 * t38,  # e1ni
+            t9 * t38,  # e2ni
         ),
         (
-            t41,  # 1
+            t42,  # 1
         ),
     )
 
@@ -919,47 +920,47 @@ def cga2d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 17 mul, 11 add, 40 other.
+# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 19 mul, 11 add, 40 other.
 def cga2d_sqrt_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
     t0 = r_e12
     t1 = t0 * t0
-    t2 = t1 <= K(0.0)
-    t3 = r_s
-    t4 = t3 < K(0.0)
-    t5 = t2 & t4
-    t6 = np.abs(t3)
-    t7 = np.abs(t0)
-    t8 = r_e1ni
-    t9 = np.abs(t8)
-    t10 = r_e2ni
-    t11 = np.abs(t10)
-    t12 = t6 + t7 + t9 + t11
-    t13 = t12
-    t14 = t12 - t13 <= K(0.0)
-    t15 = t3 * t3
-    t16 = np.abs((t15 + t1) - K(1.0))
-    t17 = np.abs(t15)
-    t18 = np.abs(-t1)
-    t19 = K(np.finfo(K).eps)
-    t20 = np.sqrt(t19)
-    t21 = t16 <= (t17 + t18) * t20
-    t22 = t14 & t21
-    t23 = t5 & t22
-    t24 = K(1.0) / (K(1.0) - t3)
-    t25 = select(t4, t1 * t24, t3 + K(1.0))
+    t2 = K(np.finfo(K).eps)
+    t3 = t1 <= K(4096.0) * (t2 * t2)
+    t4 = r_s
+    t5 = t4 < K(0.0)
+    t6 = t3 & t5
+    t7 = np.abs(t4)
+    t8 = np.abs(t0)
+    t9 = r_e1ni
+    t10 = np.abs(t9)
+    t11 = r_e2ni
+    t12 = np.abs(t11)
+    t13 = t7 + t8 + t10 + t12
+    t14 = t13
+    t15 = t13 - t14 <= K(0.0)
+    t16 = t4 * t4
+    t17 = np.abs((t16 + t1) - K(1.0))
+    t18 = np.abs(t16)
+    t19 = np.abs(-t1)
+    t20 = np.sqrt(t2)
+    t21 = t17 <= (t18 + t19) * t20
+    t22 = t15 & t21
+    t23 = t6 & t22
+    t24 = K(1.0) / (K(1.0) - t4)
+    t25 = select(t5, t1 * t24, t4 + K(1.0))
     t26 = K(np.nan)
     t27 = select(t22, t25, t26)
     t28 = np.sqrt(t27 * t27 + t1)
     t29 = K(1.0) / t28
     t30 = select(t23, K(0.0), t27 * t29)
-    t31 = t8 * t8 + t10 * t10 <= K(0.0)
+    t31 = t9 * t9 + t11 * t11 <= K(0.0)
     t32 = np.logical_not(t31)
     t33 = t23 & t32
     t34 = np.logical_not(t33)
     t35 = select(t34, K(1.0), t26)
     t36 = select(t23, K(-1.0), t0 * t29)
-    t37 = select(t23, K(0.5) * t10, t8 * t29)
-    t38 = select(t23, -K(0.5) * t8, t10 * t29)
+    t37 = select(t23, K(0.5) * t11, t9 * t29)
+    t38 = select(t23, -K(0.5) * t9, t11 * t29)
     t39 = np.logical_not(t22)
     t40 = select(t23, K(3.0), K(0.0))
     t41 = select(t33, K(1.0), t40)
@@ -1060,38 +1061,51 @@ def cga2d_sphere_euclidean_number_batch(
         store(status_rows, status_columns, first, count)
 
 
-# A ^ B, normalised; from a to b. SINGULAR: a = b. 31 mul, 11 add, 8 other.
+# A ^ B, normalised; from a to b. SINGULAR: a = b. 35 mul, 12 add, 19 other.
 def cga2d_point_pair_euclidean_euclidean(a_e1, a_e2, b_e1, b_e2):
     t0 = b_e2 - a_e2
-    t1 = b_e1 - a_e1
-    t2 = t1 * t1 + t0 * t0
-    t3 = np.sqrt(K(0.25) * t2)
-    t4 = K(0.0) < t3
-    t5 = K(np.nan)
-    t6 = select(t4, t3, t5)
-    t7 = K(1.0) / t6
-    t8 = t0 * t7
-    t9 = a_e1 + b_e1
-    t10 = t9 * t7
-    t11 = t1 * t7
-    t12 = a_e2 + b_e2
-    t13 = t12 * t7
-    t14 = t7 * (t2 + t9 * t9 + t12 * t12)
-    t15 = t9 * t11 + t12 * t8
-    t16 = K(0.0) < t7
-    t17 = np.logical_not(t16)
-    t18 = select(t17, K(1.0), K(0.0))
+    t1 = K(np.finfo(K).eps)
+    t2 = t1 * t1
+    t3 = b_e1 - a_e1
+    t4 = np.abs(K(0.5) * t3)
+    t5 = np.abs(K(0.5) * t0)
+    t6 = t4 + t5
+    t7 = t2 < t6
+    t8 = t6 * t2 < K(1.0)
+    t9 = t7 & t8
+    t10 = select(t9, K(1.0), t6)
+    t11 = K(1.0) / t10
+    t12 = K(0.5) * (t0 * t11)
+    t13 = K(0.5) * (t3 * t11)
+    t14 = np.sqrt(t13 * t13 + t12 * t12)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t12 * t18
+    t20 = a_e1 + b_e1
+    t21 = t11 * t18
+    t22 = t20 * t21
+    t23 = t13 * t18
+    t24 = a_e2 + b_e2
+    t25 = t24 * t21
+    t26 = t20 * t23 + t24 * t19
+    t27 = K(1.0) / (K(2.0) * t21)
+    t28 = t27 + K(0.125) * (t21 * (t20 * t20 + t24 * t24))
+    t29 = K(0.0) < t21
+    t30 = np.logical_not(t29)
+    t31 = select(t30, K(1.0), K(0.0))
     return (
         (
-            K(0.25) * (t8 * t10 - t11 * t13),  # e12
-            -K(0.5) * (t7 * t11),  # e1no
-            -K(0.5) * (K(0.125) * (t11 * t14) - K(0.25) * (t10 * t15)),  # e1ni
-            -K(0.5) * (t7 * t8),  # e2no
-            -K(0.5) * (K(0.125) * (t8 * t14) - K(0.25) * (t13 * t15)),  # e2ni
-            K(0.25) * (t7 * t15),  # noni
+            K(0.5) * (t19 * t22 - t23 * t25),  # e12
+            -t23 * t21,  # e1no
+            K(0.25) * (t22 * t26) - t23 * t28,  # e1ni
+            -t19 * t21,  # e2no
+            K(0.25) * (t25 * t26) - t19 * t28,  # e2ni
+            K(0.5) * (t21 * t26),  # noni
         ),
         (
-            t18,  # 1
+            t31,  # 1
         ),
     )
 
@@ -1116,26 +1130,38 @@ def cga2d_point_pair_euclidean_euclidean_batch(begin, end, out_rows, status_rows
         store(status_rows, status_columns, first, count)
 
 
-# Line through a point along a direction. INVALID: the direction is zero. 6 mul, 2 add, 8 other.
+# Line through a point along a direction. INVALID: the direction is zero. 11 mul, 3 add, 18 other.
 def cga2d_line_euclidean_euclidean(point_e1, point_e2, direction_e1, direction_e2):
-    t0 = np.sqrt(direction_e1 * direction_e1 + direction_e2 * direction_e2)
-    t1 = K(0.0) < t0
-    t2 = K(np.nan)
-    t3 = select(t1, t0, t2)
-    t4 = K(1.0) / t3
-    t5 = direction_e2 * t4
-    t6 = direction_e1 * t4
-    t7 = K(0.0) < t4
-    t8 = np.logical_not(t7)
-    t9 = select(t8, K(6.0), K(0.0))
+    t0 = K(np.finfo(K).eps)
+    t1 = t0 * t0
+    t2 = np.abs(direction_e1)
+    t3 = np.abs(direction_e2)
+    t4 = t2 + t3
+    t5 = t1 < t4
+    t6 = t4 * t1 < K(1.0)
+    t7 = t5 & t6
+    t8 = select(t7, K(1.0), t4)
+    t9 = K(1.0) / t8
+    t10 = direction_e2 * t9
+    t11 = direction_e1 * t9
+    t12 = np.sqrt(t11 * t11 + t10 * t10)
+    t13 = K(0.0) < t12
+    t14 = K(np.nan)
+    t15 = select(t13, t12, t14)
+    t16 = K(1.0) / t15
+    t17 = t10 * t16
+    t18 = t11 * t16
+    t19 = K(0.0) < t9 * t16
+    t20 = np.logical_not(t19)
+    t21 = select(t20, K(6.0), K(0.0))
     return (
         (
-            point_e1 * t5 - point_e2 * t6,  # e12ni
-            -t6,  # e1noni
-            -t5,  # e2noni
+            point_e1 * t17 - point_e2 * t18,  # e12ni
+            -t18,  # e1noni
+            -t17,  # e2noni
         ),
         (
-            t9,  # 1
+            t21,  # 1
         ),
     )
 
@@ -1160,28 +1186,40 @@ def cga2d_line_euclidean_euclidean_batch(
         store(status_rows, status_columns, first, count)
 
 
-# A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b. 6 mul, 4 add, 8 other.
+# A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b. 11 mul, 5 add, 18 other.
 def cga2d_line_through_euclidean_euclidean(a_e1, a_e2, b_e1, b_e2):
     t0 = b_e2 - a_e2
-    t1 = b_e1 - a_e1
-    t2 = np.sqrt(t1 * t1 + t0 * t0)
-    t3 = K(0.0) < t2
-    t4 = K(np.nan)
-    t5 = select(t3, t2, t4)
-    t6 = K(1.0) / t5
-    t7 = t0 * t6
-    t8 = t1 * t6
-    t9 = K(0.0) < t6
-    t10 = np.logical_not(t9)
-    t11 = select(t10, K(1.0), K(0.0))
+    t1 = K(np.finfo(K).eps)
+    t2 = t1 * t1
+    t3 = b_e1 - a_e1
+    t4 = np.abs(t3)
+    t5 = np.abs(t0)
+    t6 = t4 + t5
+    t7 = t2 < t6
+    t8 = t6 * t2 < K(1.0)
+    t9 = t7 & t8
+    t10 = select(t9, K(1.0), t6)
+    t11 = K(1.0) / t10
+    t12 = t0 * t11
+    t13 = t3 * t11
+    t14 = np.sqrt(t13 * t13 + t12 * t12)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t12 * t18
+    t20 = t13 * t18
+    t21 = K(0.0) < t11 * t18
+    t22 = np.logical_not(t21)
+    t23 = select(t22, K(1.0), K(0.0))
     return (
         (
-            a_e1 * t7 - a_e2 * t8,  # e12ni
-            -t8,  # e1noni
-            -t7,  # e2noni
+            a_e1 * t19 - a_e2 * t20,  # e12ni
+            -t20,  # e1noni
+            -t19,  # e2noni
         ),
         (
-            t11,  # 1
+            t23,  # 1
         ),
     )
 
@@ -1203,53 +1241,57 @@ def cga2d_line_through_euclidean_euclidean_batch(begin, end, out_rows, status_ro
         store(status_rows, status_columns, first, count)
 
 
-# A ^ B ^ C, normalised (for points on a line: the line). SINGULAR: two points coincide. 44 mul, 22 add, 17 other.
+# A ^ B ^ C, normalised. SINGULAR: the points are on a line. 48 mul, 22 add, 19 other.
 def cga2d_circle_through_euclidean_euclidean_euclidean(a_e1, a_e2, b_e1, b_e2, c_e1, c_e2):
-    t0 = K(np.finfo(K).eps)
-    t1 = c_e1 - a_e1
-    t2 = c_e2 - a_e2
-    t3 = t1 * t1 + t2 * t2
-    t4 = b_e1 - a_e1
-    t5 = np.abs(t4)
-    t6 = np.abs(K(0.5) * (t3 * t5))
-    t7 = b_e2 - a_e2
-    t8 = t4 * t4 + t7 * t7
-    t9 = np.abs(K(0.5) * t8)
-    t10 = np.abs(t1 * t9)
-    t11 = t6 + t10
-    t12 = np.abs(t11 * t11)
-    t13 = np.abs(t7)
-    t14 = np.abs(K(0.5) * (t3 * t13))
-    t15 = np.abs(t2 * t9)
-    t16 = t14 + t15
-    t17 = np.abs(t16 * t16)
-    t18 = t8 * t1 - t4 * t3
-    t19 = t8 * t2 - t7 * t3
-    t20 = K(0.25) * (t18 * t18) + K(0.25) * (t19 * t19)
-    t21 = K(4096.0) * (t0 * t0 * (t12 + t17)) < t20
-    t22 = K(np.nan)
-    t23 = select(t21, t20, t22)
-    t24 = np.sqrt(t23)
-    t25 = K(1.0) / t24
-    t26 = t25 * (t7 * t1 - t4 * t2)
-    t27 = t18 * t25
-    t28 = a_e2 * t26
-    t29 = K(0.5) * t27 + K(0.5) * t28
-    t30 = a_e1 * t26
-    t31 = t19 * t25
-    t32 = K(0.5) * t31 - K(0.5) * t30
-    t33 = a_e2 * (K(2.0) * (K(0.5) * t27 + t29) + t28) - a_e1 * (K(2.0) * (K(0.5) * t31 + t32) - t30)
-    t34 = np.logical_not(t21)
-    t35 = select(t34, K(1.0), K(0.0))
+    t0 = b_e1 - a_e1
+    t1 = c_e2 - a_e2
+    t2 = b_e2 - a_e2
+    t3 = c_e1 - a_e1
+    t4 = t0 * t1 - t2 * t3
+    t5 = K(np.finfo(K).eps)
+    t6 = t5 * t5
+    t7 = t3 * t3 + t1 * t1
+    t8 = np.abs(t0)
+    t9 = np.abs(K(0.5) * (t7 * t8))
+    t10 = t0 * t0 + t2 * t2
+    t11 = np.abs(K(0.5) * t10)
+    t12 = np.abs(t3 * t11)
+    t13 = t9 + t12
+    t14 = np.abs(t13 * t13)
+    t15 = np.abs(t2)
+    t16 = np.abs(K(0.5) * (t7 * t15))
+    t17 = np.abs(t1 * t11)
+    t18 = t16 + t17
+    t19 = np.abs(t18 * t18)
+    t20 = t3 * t10 - t0 * t7
+    t21 = t1 * t10 - t2 * t7
+    t22 = K(0.25) * (t20 * t20) + K(0.25) * (t21 * t21)
+    t23 = K(4096.0) * (t6 * (t14 + t19)) < t22
+    t24 = K(4096.0) * (t6 * (t10 * t7)) < t4 * t4
+    t25 = t23 & t24
+    t26 = K(np.nan)
+    t27 = select(t25, t22, t26)
+    t28 = np.sqrt(t27)
+    t29 = K(1.0) / t28
+    t30 = t4 * t29
+    t31 = t20 * t29
+    t32 = a_e2 * t30
+    t33 = K(0.5) * t31 - K(0.5) * t32
+    t34 = a_e1 * t30
+    t35 = t21 * t29
+    t36 = K(0.5) * t35 + K(0.5) * t34
+    t37 = a_e2 * (K(2.0) * (K(0.5) * t31 + t33) - t32) - a_e1 * (t34 + K(2.0) * (K(0.5) * t35 + t36))
+    t38 = np.logical_not(t25)
+    t39 = select(t38, K(1.0), K(0.0))
     return (
         (
-            -t26,  # e12no
-            K(0.25) * t33,  # e12ni
-            t29 + K(0.5) * t28,  # e1noni
-            t32 - K(0.5) * t30,  # e2noni
+            t30,  # e12no
+            K(0.25) * t37,  # e12ni
+            t33 - K(0.5) * t32,  # e1noni
+            K(0.5) * t34 + t36,  # e2noni
         ),
         (
-            t35,  # 1
+            t39,  # 1
         ),
     )
 

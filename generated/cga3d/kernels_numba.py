@@ -3591,7 +3591,7 @@ def cga3d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 35 mul, 31 add, 57 other.
 def cga3d_log_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = r_e12
     t1 = r_s
@@ -3638,42 +3638,43 @@ def cga3d_log_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e1
     t42 = t37 <= K(2.0) * (t30 * (t38 + t39 + t40 + t41))
     t43 = t32 & t42
     t44 = np.sqrt(t23)
-    t45 = K(0.0) < t44
-    t46 = atan2(t44, t1)
-    t47 = K(1.0) / t44
-    t48 = t1 < K(0.0)
-    t49 = select(t48, K(-1.0), K(1.0))
-    t50 = select(t45, t46 * t47, t49)
-    t51 = K(np.nan)
-    t52 = select(t43, t50, t51)
-    t53 = t6 * t6 + t10 * t10 + t12 * t12
-    t54 = K(0.0) < t53
-    t55 = np.sqrt(t53)
-    t56 = K(1.0) / t55
-    t57 = select(t54, t56, K(0.0))
-    t58 = select(t54, K(0.0), K(1.0))
-    t59 = np.logical_not(t45)
-    t60 = t59 & t48
-    t61 = select(t60, t46, K(0.0))
-    t62 = t57 * t61
-    t63 = t46 * t46
-    t64 = stumpff2(t63)
-    t65 = stumpff3(t63)
-    t66 = t14 * (t52 * (t52 * (t64 - t65)))
-    t67 = np.logical_not(t43)
-    t68 = select(t60, K(3.0), K(0.0))
-    t69 = select(t67, K(6.0), t68)
+    t45 = t44 <= K(64.0) * t29
+    t46 = t1 < K(0.0)
+    t47 = t45 & t46
+    t48 = select(t47, K(0.0), t44)
+    t49 = K(0.0) < t48
+    t50 = atan2(t48, t1)
+    t51 = K(1.0) / t48
+    t52 = select(t46, K(-1.0), K(1.0))
+    t53 = select(t49, t50 * t51, t52)
+    t54 = K(np.nan)
+    t55 = select(t43, t53, t54)
+    t56 = t6 * t6 + t10 * t10 + t12 * t12
+    t57 = K(0.0) < t56
+    t58 = np.sqrt(t56)
+    t59 = K(1.0) / t58
+    t60 = select(t57, t59, K(0.0))
+    t61 = select(t57, K(0.0), K(1.0))
+    t62 = select(t47, t50, K(0.0))
+    t63 = t60 * t62
+    t64 = t50 * t50
+    t65 = stumpff2(t64)
+    t66 = stumpff3(t64)
+    t67 = t14 * (t55 * (t55 * (t65 - t66)))
+    t68 = np.logical_not(t43)
+    t69 = select(t47, K(3.0), K(0.0))
+    t70 = select(t68, K(6.0), t69)
     return (
         (
-            t0 * t52 - (t12 * t57 + t58) * t61,  # e12
-            t4 * t52 + t10 * t62,  # e13
-            t52 * (t6 + t8 * t66),  # e1ni
-            t8 * t52 - t6 * t62,  # e23
-            t52 * (t10 - t4 * t66),  # e2ni
-            t52 * (t12 + t0 * t66),  # e3ni
+            t0 * t55 - (t12 * t60 + t61) * t62,  # e12
+            t4 * t55 + t10 * t63,  # e13
+            t55 * (t6 + t8 * t67),  # e1ni
+            t8 * t55 - t6 * t63,  # e23
+            t55 * (t10 - t4 * t67),  # e2ni
+            t55 * (t12 + t0 * t67),  # e3ni
         ),
         (
-            t69,  # 1
+            t70,  # 1
         ),
     )
 
@@ -3697,7 +3698,7 @@ def cga3d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 35 mul, 31 add, 57 other.
 def cga3d_log_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = r_e12
     t1 = r_s
@@ -3744,42 +3745,43 @@ def cga3d_log_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, 
     t42 = t37 <= K(2.0) * (t30 * (t38 + t39 + t40 + t41))
     t43 = t32 & t42
     t44 = np.sqrt(t23)
-    t45 = K(0.0) < t44
-    t46 = atan2(t44, t1)
-    t47 = K(1.0) / t44
-    t48 = t1 < K(0.0)
-    t49 = select(t48, K(-1.0), K(1.0))
-    t50 = select(t45, t46 * t47, t49)
-    t51 = K(np.nan)
-    t52 = select(t43, t50, t51)
-    t53 = t6 * t6 + t10 * t10 + t12 * t12
-    t54 = K(0.0) < t53
-    t55 = np.sqrt(t53)
-    t56 = K(1.0) / t55
-    t57 = select(t54, t56, K(0.0))
-    t58 = select(t54, K(0.0), K(1.0))
-    t59 = np.logical_not(t45)
-    t60 = t59 & t48
-    t61 = select(t60, t46, K(0.0))
-    t62 = t57 * t61
-    t63 = t46 * t46
-    t64 = stumpff2(t63)
-    t65 = stumpff3(t63)
-    t66 = t14 * (t52 * (t52 * (t64 - t65)))
-    t67 = np.logical_not(t43)
-    t68 = select(t60, K(3.0), K(0.0))
-    t69 = select(t67, K(6.0), t68)
+    t45 = t44 <= K(64.0) * t29
+    t46 = t1 < K(0.0)
+    t47 = t45 & t46
+    t48 = select(t47, K(0.0), t44)
+    t49 = K(0.0) < t48
+    t50 = atan2(t48, t1)
+    t51 = K(1.0) / t48
+    t52 = select(t46, K(-1.0), K(1.0))
+    t53 = select(t49, t50 * t51, t52)
+    t54 = K(np.nan)
+    t55 = select(t43, t53, t54)
+    t56 = t6 * t6 + t10 * t10 + t12 * t12
+    t57 = K(0.0) < t56
+    t58 = np.sqrt(t56)
+    t59 = K(1.0) / t58
+    t60 = select(t57, t59, K(0.0))
+    t61 = select(t57, K(0.0), K(1.0))
+    t62 = select(t47, t50, K(0.0))
+    t63 = t60 * t62
+    t64 = t50 * t50
+    t65 = stumpff2(t64)
+    t66 = stumpff3(t64)
+    t67 = t14 * (t55 * (t55 * (t65 - t66)))
+    t68 = np.logical_not(t43)
+    t69 = select(t47, K(3.0), K(0.0))
+    t70 = select(t68, K(6.0), t69)
     return (
         (
-            t0 * t52 - (t12 * t57 + t58) * t61,  # e12
-            t4 * t52 + t10 * t62,  # e13
-            t52 * (t6 + t8 * t66),  # e1ni
-            t8 * t52 - t6 * t62,  # e23
-            t52 * (t10 - t4 * t66),  # e2ni
-            t52 * (t12 + t0 * t66),  # e3ni
+            t0 * t55 - (t12 * t60 + t61) * t62,  # e12
+            t4 * t55 + t10 * t63,  # e13
+            t55 * (t6 + t8 * t67),  # e1ni
+            t8 * t55 - t6 * t63,  # e23
+            t55 * (t10 - t4 * t67),  # e2ni
+            t55 * (t12 + t0 * t67),  # e3ni
         ),
         (
-            t69,  # 1
+            t70,  # 1
         ),
     )
 
@@ -3803,7 +3805,7 @@ def cga3d_log_motor_any_motor_batch(begin, end, out_rows, status_rows, r_rows, r
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other.
+# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 48 mul, 33 add, 61 other.
 def cga3d_sqrt_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = r_e12
     t1 = t0 * t0
@@ -3812,39 +3814,39 @@ def cga3d_sqrt_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e
     t4 = r_e23
     t5 = t4 * t4
     t6 = t1 + t3 + t5
-    t7 = t6 <= K(0.0)
-    t8 = r_s
-    t9 = t8 < K(0.0)
-    t10 = t7 & t9
-    t11 = np.abs(t8)
-    t12 = np.abs(t0)
-    t13 = np.abs(t2)
-    t14 = r_e1ni
-    t15 = np.abs(t14)
-    t16 = np.abs(t4)
-    t17 = r_e2ni
-    t18 = np.abs(t17)
-    t19 = r_e3ni
-    t20 = np.abs(t19)
-    t21 = r_e123ni
-    t22 = np.abs(t21)
-    t23 = t11 + t12 + t13 + t15 + t16 + t18 + t20 + t22
-    t24 = t23
-    t25 = t23 - t24 <= K(0.0)
-    t26 = t8 * t8
-    t27 = np.abs(t26 + t6 - K(1.0))
-    t28 = np.abs(t26)
-    t29 = np.abs(-t1)
-    t30 = np.abs(-t3)
-    t31 = np.abs(-t5)
-    t32 = K(np.finfo(K).eps)
-    t33 = np.sqrt(t32)
-    t34 = t27 <= (t28 + t29 + t30 + t31) * t33
-    t35 = t25 & t34
-    t36 = t8 * t21
-    t37 = t14 * t4
-    t38 = t0 * t19
-    t39 = t2 * t17
+    t7 = K(np.finfo(K).eps)
+    t8 = t6 <= K(4096.0) * (t7 * t7)
+    t9 = r_s
+    t10 = t9 < K(0.0)
+    t11 = t8 & t10
+    t12 = np.abs(t9)
+    t13 = np.abs(t0)
+    t14 = np.abs(t2)
+    t15 = r_e1ni
+    t16 = np.abs(t15)
+    t17 = np.abs(t4)
+    t18 = r_e2ni
+    t19 = np.abs(t18)
+    t20 = r_e3ni
+    t21 = np.abs(t20)
+    t22 = r_e123ni
+    t23 = np.abs(t22)
+    t24 = t12 + t13 + t14 + t16 + t17 + t19 + t21 + t23
+    t25 = t24
+    t26 = t24 - t25 <= K(0.0)
+    t27 = t9 * t9
+    t28 = np.abs(t27 + t6 - K(1.0))
+    t29 = np.abs(t27)
+    t30 = np.abs(-t1)
+    t31 = np.abs(-t3)
+    t32 = np.abs(-t5)
+    t33 = np.sqrt(t7)
+    t34 = t28 <= (t29 + t30 + t31 + t32) * t33
+    t35 = t26 & t34
+    t36 = t9 * t22
+    t37 = t15 * t4
+    t38 = t0 * t20
+    t39 = t2 * t18
     t40 = t37 + t38 - t39
     t41 = np.abs(K(2.0) * (t36 - t40))
     t42 = np.abs(t36)
@@ -3853,30 +3855,30 @@ def cga3d_sqrt_motor_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e
     t45 = np.abs(-t37)
     t46 = t41 <= K(2.0) * (t33 * (t42 + t43 + t44 + t45))
     t47 = t35 & t46
-    t48 = t10 & t47
-    t49 = K(1.0) / (K(1.0) - t8)
-    t50 = select(t9, t49 * t6, t8 + K(1.0))
+    t48 = t11 & t47
+    t49 = K(1.0) / (K(1.0) - t9)
+    t50 = select(t10, t49 * t6, t9 + K(1.0))
     t51 = K(np.nan)
     t52 = select(t47, t50, t51)
     t53 = t52 * t52 + t6
     t54 = np.sqrt(t53)
     t55 = K(1.0) / t54
     t56 = select(t48, K(0.0), t52 * t55)
-    t57 = t14 * t14 + t17 * t17 + t19 * t19
+    t57 = t15 * t15 + t18 * t18 + t20 * t20
     t58 = K(0.0) < t57
     t59 = np.sqrt(t57)
     t60 = K(1.0) / t59
     t61 = select(t58, t60, K(0.0))
     t62 = select(t58, K(0.0), K(1.0))
-    t63 = select(t48, -t19 * t61 - t62, t0 * t55)
-    t64 = select(t48, t17 * t61, t2 * t55)
+    t63 = select(t48, -t20 * t61 - t62, t0 * t55)
+    t64 = select(t48, t18 * t61, t2 * t55)
     t65 = K(1.0) / (K(2.0) * t53)
-    t66 = t65 * (t40 - t21 * t52)
-    t67 = select(t48, K(0.5) * (t17 * t62), t55 * (t14 - K(2.0) * (t4 * t66)))
-    t68 = select(t48, -t14 * t61, t4 * t55)
-    t69 = select(t48, -K(0.5) * (t14 * t62), t55 * (t17 + K(2.0) * (t2 * t66)))
-    t70 = select(t48, K(0.0), t55 * (t19 - K(2.0) * (t0 * t66)))
-    t71 = select(t48, K(0.5) * (t19 * t62 + t57 * t61), t55 * (t21 + K(2.0) * (t52 * t66)))
+    t66 = t65 * (t40 - t22 * t52)
+    t67 = select(t48, K(0.5) * (t18 * t62), t55 * (t15 - K(2.0) * (t4 * t66)))
+    t68 = select(t48, -t15 * t61, t4 * t55)
+    t69 = select(t48, -K(0.5) * (t15 * t62), t55 * (t18 + K(2.0) * (t2 * t66)))
+    t70 = select(t48, K(0.0), t55 * (t20 - K(2.0) * (t0 * t66)))
+    t71 = select(t48, K(0.5) * (t20 * t62 + t57 * t61), t55 * (t22 + K(2.0) * (t52 * t66)))
     t72 = np.logical_not(t47)
     t73 = select(t48, K(3.0), K(0.0))
     t74 = select(t72, K(6.0), t73)
@@ -3916,7 +3918,7 @@ def cga3d_sqrt_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_st
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other.
+# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 48 mul, 33 add, 61 other.
 def cga3d_sqrt_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni, r_e123ni):
     t0 = r_e12
     t1 = t0 * t0
@@ -3925,39 +3927,39 @@ def cga3d_sqrt_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni,
     t4 = r_e23
     t5 = t4 * t4
     t6 = t1 + t3 + t5
-    t7 = t6 <= K(0.0)
-    t8 = r_s
-    t9 = t8 < K(0.0)
-    t10 = t7 & t9
-    t11 = np.abs(t8)
-    t12 = np.abs(t0)
-    t13 = np.abs(t2)
-    t14 = r_e1ni
-    t15 = np.abs(t14)
-    t16 = np.abs(t4)
-    t17 = r_e2ni
-    t18 = np.abs(t17)
-    t19 = r_e3ni
-    t20 = np.abs(t19)
-    t21 = r_e123ni
-    t22 = np.abs(t21)
-    t23 = t11 + t12 + t13 + t15 + t16 + t18 + t20 + t22
-    t24 = t23
-    t25 = t23 - t24 <= K(0.0)
-    t26 = t8 * t8
-    t27 = np.abs(t26 + t6 - K(1.0))
-    t28 = np.abs(t26)
-    t29 = np.abs(-t1)
-    t30 = np.abs(-t3)
-    t31 = np.abs(-t5)
-    t32 = K(np.finfo(K).eps)
-    t33 = np.sqrt(t32)
-    t34 = t27 <= (t28 + t29 + t30 + t31) * t33
-    t35 = t25 & t34
-    t36 = t8 * t21
-    t37 = t14 * t4
-    t38 = t0 * t19
-    t39 = t2 * t17
+    t7 = K(np.finfo(K).eps)
+    t8 = t6 <= K(4096.0) * (t7 * t7)
+    t9 = r_s
+    t10 = t9 < K(0.0)
+    t11 = t8 & t10
+    t12 = np.abs(t9)
+    t13 = np.abs(t0)
+    t14 = np.abs(t2)
+    t15 = r_e1ni
+    t16 = np.abs(t15)
+    t17 = np.abs(t4)
+    t18 = r_e2ni
+    t19 = np.abs(t18)
+    t20 = r_e3ni
+    t21 = np.abs(t20)
+    t22 = r_e123ni
+    t23 = np.abs(t22)
+    t24 = t12 + t13 + t14 + t16 + t17 + t19 + t21 + t23
+    t25 = t24
+    t26 = t24 - t25 <= K(0.0)
+    t27 = t9 * t9
+    t28 = np.abs(t27 + t6 - K(1.0))
+    t29 = np.abs(t27)
+    t30 = np.abs(-t1)
+    t31 = np.abs(-t3)
+    t32 = np.abs(-t5)
+    t33 = np.sqrt(t7)
+    t34 = t28 <= (t29 + t30 + t31 + t32) * t33
+    t35 = t26 & t34
+    t36 = t9 * t22
+    t37 = t15 * t4
+    t38 = t0 * t20
+    t39 = t2 * t18
     t40 = t37 + t38 - t39
     t41 = np.abs(K(2.0) * (t36 - t40))
     t42 = np.abs(t36)
@@ -3966,30 +3968,30 @@ def cga3d_sqrt_motor_any_motor(r_s, r_e12, r_e13, r_e1ni, r_e23, r_e2ni, r_e3ni,
     t45 = np.abs(-t37)
     t46 = t41 <= K(2.0) * (t33 * (t42 + t43 + t44 + t45))
     t47 = t35 & t46
-    t48 = t10 & t47
-    t49 = K(1.0) / (K(1.0) - t8)
-    t50 = select(t9, t49 * t6, t8 + K(1.0))
+    t48 = t11 & t47
+    t49 = K(1.0) / (K(1.0) - t9)
+    t50 = select(t10, t49 * t6, t9 + K(1.0))
     t51 = K(np.nan)
     t52 = select(t47, t50, t51)
     t53 = t52 * t52 + t6
     t54 = np.sqrt(t53)
     t55 = K(1.0) / t54
     t56 = select(t48, K(0.0), t52 * t55)
-    t57 = t14 * t14 + t17 * t17 + t19 * t19
+    t57 = t15 * t15 + t18 * t18 + t20 * t20
     t58 = K(0.0) < t57
     t59 = np.sqrt(t57)
     t60 = K(1.0) / t59
     t61 = select(t58, t60, K(0.0))
     t62 = select(t58, K(0.0), K(1.0))
-    t63 = select(t48, -t19 * t61 - t62, t0 * t55)
-    t64 = select(t48, t17 * t61, t2 * t55)
+    t63 = select(t48, -t20 * t61 - t62, t0 * t55)
+    t64 = select(t48, t18 * t61, t2 * t55)
     t65 = K(1.0) / (K(2.0) * t53)
-    t66 = t65 * (t40 - t21 * t52)
-    t67 = select(t48, K(0.5) * (t17 * t62), t55 * (t14 - K(2.0) * (t4 * t66)))
-    t68 = select(t48, -t14 * t61, t4 * t55)
-    t69 = select(t48, -K(0.5) * (t14 * t62), t55 * (t17 + K(2.0) * (t2 * t66)))
-    t70 = select(t48, K(0.0), t55 * (t19 - K(2.0) * (t0 * t66)))
-    t71 = select(t48, K(0.5) * (t19 * t62 + t57 * t61), t55 * (t21 + K(2.0) * (t52 * t66)))
+    t66 = t65 * (t40 - t22 * t52)
+    t67 = select(t48, K(0.5) * (t18 * t62), t55 * (t15 - K(2.0) * (t4 * t66)))
+    t68 = select(t48, -t15 * t61, t4 * t55)
+    t69 = select(t48, -K(0.5) * (t15 * t62), t55 * (t18 + K(2.0) * (t2 * t66)))
+    t70 = select(t48, K(0.0), t55 * (t20 - K(2.0) * (t0 * t66)))
+    t71 = select(t48, K(0.5) * (t20 * t62 + t57 * t61), t55 * (t22 + K(2.0) * (t52 * t66)))
     t72 = np.logical_not(t47)
     t73 = select(t48, K(3.0), K(0.0))
     t74 = select(t72, K(6.0), t73)
@@ -4104,46 +4106,61 @@ def cga3d_flat_point_euclidean_batch(begin, end, out_rows, position_rows, positi
         store(out_rows, out_columns, first, count)
 
 
-# A ^ B, normalised; from a to b. SINGULAR: a = b. 49 mul, 19 add, 8 other.
+# A ^ B, normalised; from a to b. SINGULAR: a = b. 53 mul, 21 add, 21 other.
 def cga3d_point_pair_euclidean_euclidean(a_e1, a_e2, a_e3, b_e1, b_e2, b_e3):
     t0 = b_e2 - a_e2
-    t1 = b_e1 - a_e1
-    t2 = b_e3 - a_e3
-    t3 = t1 * t1 + t0 * t0 + t2 * t2
-    t4 = np.sqrt(K(0.25) * t3)
-    t5 = K(0.0) < t4
-    t6 = K(np.nan)
-    t7 = select(t5, t4, t6)
-    t8 = K(1.0) / t7
-    t9 = t0 * t8
-    t10 = a_e1 + b_e1
-    t11 = t10 * t8
-    t12 = t1 * t8
-    t13 = a_e2 + b_e2
-    t14 = t13 * t8
-    t15 = t2 * t8
-    t16 = a_e3 + b_e3
-    t17 = t16 * t8
-    t18 = t8 * (t3 + t10 * t10 + t13 * t13 + t16 * t16)
-    t19 = t10 * t12 + t13 * t9 + t16 * t15
-    t20 = K(0.0) < t8
-    t21 = np.logical_not(t20)
-    t22 = select(t21, K(1.0), K(0.0))
+    t1 = K(np.finfo(K).eps)
+    t2 = t1 * t1
+    t3 = b_e1 - a_e1
+    t4 = np.abs(K(0.5) * t3)
+    t5 = np.abs(K(0.5) * t0)
+    t6 = b_e3 - a_e3
+    t7 = np.abs(K(0.5) * t6)
+    t8 = t4 + t5 + t7
+    t9 = t2 < t8
+    t10 = t8 * t2 < K(1.0)
+    t11 = t9 & t10
+    t12 = select(t11, K(1.0), t8)
+    t13 = K(1.0) / t12
+    t14 = K(0.5) * (t0 * t13)
+    t15 = K(0.5) * (t3 * t13)
+    t16 = K(0.5) * (t6 * t13)
+    t17 = np.sqrt(t15 * t15 + t14 * t14 + t16 * t16)
+    t18 = K(0.0) < t17
+    t19 = K(np.nan)
+    t20 = select(t18, t17, t19)
+    t21 = K(1.0) / t20
+    t22 = t14 * t21
+    t23 = a_e1 + b_e1
+    t24 = t13 * t21
+    t25 = t23 * t24
+    t26 = t15 * t21
+    t27 = a_e2 + b_e2
+    t28 = t27 * t24
+    t29 = t16 * t21
+    t30 = a_e3 + b_e3
+    t31 = t30 * t24
+    t32 = t23 * t26 + t27 * t22 + t30 * t29
+    t33 = K(1.0) / (K(2.0) * t24)
+    t34 = t33 + K(0.125) * (t24 * (t23 * t23 + t27 * t27 + t30 * t30))
+    t35 = K(0.0) < t24
+    t36 = np.logical_not(t35)
+    t37 = select(t36, K(1.0), K(0.0))
     return (
         (
-            K(0.25) * (t9 * t11 - t12 * t14),  # e12
-            K(0.25) * (t11 * t15 - t12 * t17),  # e13
-            -K(0.5) * (t8 * t12),  # e1no
-            -K(0.5) * (K(0.125) * (t12 * t18) - K(0.25) * (t11 * t19)),  # e1ni
-            K(0.25) * (t14 * t15 - t9 * t17),  # e23
-            -K(0.5) * (t8 * t9),  # e2no
-            -K(0.5) * (K(0.125) * (t9 * t18) - K(0.25) * (t14 * t19)),  # e2ni
-            -K(0.5) * (t8 * t15),  # e3no
-            -K(0.5) * (K(0.125) * (t15 * t18) - K(0.25) * (t17 * t19)),  # e3ni
-            K(0.25) * (t8 * t19),  # noni
+            K(0.5) * (t22 * t25 - t26 * t28),  # e12
+            K(0.5) * (t29 * t25 - t26 * t31),  # e13
+            -t26 * t24,  # e1no
+            K(0.25) * (t25 * t32) - t26 * t34,  # e1ni
+            K(0.5) * (t29 * t28 - t22 * t31),  # e23
+            -t22 * t24,  # e2no
+            K(0.25) * (t28 * t32) - t22 * t34,  # e2ni
+            -t29 * t24,  # e3no
+            K(0.25) * (t31 * t32) - t29 * t34,  # e3ni
+            K(0.5) * (t24 * t32),  # noni
         ),
         (
-            t22,  # 1
+            t37,  # 1
         ),
     )
 
@@ -4170,31 +4187,44 @@ def cga3d_point_pair_euclidean_euclidean_batch(begin, end, out_rows, status_rows
         store(status_rows, status_columns, first, count)
 
 
-# Line through a point along a direction. INVALID: the direction is zero. 12 mul, 5 add, 8 other.
+# Line through a point along a direction. INVALID: the direction is zero. 18 mul, 7 add, 20 other.
 def cga3d_line_euclidean_euclidean(point_e1, point_e2, point_e3, direction_e1, direction_e2, direction_e3):
-    t0 = direction_e1 * direction_e1 + direction_e2 * direction_e2 + direction_e3 * direction_e3
-    t1 = np.sqrt(t0)
-    t2 = K(0.0) < t1
-    t3 = K(np.nan)
-    t4 = select(t2, t1, t3)
-    t5 = K(1.0) / t4
-    t6 = direction_e2 * t5
-    t7 = direction_e1 * t5
-    t8 = direction_e3 * t5
-    t9 = K(0.0) < t5
-    t10 = np.logical_not(t9)
-    t11 = select(t10, K(6.0), K(0.0))
+    t0 = K(np.finfo(K).eps)
+    t1 = t0 * t0
+    t2 = np.abs(direction_e1)
+    t3 = np.abs(direction_e2)
+    t4 = np.abs(direction_e3)
+    t5 = t2 + t3 + t4
+    t6 = t1 < t5
+    t7 = t5 * t1 < K(1.0)
+    t8 = t6 & t7
+    t9 = select(t8, K(1.0), t5)
+    t10 = K(1.0) / t9
+    t11 = direction_e2 * t10
+    t12 = direction_e1 * t10
+    t13 = direction_e3 * t10
+    t14 = np.sqrt(t12 * t12 + t11 * t11 + t13 * t13)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t11 * t18
+    t20 = t12 * t18
+    t21 = t13 * t18
+    t22 = K(0.0) < t10 * t18
+    t23 = np.logical_not(t22)
+    t24 = select(t23, K(6.0), K(0.0))
     return (
         (
-            point_e1 * t6 - point_e2 * t7,  # e12ni
-            point_e1 * t8 - point_e3 * t7,  # e13ni
-            -t7,  # e1noni
-            point_e2 * t8 - point_e3 * t6,  # e23ni
-            -t6,  # e2noni
-            -t8,  # e3noni
+            point_e1 * t19 - point_e2 * t20,  # e12ni
+            point_e1 * t21 - point_e3 * t20,  # e13ni
+            -t20,  # e1noni
+            point_e2 * t21 - point_e3 * t19,  # e23ni
+            -t19,  # e2noni
+            -t21,  # e3noni
         ),
         (
-            t11,  # 1
+            t24,  # 1
         ),
     )
 
@@ -4222,33 +4252,47 @@ def cga3d_line_euclidean_euclidean_batch(
         store(status_rows, status_columns, first, count)
 
 
-# A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b. 12 mul, 8 add, 8 other.
+# A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b. 18 mul, 10 add, 20 other.
 def cga3d_line_through_euclidean_euclidean(a_e1, a_e2, a_e3, b_e1, b_e2, b_e3):
     t0 = b_e2 - a_e2
-    t1 = b_e1 - a_e1
-    t2 = b_e3 - a_e3
-    t3 = np.sqrt(t1 * t1 + t0 * t0 + t2 * t2)
-    t4 = K(0.0) < t3
-    t5 = K(np.nan)
-    t6 = select(t4, t3, t5)
-    t7 = K(1.0) / t6
-    t8 = t0 * t7
-    t9 = t1 * t7
-    t10 = t2 * t7
-    t11 = K(0.0) < t7
-    t12 = np.logical_not(t11)
-    t13 = select(t12, K(1.0), K(0.0))
+    t1 = K(np.finfo(K).eps)
+    t2 = t1 * t1
+    t3 = b_e1 - a_e1
+    t4 = np.abs(t3)
+    t5 = np.abs(t0)
+    t6 = b_e3 - a_e3
+    t7 = np.abs(t6)
+    t8 = t4 + t5 + t7
+    t9 = t2 < t8
+    t10 = t8 * t2 < K(1.0)
+    t11 = t9 & t10
+    t12 = select(t11, K(1.0), t8)
+    t13 = K(1.0) / t12
+    t14 = t0 * t13
+    t15 = t3 * t13
+    t16 = t6 * t13
+    t17 = np.sqrt(t15 * t15 + t14 * t14 + t16 * t16)
+    t18 = K(0.0) < t17
+    t19 = K(np.nan)
+    t20 = select(t18, t17, t19)
+    t21 = K(1.0) / t20
+    t22 = t14 * t21
+    t23 = t15 * t21
+    t24 = t16 * t21
+    t25 = K(0.0) < t13 * t21
+    t26 = np.logical_not(t25)
+    t27 = select(t26, K(1.0), K(0.0))
     return (
         (
-            a_e1 * t8 - a_e2 * t9,  # e12ni
-            a_e1 * t10 - a_e3 * t9,  # e13ni
-            -t9,  # e1noni
-            a_e2 * t10 - a_e3 * t8,  # e23ni
-            -t8,  # e2noni
-            -t10,  # e3noni
+            a_e1 * t22 - a_e2 * t23,  # e12ni
+            a_e1 * t24 - a_e3 * t23,  # e13ni
+            -t23,  # e1noni
+            a_e2 * t24 - a_e3 * t22,  # e23ni
+            -t22,  # e2noni
+            -t24,  # e3noni
         ),
         (
-            t13,  # 1
+            t27,  # 1
         ),
     )
 
@@ -4274,46 +4318,60 @@ def cga3d_line_through_euclidean_euclidean_batch(begin, end, out_rows, status_ro
         store(status_rows, status_columns, first, count)
 
 
-# Circle counter-clockwise about its normal: plane v sphere. INVALID: zero normal, or no positive radius. 35 mul, 13 add, 12 other.
+# Circle counter-clockwise about its normal: plane v sphere. INVALID: zero normal, or no positive radius. 41 mul, 15 add, 24 other.
 def cga3d_circle_euclidean_euclidean_number(
     center_e1, center_e2, center_e3, normal_e1, normal_e2, normal_e3, radius_s,
 ):
-    t0 = np.sqrt(normal_e1 * normal_e1 + normal_e2 * normal_e2 + normal_e3 * normal_e3)
-    t1 = K(0.0) < t0
-    t2 = K(np.nan)
-    t3 = select(t1, t0, t2)
-    t4 = K(1.0) / t3
-    t5 = normal_e1 * t4
-    t6 = normal_e2 * t4
-    t7 = normal_e3 * t4
-    t8 = center_e1 * t5 + center_e2 * t6 + center_e3 * t7
-    t9 = K(0.0) < radius_s
-    t10 = K(0.0) < t4
-    t11 = t9 & t10
-    t12 = select(t11, radius_s, t2)
-    t13 = K(1.0) / t12
-    t14 = center_e3 * t13
-    t15 = K(0.5) * (center_e1 * center_e1 + center_e2 * center_e2 + center_e3 * center_e3) - K(0.5) * (t12 * t12)
-    t16 = t15 * t13
-    t17 = center_e2 * t13
-    t18 = center_e1 * t13
-    t19 = np.logical_not(t11)
-    t20 = select(t19, K(6.0), K(0.0))
+    t0 = K(np.finfo(K).eps)
+    t1 = t0 * t0
+    t2 = np.abs(normal_e1)
+    t3 = np.abs(normal_e2)
+    t4 = np.abs(normal_e3)
+    t5 = t2 + t3 + t4
+    t6 = t1 < t5
+    t7 = t5 * t1 < K(1.0)
+    t8 = t6 & t7
+    t9 = select(t8, K(1.0), t5)
+    t10 = K(1.0) / t9
+    t11 = normal_e1 * t10
+    t12 = normal_e2 * t10
+    t13 = normal_e3 * t10
+    t14 = np.sqrt(t11 * t11 + t12 * t12 + t13 * t13)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t11 * t18
+    t20 = t12 * t18
+    t21 = t13 * t18
+    t22 = center_e1 * t19 + center_e2 * t20 + center_e3 * t21
+    t23 = K(0.0) < radius_s
+    t24 = K(0.0) < t10 * t18
+    t25 = t23 & t24
+    t26 = select(t25, radius_s, t16)
+    t27 = K(1.0) / t26
+    t28 = center_e3 * t27
+    t29 = K(0.5) * (center_e1 * center_e1 + center_e2 * center_e2 + center_e3 * center_e3) - K(0.5) * (t26 * t26)
+    t30 = t29 * t27
+    t31 = center_e2 * t27
+    t32 = center_e1 * t27
+    t33 = np.logical_not(t25)
+    t34 = select(t33, K(6.0), K(0.0))
     return (
         (
-            t8 * t13,  # e123
-            t7 * t13,  # e12no
-            t8 * t14 - t7 * t16,  # e12ni
-            -t6 * t13,  # e13no
-            -(t8 * t17 - t6 * t16),  # e13ni
-            -(t7 * t17 - t6 * t14),  # e1noni
-            t5 * t13,  # e23no
-            t8 * t18 - t5 * t16,  # e23ni
-            t7 * t18 - t5 * t14,  # e2noni
-            -(t6 * t18 - t5 * t17),  # e3noni
+            t22 * t27,  # e123
+            t21 * t27,  # e12no
+            t22 * t28 - t21 * t30,  # e12ni
+            -t20 * t27,  # e13no
+            -(t22 * t31 - t20 * t30),  # e13ni
+            -(t21 * t31 - t20 * t28),  # e1noni
+            t19 * t27,  # e23no
+            t22 * t32 - t19 * t30,  # e23ni
+            t21 * t32 - t19 * t28,  # e2noni
+            -(t20 * t32 - t19 * t31),  # e3noni
         ),
         (
-            t20,  # 1
+            t34,  # 1
         ),
     )
 
@@ -4345,75 +4403,81 @@ def cga3d_circle_euclidean_euclidean_number_batch(
         store(status_rows, status_columns, first, count)
 
 
-# A ^ B ^ C, normalised (for points on a line: the line). SINGULAR: two points coincide. 85 mul, 46 add, 21 other.
+# A ^ B ^ C, normalised. SINGULAR: the points are on a line. 91 mul, 48 add, 23 other.
 def cga3d_circle_through_euclidean_euclidean_euclidean(a_e1, a_e2, a_e3, b_e1, b_e2, b_e3, c_e1, c_e2, c_e3):
-    t0 = K(np.finfo(K).eps)
-    t1 = c_e1 - a_e1
-    t2 = c_e2 - a_e2
-    t3 = c_e3 - a_e3
-    t4 = t1 * t1 + t2 * t2 + t3 * t3
-    t5 = b_e1 - a_e1
-    t6 = np.abs(t5)
-    t7 = np.abs(K(0.5) * (t4 * t6))
-    t8 = b_e2 - a_e2
-    t9 = b_e3 - a_e3
-    t10 = t5 * t5 + t8 * t8 + t9 * t9
-    t11 = np.abs(K(0.5) * t10)
-    t12 = np.abs(t1 * t11)
-    t13 = t7 + t12
-    t14 = np.abs(t13 * t13)
-    t15 = np.abs(t8)
-    t16 = np.abs(K(0.5) * (t4 * t15))
-    t17 = np.abs(t2 * t11)
-    t18 = t16 + t17
-    t19 = np.abs(t18 * t18)
-    t20 = np.abs(t9)
-    t21 = np.abs(K(0.5) * (t4 * t20))
-    t22 = np.abs(t3 * t11)
-    t23 = t21 + t22
-    t24 = np.abs(t23 * t23)
-    t25 = t10 * t1 - t5 * t4
-    t26 = t10 * t2 - t8 * t4
-    t27 = t10 * t3 - t9 * t4
-    t28 = K(0.25) * (t25 * t25) + K(0.25) * (t26 * t26) + K(0.25) * (t27 * t27)
-    t29 = K(4096.0) * (t0 * t0 * (t14 + t19 + t24)) < t28
-    t30 = K(np.nan)
-    t31 = select(t29, t28, t30)
-    t32 = np.sqrt(t31)
-    t33 = K(1.0) / t32
-    t34 = t33 * (t9 * t2 - t8 * t3)
-    t35 = t33 * (t8 * t1 - t5 * t2)
-    t36 = t33 * (t9 * t1 - t5 * t3)
-    t37 = a_e2 * t36 - a_e1 * t34 - a_e3 * t35
-    t38 = t25 * t33
-    t39 = -a_e2 * t35 - a_e3 * t36
-    t40 = K(0.5) * t38 - K(0.5) * t39
-    t41 = K(0.5) * t38 + t40 - K(0.5) * t39
-    t42 = t26 * t33
-    t43 = a_e3 * t34 - a_e1 * t35
-    t44 = K(0.5) * t42 + K(0.5) * t43
-    t45 = K(0.5) * t42 + t44 + K(0.5) * t43
-    t46 = t27 * t33
-    t47 = -a_e1 * t36 - a_e2 * t34
-    t48 = K(0.5) * t46 + K(0.5) * t47
-    t49 = K(0.5) * t46 + t48 + K(0.5) * t47
-    t50 = np.logical_not(t29)
-    t51 = select(t50, K(1.0), K(0.0))
+    t0 = b_e2 - a_e2
+    t1 = c_e3 - a_e3
+    t2 = b_e3 - a_e3
+    t3 = c_e2 - a_e2
+    t4 = t0 * t1 - t2 * t3
+    t5 = K(np.finfo(K).eps)
+    t6 = t5 * t5
+    t7 = c_e1 - a_e1
+    t8 = t7 * t7 + t3 * t3 + t1 * t1
+    t9 = b_e1 - a_e1
+    t10 = np.abs(t9)
+    t11 = np.abs(K(0.5) * (t8 * t10))
+    t12 = t9 * t9 + t0 * t0 + t2 * t2
+    t13 = np.abs(K(0.5) * t12)
+    t14 = np.abs(t7 * t13)
+    t15 = t11 + t14
+    t16 = np.abs(t15 * t15)
+    t17 = np.abs(t0)
+    t18 = np.abs(K(0.5) * (t8 * t17))
+    t19 = np.abs(t3 * t13)
+    t20 = t18 + t19
+    t21 = np.abs(t20 * t20)
+    t22 = np.abs(t2)
+    t23 = np.abs(K(0.5) * (t8 * t22))
+    t24 = np.abs(t1 * t13)
+    t25 = t23 + t24
+    t26 = np.abs(t25 * t25)
+    t27 = t7 * t12 - t9 * t8
+    t28 = t3 * t12 - t0 * t8
+    t29 = t1 * t12 - t2 * t8
+    t30 = K(0.25) * (t27 * t27) + K(0.25) * (t28 * t28) + K(0.25) * (t29 * t29)
+    t31 = K(4096.0) * (t6 * (t16 + t21 + t26)) < t30
+    t32 = t9 * t3 - t0 * t7
+    t33 = t9 * t1 - t2 * t7
+    t34 = K(4096.0) * (t6 * (t12 * t8)) < t32 * t32 + t33 * t33 + t4 * t4
+    t35 = t31 & t34
+    t36 = K(np.nan)
+    t37 = select(t35, t30, t36)
+    t38 = np.sqrt(t37)
+    t39 = K(1.0) / t38
+    t40 = t4 * t39
+    t41 = t32 * t39
+    t42 = t33 * t39
+    t43 = a_e1 * t40 + a_e3 * t41 - a_e2 * t42
+    t44 = t27 * t39
+    t45 = a_e2 * t41 + a_e3 * t42
+    t46 = K(0.5) * t44 - K(0.5) * t45
+    t47 = K(0.5) * t44 + t46 - K(0.5) * t45
+    t48 = t28 * t39
+    t49 = a_e1 * t41 - a_e3 * t40
+    t50 = K(0.5) * t48 + K(0.5) * t49
+    t51 = K(0.5) * t48 + t50 + K(0.5) * t49
+    t52 = t29 * t39
+    t53 = a_e1 * t42 + a_e2 * t40
+    t54 = K(0.5) * t52 + K(0.5) * t53
+    t55 = K(0.5) * t52 + t54 + K(0.5) * t53
+    t56 = np.logical_not(t35)
+    t57 = select(t56, K(1.0), K(0.0))
     return (
         (
-            t37,  # e123
-            -t35,  # e12no
-            K(0.5) * (a_e3 * t37) + K(0.5) * (a_e2 * t41 - a_e1 * t45),  # e12ni
-            -t36,  # e13no
-            K(0.5) * (a_e3 * t41 - a_e1 * t49) - K(0.5) * (a_e2 * t37),  # e13ni
-            t40 - K(0.5) * t39,  # e1noni
-            -t34,  # e23no
-            K(0.5) * (a_e1 * t37) + K(0.5) * (a_e3 * t45 - a_e2 * t49),  # e23ni
-            t44 + K(0.5) * t43,  # e2noni
-            t48 + K(0.5) * t47,  # e3noni
+            t43,  # e123
+            t41,  # e12no
+            K(0.5) * (a_e3 * t43) + K(0.5) * (a_e2 * t47 - a_e1 * t51),  # e12ni
+            t42,  # e13no
+            K(0.5) * (a_e3 * t47 - a_e1 * t55) - K(0.5) * (a_e2 * t43),  # e13ni
+            t46 - K(0.5) * t45,  # e1noni
+            t40,  # e23no
+            K(0.5) * (a_e1 * t43) + K(0.5) * (a_e3 * t51 - a_e2 * t55),  # e23ni
+            t50 + K(0.5) * t49,  # e2noni
+            t54 + K(0.5) * t53,  # e3noni
         ),
         (
-            t51,  # 1
+            t57,  # 1
         ),
     )
 
@@ -4444,25 +4508,40 @@ def cga3d_circle_through_euclidean_euclidean_euclidean_batch(
         store(status_rows, status_columns, first, count)
 
 
-# Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 7 mul, 2 add, 8 other.
+# Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 13 mul, 4 add, 20 other.
 def cga3d_plane_euclidean_number(normal_e1, normal_e2, normal_e3, offset_s):
-    t0 = np.sqrt(normal_e1 * normal_e1 + normal_e2 * normal_e2 + normal_e3 * normal_e3)
-    t1 = K(0.0) < t0
-    t2 = K(np.nan)
-    t3 = select(t1, t0, t2)
-    t4 = K(1.0) / t3
-    t5 = K(0.0) < t4
-    t6 = np.logical_not(t5)
-    t7 = select(t6, K(6.0), K(0.0))
+    t0 = K(np.finfo(K).eps)
+    t1 = t0 * t0
+    t2 = np.abs(normal_e1)
+    t3 = np.abs(normal_e2)
+    t4 = np.abs(normal_e3)
+    t5 = t2 + t3 + t4
+    t6 = t1 < t5
+    t7 = t5 * t1 < K(1.0)
+    t8 = t6 & t7
+    t9 = select(t8, K(1.0), t5)
+    t10 = K(1.0) / t9
+    t11 = normal_e1 * t10
+    t12 = normal_e2 * t10
+    t13 = normal_e3 * t10
+    t14 = np.sqrt(t11 * t11 + t12 * t12 + t13 * t13)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t10 * t18
+    t20 = K(0.0) < t19
+    t21 = np.logical_not(t20)
+    t22 = select(t21, K(6.0), K(0.0))
     return (
         (
-            offset_s * t4,  # e123ni
-            normal_e3 * t4,  # e12noni
-            -normal_e2 * t4,  # e13noni
-            normal_e1 * t4,  # e23noni
+            offset_s * t19,  # e123ni
+            t13 * t18,  # e12noni
+            -t12 * t18,  # e13noni
+            t11 * t18,  # e23noni
         ),
         (
-            t7,  # 1
+            t22,  # 1
         ),
     )
 
@@ -4856,29 +4935,43 @@ def cga3d_translator_euclidean_batch(begin, end, out_rows, t_rows, t_step):
         store(out_rows, out_columns, first, count)
 
 
-# cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 8 mul, 2 add, 10 other.
+# cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 14 mul, 4 add, 22 other.
 def cga3d_rotor_euclidean_number(axis_e1, axis_e2, axis_e3, angle_s):
     t0 = K(0.5) * angle_s
     t1 = cos(t0)
-    t2 = np.sqrt(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3)
-    t3 = K(0.0) < t2
-    t4 = K(np.nan)
-    t5 = select(t3, t2, t4)
-    t6 = K(1.0) / t5
-    t7 = sin(t0)
-    t8 = t6 * t7
-    t9 = K(0.0) < t6
-    t10 = np.logical_not(t9)
-    t11 = select(t10, K(6.0), K(0.0))
+    t2 = K(np.finfo(K).eps)
+    t3 = t2 * t2
+    t4 = np.abs(axis_e1)
+    t5 = np.abs(axis_e2)
+    t6 = np.abs(axis_e3)
+    t7 = t4 + t5 + t6
+    t8 = t3 < t7
+    t9 = t7 * t3 < K(1.0)
+    t10 = t8 & t9
+    t11 = select(t10, K(1.0), t7)
+    t12 = K(1.0) / t11
+    t13 = axis_e3 * t12
+    t14 = axis_e1 * t12
+    t15 = axis_e2 * t12
+    t16 = np.sqrt(t14 * t14 + t15 * t15 + t13 * t13)
+    t17 = K(0.0) < t16
+    t18 = K(np.nan)
+    t19 = select(t17, t16, t18)
+    t20 = K(1.0) / t19
+    t21 = sin(t0)
+    t22 = t20 * t21
+    t23 = K(0.0) < t12 * t20
+    t24 = np.logical_not(t23)
+    t25 = select(t24, K(6.0), K(0.0))
     return (
         (
             t1,  # 1
-            -axis_e3 * t8,  # e12
-            axis_e2 * t8,  # e13
-            -axis_e1 * t8,  # e23
+            -t13 * t22,  # e12
+            t15 * t22,  # e13
+            -t14 * t22,  # e23
         ),
         (
-            t11,  # 1
+            t25,  # 1
         ),
     )
 
@@ -4904,36 +4997,50 @@ def cga3d_rotor_euclidean_number_batch(
         store(status_rows, status_columns, first, count)
 
 
-# The same about the axis through a point (the Euclidean vector to it). 14 mul, 5 add, 10 other.
+# The same about the axis through a point (the Euclidean vector to it). 20 mul, 7 add, 22 other.
 def cga3d_rotor_about_euclidean_number_euclidean(axis_e1, axis_e2, axis_e3, angle_s, point_e1, point_e2, point_e3):
     t0 = K(0.5) * angle_s
     t1 = cos(t0)
-    t2 = np.sqrt(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3)
-    t3 = K(0.0) < t2
-    t4 = K(np.nan)
-    t5 = select(t3, t2, t4)
-    t6 = K(1.0) / t5
-    t7 = sin(t0)
-    t8 = t6 * t7
-    t9 = axis_e3 * t8
-    t10 = axis_e2 * t8
-    t11 = axis_e1 * t8
-    t12 = K(0.0) < t6
-    t13 = np.logical_not(t12)
-    t14 = select(t13, K(6.0), K(0.0))
+    t2 = K(np.finfo(K).eps)
+    t3 = t2 * t2
+    t4 = np.abs(axis_e1)
+    t5 = np.abs(axis_e2)
+    t6 = np.abs(axis_e3)
+    t7 = t4 + t5 + t6
+    t8 = t3 < t7
+    t9 = t7 * t3 < K(1.0)
+    t10 = t8 & t9
+    t11 = select(t10, K(1.0), t7)
+    t12 = K(1.0) / t11
+    t13 = axis_e3 * t12
+    t14 = axis_e1 * t12
+    t15 = axis_e2 * t12
+    t16 = np.sqrt(t14 * t14 + t15 * t15 + t13 * t13)
+    t17 = K(0.0) < t16
+    t18 = K(np.nan)
+    t19 = select(t17, t16, t18)
+    t20 = K(1.0) / t19
+    t21 = sin(t0)
+    t22 = t20 * t21
+    t23 = t13 * t22
+    t24 = t15 * t22
+    t25 = t14 * t22
+    t26 = K(0.0) < t12 * t20
+    t27 = np.logical_not(t26)
+    t28 = select(t27, K(6.0), K(0.0))
     return (
         (
             t1,  # 1
-            -t9,  # e12
-            t10,  # e13
-            point_e3 * t10 - point_e2 * t9,  # e1ni
-            -t11,  # e23
-            point_e1 * t9 - point_e3 * t11,  # e2ni
-            point_e2 * t11 - point_e1 * t10,  # e3ni
+            -t23,  # e12
+            t24,  # e13
+            point_e3 * t24 - point_e2 * t23,  # e1ni
+            -t25,  # e23
+            point_e1 * t23 - point_e3 * t25,  # e2ni
+            point_e2 * t25 - point_e1 * t24,  # e3ni
             K(0.0),  # e123ni
         ),
         (
-            t14,  # 1
+            t28,  # 1
         ),
     )
 

@@ -1976,7 +1976,7 @@ def pga3d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 35 mul, 31 add, 57 other.
 def pga3d_log_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = r_s
     t1 = np.abs(t0)
@@ -2023,42 +2023,43 @@ def pga3d_log_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123
     t42 = t37 <= K(2.0) * (t30 * (t38 + t39 + t40 + t41))
     t43 = t32 & t42
     t44 = np.sqrt(t23)
-    t45 = K(0.0) < t44
-    t46 = atan2(t44, t0)
-    t47 = K(1.0) / t44
-    t48 = t0 < K(0.0)
-    t49 = select(t48, K(-1.0), K(1.0))
-    t50 = select(t45, t46 * t47, t49)
-    t51 = K(np.nan)
-    t52 = select(t43, t50, t51)
-    t53 = t46 * t46
-    t54 = stumpff2(t53)
-    t55 = stumpff3(t53)
-    t56 = t14 * (t52 * (t52 * (t54 - t55)))
-    t57 = np.logical_not(t45)
-    t58 = t57 & t48
-    t59 = select(t58, t46, K(0.0))
-    t60 = t2 * t2 + t4 * t4 + t6 * t6
-    t61 = K(0.0) < t60
-    t62 = np.sqrt(t60)
-    t63 = K(1.0) / t62
-    t64 = select(t61, t63, K(0.0))
-    t65 = select(t61, K(0.0), K(1.0))
-    t66 = t64 * t59
-    t67 = np.logical_not(t43)
-    t68 = select(t58, K(3.0), K(0.0))
-    t69 = select(t67, K(6.0), t68)
+    t45 = t44 <= K(64.0) * t29
+    t46 = t0 < K(0.0)
+    t47 = t45 & t46
+    t48 = select(t47, K(0.0), t44)
+    t49 = K(0.0) < t48
+    t50 = atan2(t48, t0)
+    t51 = K(1.0) / t48
+    t52 = select(t46, K(-1.0), K(1.0))
+    t53 = select(t49, t50 * t51, t52)
+    t54 = K(np.nan)
+    t55 = select(t43, t53, t54)
+    t56 = t50 * t50
+    t57 = stumpff2(t56)
+    t58 = stumpff3(t56)
+    t59 = t14 * (t55 * (t55 * (t57 - t58)))
+    t60 = select(t47, t50, K(0.0))
+    t61 = t2 * t2 + t4 * t4 + t6 * t6
+    t62 = K(0.0) < t61
+    t63 = np.sqrt(t61)
+    t64 = K(1.0) / t63
+    t65 = select(t62, t64, K(0.0))
+    t66 = select(t62, K(0.0), K(1.0))
+    t67 = t65 * t60
+    t68 = np.logical_not(t43)
+    t69 = select(t47, K(3.0), K(0.0))
+    t70 = select(t68, K(6.0), t69)
     return (
         (
-            t52 * (t2 + t12 * t56),  # e01
-            t52 * (t4 - t10 * t56),  # e02
-            t52 * (t6 + t8 * t56),  # e03
-            t8 * t52 + t59 * (t6 * t64 - t65),  # e12
-            t10 * t52 - t4 * t66,  # e13
-            t2 * t66 + t12 * t52,  # e23
+            t55 * (t2 + t12 * t59),  # e01
+            t55 * (t4 - t10 * t59),  # e02
+            t55 * (t6 + t8 * t59),  # e03
+            t8 * t55 + t60 * (t6 * t65 - t66),  # e12
+            t10 * t55 - t4 * t67,  # e13
+            t2 * t67 + t12 * t55,  # e23
         ),
         (
-            t69,  # 1
+            t70,  # 1
         ),
     )
 
@@ -2082,7 +2083,7 @@ def pga3d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 34 mul, 31 add, 56 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 35 mul, 31 add, 57 other.
 def pga3d_log_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = r_s
     t1 = np.abs(t0)
@@ -2129,42 +2130,43 @@ def pga3d_log_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e
     t42 = t37 <= K(2.0) * (t30 * (t38 + t39 + t40 + t41))
     t43 = t32 & t42
     t44 = np.sqrt(t23)
-    t45 = K(0.0) < t44
-    t46 = atan2(t44, t0)
-    t47 = K(1.0) / t44
-    t48 = t0 < K(0.0)
-    t49 = select(t48, K(-1.0), K(1.0))
-    t50 = select(t45, t46 * t47, t49)
-    t51 = K(np.nan)
-    t52 = select(t43, t50, t51)
-    t53 = t46 * t46
-    t54 = stumpff2(t53)
-    t55 = stumpff3(t53)
-    t56 = t14 * (t52 * (t52 * (t54 - t55)))
-    t57 = np.logical_not(t45)
-    t58 = t57 & t48
-    t59 = select(t58, t46, K(0.0))
-    t60 = t2 * t2 + t4 * t4 + t6 * t6
-    t61 = K(0.0) < t60
-    t62 = np.sqrt(t60)
-    t63 = K(1.0) / t62
-    t64 = select(t61, t63, K(0.0))
-    t65 = select(t61, K(0.0), K(1.0))
-    t66 = t64 * t59
-    t67 = np.logical_not(t43)
-    t68 = select(t58, K(3.0), K(0.0))
-    t69 = select(t67, K(6.0), t68)
+    t45 = t44 <= K(64.0) * t29
+    t46 = t0 < K(0.0)
+    t47 = t45 & t46
+    t48 = select(t47, K(0.0), t44)
+    t49 = K(0.0) < t48
+    t50 = atan2(t48, t0)
+    t51 = K(1.0) / t48
+    t52 = select(t46, K(-1.0), K(1.0))
+    t53 = select(t49, t50 * t51, t52)
+    t54 = K(np.nan)
+    t55 = select(t43, t53, t54)
+    t56 = t50 * t50
+    t57 = stumpff2(t56)
+    t58 = stumpff3(t56)
+    t59 = t14 * (t55 * (t55 * (t57 - t58)))
+    t60 = select(t47, t50, K(0.0))
+    t61 = t2 * t2 + t4 * t4 + t6 * t6
+    t62 = K(0.0) < t61
+    t63 = np.sqrt(t61)
+    t64 = K(1.0) / t63
+    t65 = select(t62, t64, K(0.0))
+    t66 = select(t62, K(0.0), K(1.0))
+    t67 = t65 * t60
+    t68 = np.logical_not(t43)
+    t69 = select(t47, K(3.0), K(0.0))
+    t70 = select(t68, K(6.0), t69)
     return (
         (
-            t52 * (t2 + t12 * t56),  # e01
-            t52 * (t4 - t10 * t56),  # e02
-            t52 * (t6 + t8 * t56),  # e03
-            t8 * t52 + t59 * (t6 * t64 - t65),  # e12
-            t10 * t52 - t4 * t66,  # e13
-            t2 * t66 + t12 * t52,  # e23
+            t55 * (t2 + t12 * t59),  # e01
+            t55 * (t4 - t10 * t59),  # e02
+            t55 * (t6 + t8 * t59),  # e03
+            t8 * t55 + t60 * (t6 * t65 - t66),  # e12
+            t10 * t55 - t4 * t67,  # e13
+            t2 * t67 + t12 * t55,  # e23
         ),
         (
-            t69,  # 1
+            t70,  # 1
         ),
     )
 
@@ -2188,7 +2190,7 @@ def pga3d_log_motor_any_motor_batch(begin, end, out_rows, status_rows, r_rows, r
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other.
+# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 48 mul, 33 add, 61 other.
 def pga3d_sqrt_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = r_e12
     t1 = t0 * t0
@@ -2197,39 +2199,39 @@ def pga3d_sqrt_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e012
     t4 = r_e23
     t5 = t4 * t4
     t6 = t1 + t3 + t5
-    t7 = t6 <= K(0.0)
-    t8 = r_s
-    t9 = t8 < K(0.0)
-    t10 = t7 & t9
-    t11 = np.abs(t8)
-    t12 = r_e01
-    t13 = np.abs(t12)
-    t14 = r_e02
-    t15 = np.abs(t14)
-    t16 = r_e03
-    t17 = np.abs(t16)
-    t18 = np.abs(t0)
-    t19 = np.abs(t2)
-    t20 = np.abs(t4)
-    t21 = r_e0123
-    t22 = np.abs(t21)
-    t23 = t11 + t13 + t15 + t17 + t18 + t19 + t20 + t22
-    t24 = t23
-    t25 = t23 - t24 <= K(0.0)
-    t26 = t8 * t8
-    t27 = np.abs(t26 + t6 - K(1.0))
-    t28 = np.abs(t26)
-    t29 = np.abs(-t1)
-    t30 = np.abs(-t3)
-    t31 = np.abs(-t5)
-    t32 = K(np.finfo(K).eps)
-    t33 = np.sqrt(t32)
-    t34 = t27 <= (t28 + t29 + t30 + t31) * t33
-    t35 = t25 & t34
-    t36 = t8 * t21
-    t37 = t16 * t0
-    t38 = t12 * t4
-    t39 = t14 * t2
+    t7 = K(np.finfo(K).eps)
+    t8 = t6 <= K(4096.0) * (t7 * t7)
+    t9 = r_s
+    t10 = t9 < K(0.0)
+    t11 = t8 & t10
+    t12 = np.abs(t9)
+    t13 = r_e01
+    t14 = np.abs(t13)
+    t15 = r_e02
+    t16 = np.abs(t15)
+    t17 = r_e03
+    t18 = np.abs(t17)
+    t19 = np.abs(t0)
+    t20 = np.abs(t2)
+    t21 = np.abs(t4)
+    t22 = r_e0123
+    t23 = np.abs(t22)
+    t24 = t12 + t14 + t16 + t18 + t19 + t20 + t21 + t23
+    t25 = t24
+    t26 = t24 - t25 <= K(0.0)
+    t27 = t9 * t9
+    t28 = np.abs(t27 + t6 - K(1.0))
+    t29 = np.abs(t27)
+    t30 = np.abs(-t1)
+    t31 = np.abs(-t3)
+    t32 = np.abs(-t5)
+    t33 = np.sqrt(t7)
+    t34 = t28 <= (t29 + t30 + t31 + t32) * t33
+    t35 = t26 & t34
+    t36 = t9 * t22
+    t37 = t17 * t0
+    t38 = t13 * t4
+    t39 = t15 * t2
     t40 = t37 + t38 - t39
     t41 = np.abs(K(2.0) * (t36 - t40))
     t42 = np.abs(t36)
@@ -2238,30 +2240,30 @@ def pga3d_sqrt_motor_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e012
     t45 = np.abs(-t37)
     t46 = t41 <= K(2.0) * (t33 * (t42 + t43 + t44 + t45))
     t47 = t35 & t46
-    t48 = t10 & t47
-    t49 = K(1.0) / (K(1.0) - t8)
-    t50 = select(t9, t49 * t6, t8 + K(1.0))
+    t48 = t11 & t47
+    t49 = K(1.0) / (K(1.0) - t9)
+    t50 = select(t10, t49 * t6, t9 + K(1.0))
     t51 = K(np.nan)
     t52 = select(t47, t50, t51)
     t53 = t52 * t52 + t6
     t54 = np.sqrt(t53)
     t55 = K(1.0) / t54
     t56 = select(t48, K(0.0), t52 * t55)
-    t57 = t12 * t12 + t14 * t14 + t16 * t16
+    t57 = t13 * t13 + t15 * t15 + t17 * t17
     t58 = K(0.0) < t57
     t59 = select(t58, K(0.0), K(1.0))
     t60 = K(1.0) / (K(2.0) * t53)
-    t61 = t60 * (t40 - t21 * t52)
-    t62 = select(t48, K(0.5) * (t14 * t59), t55 * (t12 - K(2.0) * (t4 * t61)))
-    t63 = select(t48, -K(0.5) * (t12 * t59), t55 * (t14 + K(2.0) * (t2 * t61)))
-    t64 = select(t48, K(0.0), t55 * (t16 - K(2.0) * (t0 * t61)))
+    t61 = t60 * (t40 - t22 * t52)
+    t62 = select(t48, K(0.5) * (t15 * t59), t55 * (t13 - K(2.0) * (t4 * t61)))
+    t63 = select(t48, -K(0.5) * (t13 * t59), t55 * (t15 + K(2.0) * (t2 * t61)))
+    t64 = select(t48, K(0.0), t55 * (t17 - K(2.0) * (t0 * t61)))
     t65 = np.sqrt(t57)
     t66 = K(1.0) / t65
     t67 = select(t58, t66, K(0.0))
-    t68 = select(t48, t16 * t67 - t59, t0 * t55)
-    t69 = select(t48, -t14 * t67, t2 * t55)
-    t70 = select(t48, t12 * t67, t4 * t55)
-    t71 = select(t48, K(0.5) * (t16 * t59 - t57 * t67), t55 * (t21 + K(2.0) * (t52 * t61)))
+    t68 = select(t48, t17 * t67 - t59, t0 * t55)
+    t69 = select(t48, -t15 * t67, t2 * t55)
+    t70 = select(t48, t13 * t67, t4 * t55)
+    t71 = select(t48, K(0.5) * (t17 * t59 - t57 * t67), t55 * (t22 + K(2.0) * (t52 * t61)))
     t72 = np.logical_not(t47)
     t73 = select(t48, K(3.0), K(0.0))
     t74 = select(t72, K(6.0), t73)
@@ -2301,7 +2303,7 @@ def pga3d_sqrt_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_st
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 46 mul, 33 add, 61 other.
+# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 48 mul, 33 add, 61 other.
 def pga3d_sqrt_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_e0123):
     t0 = r_e12
     t1 = t0 * t0
@@ -2310,39 +2312,39 @@ def pga3d_sqrt_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_
     t4 = r_e23
     t5 = t4 * t4
     t6 = t1 + t3 + t5
-    t7 = t6 <= K(0.0)
-    t8 = r_s
-    t9 = t8 < K(0.0)
-    t10 = t7 & t9
-    t11 = np.abs(t8)
-    t12 = r_e01
-    t13 = np.abs(t12)
-    t14 = r_e02
-    t15 = np.abs(t14)
-    t16 = r_e03
-    t17 = np.abs(t16)
-    t18 = np.abs(t0)
-    t19 = np.abs(t2)
-    t20 = np.abs(t4)
-    t21 = r_e0123
-    t22 = np.abs(t21)
-    t23 = t11 + t13 + t15 + t17 + t18 + t19 + t20 + t22
-    t24 = t23
-    t25 = t23 - t24 <= K(0.0)
-    t26 = t8 * t8
-    t27 = np.abs(t26 + t6 - K(1.0))
-    t28 = np.abs(t26)
-    t29 = np.abs(-t1)
-    t30 = np.abs(-t3)
-    t31 = np.abs(-t5)
-    t32 = K(np.finfo(K).eps)
-    t33 = np.sqrt(t32)
-    t34 = t27 <= (t28 + t29 + t30 + t31) * t33
-    t35 = t25 & t34
-    t36 = t8 * t21
-    t37 = t16 * t0
-    t38 = t12 * t4
-    t39 = t14 * t2
+    t7 = K(np.finfo(K).eps)
+    t8 = t6 <= K(4096.0) * (t7 * t7)
+    t9 = r_s
+    t10 = t9 < K(0.0)
+    t11 = t8 & t10
+    t12 = np.abs(t9)
+    t13 = r_e01
+    t14 = np.abs(t13)
+    t15 = r_e02
+    t16 = np.abs(t15)
+    t17 = r_e03
+    t18 = np.abs(t17)
+    t19 = np.abs(t0)
+    t20 = np.abs(t2)
+    t21 = np.abs(t4)
+    t22 = r_e0123
+    t23 = np.abs(t22)
+    t24 = t12 + t14 + t16 + t18 + t19 + t20 + t21 + t23
+    t25 = t24
+    t26 = t24 - t25 <= K(0.0)
+    t27 = t9 * t9
+    t28 = np.abs(t27 + t6 - K(1.0))
+    t29 = np.abs(t27)
+    t30 = np.abs(-t1)
+    t31 = np.abs(-t3)
+    t32 = np.abs(-t5)
+    t33 = np.sqrt(t7)
+    t34 = t28 <= (t29 + t30 + t31 + t32) * t33
+    t35 = t26 & t34
+    t36 = t9 * t22
+    t37 = t17 * t0
+    t38 = t13 * t4
+    t39 = t15 * t2
     t40 = t37 + t38 - t39
     t41 = np.abs(K(2.0) * (t36 - t40))
     t42 = np.abs(t36)
@@ -2351,30 +2353,30 @@ def pga3d_sqrt_motor_any_motor(r_s, r_e01, r_e02, r_e03, r_e12, r_e13, r_e23, r_
     t45 = np.abs(-t37)
     t46 = t41 <= K(2.0) * (t33 * (t42 + t43 + t44 + t45))
     t47 = t35 & t46
-    t48 = t10 & t47
-    t49 = K(1.0) / (K(1.0) - t8)
-    t50 = select(t9, t49 * t6, t8 + K(1.0))
+    t48 = t11 & t47
+    t49 = K(1.0) / (K(1.0) - t9)
+    t50 = select(t10, t49 * t6, t9 + K(1.0))
     t51 = K(np.nan)
     t52 = select(t47, t50, t51)
     t53 = t52 * t52 + t6
     t54 = np.sqrt(t53)
     t55 = K(1.0) / t54
     t56 = select(t48, K(0.0), t52 * t55)
-    t57 = t12 * t12 + t14 * t14 + t16 * t16
+    t57 = t13 * t13 + t15 * t15 + t17 * t17
     t58 = K(0.0) < t57
     t59 = select(t58, K(0.0), K(1.0))
     t60 = K(1.0) / (K(2.0) * t53)
-    t61 = t60 * (t40 - t21 * t52)
-    t62 = select(t48, K(0.5) * (t14 * t59), t55 * (t12 - K(2.0) * (t4 * t61)))
-    t63 = select(t48, -K(0.5) * (t12 * t59), t55 * (t14 + K(2.0) * (t2 * t61)))
-    t64 = select(t48, K(0.0), t55 * (t16 - K(2.0) * (t0 * t61)))
+    t61 = t60 * (t40 - t22 * t52)
+    t62 = select(t48, K(0.5) * (t15 * t59), t55 * (t13 - K(2.0) * (t4 * t61)))
+    t63 = select(t48, -K(0.5) * (t13 * t59), t55 * (t15 + K(2.0) * (t2 * t61)))
+    t64 = select(t48, K(0.0), t55 * (t17 - K(2.0) * (t0 * t61)))
     t65 = np.sqrt(t57)
     t66 = K(1.0) / t65
     t67 = select(t58, t66, K(0.0))
-    t68 = select(t48, t16 * t67 - t59, t0 * t55)
-    t69 = select(t48, -t14 * t67, t2 * t55)
-    t70 = select(t48, t12 * t67, t4 * t55)
-    t71 = select(t48, K(0.5) * (t16 * t59 - t57 * t67), t55 * (t21 + K(2.0) * (t52 * t61)))
+    t68 = select(t48, t17 * t67 - t59, t0 * t55)
+    t69 = select(t48, -t15 * t67, t2 * t55)
+    t70 = select(t48, t13 * t67, t4 * t55)
+    t71 = select(t48, K(0.5) * (t17 * t59 - t57 * t67), t55 * (t22 + K(2.0) * (t52 * t61)))
     t72 = np.logical_not(t47)
     t73 = select(t48, K(3.0), K(0.0))
     t74 = select(t72, K(6.0), t73)
@@ -2461,31 +2463,44 @@ def pga3d_direction_euclidean_batch(begin, end, out_rows, vector_rows, vector_st
         store(out_rows, out_columns, first, count)
 
 
-# m I3 + (p x m) e0, m the unit vector along the direction. INVALID: the direction is zero. 12 mul, 5 add, 8 other.
+# m I3 + (p x m) e0, m the unit vector along the direction. INVALID: the direction is zero. 18 mul, 7 add, 20 other.
 def pga3d_line_euclidean_euclidean(point_e1, point_e2, point_e3, direction_e1, direction_e2, direction_e3):
-    t0 = direction_e1 * direction_e1 + direction_e2 * direction_e2 + direction_e3 * direction_e3
-    t1 = np.sqrt(t0)
-    t2 = K(0.0) < t1
-    t3 = K(np.nan)
-    t4 = select(t2, t1, t3)
-    t5 = K(1.0) / t4
-    t6 = direction_e3 * t5
-    t7 = direction_e2 * t5
-    t8 = direction_e1 * t5
-    t9 = K(0.0) < t5
-    t10 = np.logical_not(t9)
-    t11 = select(t10, K(6.0), K(0.0))
+    t0 = K(np.finfo(K).eps)
+    t1 = t0 * t0
+    t2 = np.abs(direction_e1)
+    t3 = np.abs(direction_e2)
+    t4 = np.abs(direction_e3)
+    t5 = t2 + t3 + t4
+    t6 = t1 < t5
+    t7 = t5 * t1 < K(1.0)
+    t8 = t6 & t7
+    t9 = select(t8, K(1.0), t5)
+    t10 = K(1.0) / t9
+    t11 = direction_e3 * t10
+    t12 = direction_e1 * t10
+    t13 = direction_e2 * t10
+    t14 = np.sqrt(t12 * t12 + t13 * t13 + t11 * t11)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t11 * t18
+    t20 = t13 * t18
+    t21 = t12 * t18
+    t22 = K(0.0) < t10 * t18
+    t23 = np.logical_not(t22)
+    t24 = select(t23, K(6.0), K(0.0))
     return (
         (
-            -(point_e2 * t6 - point_e3 * t7),  # e01
-            point_e1 * t6 - point_e3 * t8,  # e02
-            -(point_e1 * t7 - point_e2 * t8),  # e03
-            t6,  # e12
-            -t7,  # e13
-            t8,  # e23
+            -(point_e2 * t19 - point_e3 * t20),  # e01
+            point_e1 * t19 - point_e3 * t21,  # e02
+            -(point_e1 * t20 - point_e2 * t21),  # e03
+            t19,  # e12
+            -t20,  # e13
+            t21,  # e23
         ),
         (
-            t11,  # 1
+            t24,  # 1
         ),
     )
 
@@ -2513,33 +2528,47 @@ def pga3d_line_euclidean_euclidean_batch(
         store(status_rows, status_columns, first, count)
 
 
-# Line from a to b: the join of the points, normalised. SINGULAR: a = b. 12 mul, 8 add, 8 other.
+# Line from a to b: the join of the points, normalised. SINGULAR: a = b. 18 mul, 10 add, 20 other.
 def pga3d_line_through_euclidean_euclidean(a_e1, a_e2, a_e3, b_e1, b_e2, b_e3):
     t0 = b_e3 - a_e3
-    t1 = b_e1 - a_e1
-    t2 = b_e2 - a_e2
-    t3 = np.sqrt(t1 * t1 + t2 * t2 + t0 * t0)
-    t4 = K(0.0) < t3
-    t5 = K(np.nan)
-    t6 = select(t4, t3, t5)
-    t7 = K(1.0) / t6
-    t8 = t0 * t7
-    t9 = t2 * t7
-    t10 = t1 * t7
-    t11 = K(0.0) < t7
-    t12 = np.logical_not(t11)
-    t13 = select(t12, K(1.0), K(0.0))
+    t1 = K(np.finfo(K).eps)
+    t2 = t1 * t1
+    t3 = b_e1 - a_e1
+    t4 = np.abs(t3)
+    t5 = b_e2 - a_e2
+    t6 = np.abs(t5)
+    t7 = np.abs(t0)
+    t8 = t4 + t6 + t7
+    t9 = t2 < t8
+    t10 = t8 * t2 < K(1.0)
+    t11 = t9 & t10
+    t12 = select(t11, K(1.0), t8)
+    t13 = K(1.0) / t12
+    t14 = t0 * t13
+    t15 = t3 * t13
+    t16 = t5 * t13
+    t17 = np.sqrt(t15 * t15 + t16 * t16 + t14 * t14)
+    t18 = K(0.0) < t17
+    t19 = K(np.nan)
+    t20 = select(t18, t17, t19)
+    t21 = K(1.0) / t20
+    t22 = t14 * t21
+    t23 = t16 * t21
+    t24 = t15 * t21
+    t25 = K(0.0) < t13 * t21
+    t26 = np.logical_not(t25)
+    t27 = select(t26, K(1.0), K(0.0))
     return (
         (
-            -(a_e2 * t8 - a_e3 * t9),  # e01
-            a_e1 * t8 - a_e3 * t10,  # e02
-            -(a_e1 * t9 - a_e2 * t10),  # e03
-            t8,  # e12
-            -t9,  # e13
-            t10,  # e23
+            -(a_e2 * t22 - a_e3 * t23),  # e01
+            a_e1 * t22 - a_e3 * t24,  # e02
+            -(a_e1 * t23 - a_e2 * t24),  # e03
+            t22,  # e12
+            -t23,  # e13
+            t24,  # e23
         ),
         (
-            t13,  # 1
+            t27,  # 1
         ),
     )
 
@@ -2565,25 +2594,40 @@ def pga3d_line_through_euclidean_euclidean_batch(begin, end, out_rows, status_ro
         store(status_rows, status_columns, first, count)
 
 
-# Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 7 mul, 2 add, 8 other.
+# Plane normal . x = offset; the normal need not be unit. INVALID: it is zero. 13 mul, 4 add, 20 other.
 def pga3d_plane_euclidean_number(normal_e1, normal_e2, normal_e3, offset_s):
-    t0 = np.sqrt(normal_e1 * normal_e1 + normal_e2 * normal_e2 + normal_e3 * normal_e3)
-    t1 = K(0.0) < t0
-    t2 = K(np.nan)
-    t3 = select(t1, t0, t2)
-    t4 = K(1.0) / t3
-    t5 = K(0.0) < t4
-    t6 = np.logical_not(t5)
-    t7 = select(t6, K(6.0), K(0.0))
+    t0 = K(np.finfo(K).eps)
+    t1 = t0 * t0
+    t2 = np.abs(normal_e1)
+    t3 = np.abs(normal_e2)
+    t4 = np.abs(normal_e3)
+    t5 = t2 + t3 + t4
+    t6 = t1 < t5
+    t7 = t5 * t1 < K(1.0)
+    t8 = t6 & t7
+    t9 = select(t8, K(1.0), t5)
+    t10 = K(1.0) / t9
+    t11 = normal_e1 * t10
+    t12 = normal_e2 * t10
+    t13 = normal_e3 * t10
+    t14 = np.sqrt(t11 * t11 + t12 * t12 + t13 * t13)
+    t15 = K(0.0) < t14
+    t16 = K(np.nan)
+    t17 = select(t15, t14, t16)
+    t18 = K(1.0) / t17
+    t19 = t10 * t18
+    t20 = K(0.0) < t19
+    t21 = np.logical_not(t20)
+    t22 = select(t21, K(6.0), K(0.0))
     return (
         (
-            offset_s * t4,  # e0
-            normal_e1 * t4,  # e1
-            normal_e2 * t4,  # e2
-            normal_e3 * t4,  # e3
+            offset_s * t19,  # e0
+            t11 * t18,  # e1
+            t12 * t18,  # e2
+            t13 * t18,  # e3
         ),
         (
-            t7,  # 1
+            t22,  # 1
         ),
     )
 
@@ -2694,29 +2738,43 @@ def pga3d_translator_euclidean_batch(begin, end, out_rows, t_rows, t_step):
         store(out_rows, out_columns, first, count)
 
 
-# cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 8 mul, 2 add, 10 other.
+# cos(angle/2) - sin(angle/2) a I3: counter-clockwise about the unit vector a along ``axis``, at the origin. 14 mul, 4 add, 22 other.
 def pga3d_rotor_euclidean_number(axis_e1, axis_e2, axis_e3, angle_s):
     t0 = K(0.5) * angle_s
     t1 = cos(t0)
-    t2 = np.sqrt(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3)
-    t3 = K(0.0) < t2
-    t4 = K(np.nan)
-    t5 = select(t3, t2, t4)
-    t6 = K(1.0) / t5
-    t7 = sin(t0)
-    t8 = t6 * t7
-    t9 = K(0.0) < t6
-    t10 = np.logical_not(t9)
-    t11 = select(t10, K(6.0), K(0.0))
+    t2 = K(np.finfo(K).eps)
+    t3 = t2 * t2
+    t4 = np.abs(axis_e1)
+    t5 = np.abs(axis_e2)
+    t6 = np.abs(axis_e3)
+    t7 = t4 + t5 + t6
+    t8 = t3 < t7
+    t9 = t7 * t3 < K(1.0)
+    t10 = t8 & t9
+    t11 = select(t10, K(1.0), t7)
+    t12 = K(1.0) / t11
+    t13 = axis_e3 * t12
+    t14 = axis_e1 * t12
+    t15 = axis_e2 * t12
+    t16 = np.sqrt(t14 * t14 + t15 * t15 + t13 * t13)
+    t17 = K(0.0) < t16
+    t18 = K(np.nan)
+    t19 = select(t17, t16, t18)
+    t20 = K(1.0) / t19
+    t21 = sin(t0)
+    t22 = t20 * t21
+    t23 = K(0.0) < t12 * t20
+    t24 = np.logical_not(t23)
+    t25 = select(t24, K(6.0), K(0.0))
     return (
         (
             t1,  # 1
-            -axis_e3 * t8,  # e12
-            axis_e2 * t8,  # e13
-            -axis_e1 * t8,  # e23
+            -t13 * t22,  # e12
+            t15 * t22,  # e13
+            -t14 * t22,  # e23
         ),
         (
-            t11,  # 1
+            t25,  # 1
         ),
     )
 
@@ -2742,36 +2800,50 @@ def pga3d_rotor_euclidean_number_batch(
         store(status_rows, status_columns, first, count)
 
 
-# The same about the axis through a point (the Euclidean vector to it). 14 mul, 5 add, 10 other.
+# The same about the axis through a point (the Euclidean vector to it). 20 mul, 7 add, 22 other.
 def pga3d_rotor_about_euclidean_number_euclidean(axis_e1, axis_e2, axis_e3, angle_s, point_e1, point_e2, point_e3):
     t0 = K(0.5) * angle_s
     t1 = cos(t0)
-    t2 = np.sqrt(axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3)
-    t3 = K(0.0) < t2
-    t4 = K(np.nan)
-    t5 = select(t3, t2, t4)
-    t6 = K(1.0) / t5
-    t7 = sin(t0)
-    t8 = t6 * t7
-    t9 = axis_e3 * t8
-    t10 = axis_e2 * t8
-    t11 = axis_e1 * t8
-    t12 = K(0.0) < t6
-    t13 = np.logical_not(t12)
-    t14 = select(t13, K(6.0), K(0.0))
+    t2 = K(np.finfo(K).eps)
+    t3 = t2 * t2
+    t4 = np.abs(axis_e1)
+    t5 = np.abs(axis_e2)
+    t6 = np.abs(axis_e3)
+    t7 = t4 + t5 + t6
+    t8 = t3 < t7
+    t9 = t7 * t3 < K(1.0)
+    t10 = t8 & t9
+    t11 = select(t10, K(1.0), t7)
+    t12 = K(1.0) / t11
+    t13 = axis_e3 * t12
+    t14 = axis_e1 * t12
+    t15 = axis_e2 * t12
+    t16 = np.sqrt(t14 * t14 + t15 * t15 + t13 * t13)
+    t17 = K(0.0) < t16
+    t18 = K(np.nan)
+    t19 = select(t17, t16, t18)
+    t20 = K(1.0) / t19
+    t21 = sin(t0)
+    t22 = t20 * t21
+    t23 = t13 * t22
+    t24 = t15 * t22
+    t25 = t14 * t22
+    t26 = K(0.0) < t12 * t20
+    t27 = np.logical_not(t26)
+    t28 = select(t27, K(6.0), K(0.0))
     return (
         (
             t1,  # 1
-            point_e2 * t9 - point_e3 * t10,  # e01
-            point_e3 * t11 - point_e1 * t9,  # e02
-            point_e1 * t10 - point_e2 * t11,  # e03
-            -t9,  # e12
-            t10,  # e13
-            -t11,  # e23
+            point_e2 * t23 - point_e3 * t24,  # e01
+            point_e3 * t25 - point_e1 * t23,  # e02
+            point_e1 * t24 - point_e2 * t25,  # e03
+            -t23,  # e12
+            t24,  # e13
+            -t25,  # e23
             K(0.0),  # e0123
         ),
         (
-            t14,  # 1
+            t28,  # 1
         ),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -22,10 +23,10 @@ DEMO_ALGEBRA = "cga3d"
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 @click.option("-o", "--out", default="bladesmith-demo", type=click.Path(file_okay=False), help="Folder to write.")
-@click.option("--width", default=960, type=click.IntRange(16, 8192), show_default=True, help="Width of the picture.")
+@click.option("--width", type=click.IntRange(16, 8192), help="Width of the picture; default: the scene's.")
 @click.option("--threads", default=None, type=click.IntRange(1), help="Threads of the renderer. Default: all.")
 @click.option("--quiet", is_flag=True, help="No progress bars.")
-def command(out: str, width: int, threads: int | None, quiet: bool) -> None:
+def command(out: str, width: int | None, threads: int | None, quiet: bool) -> None:
     """Derive an algebra, render a scene with it, and measure error against run time.
 
     Needs no input file and no network. Opens with bladesmith-demo/index.html.
@@ -45,7 +46,7 @@ def command(out: str, width: int, threads: int | None, quiet: bool) -> None:
     stage(f"Deriving {DEMO_ALGEBRA} from its signature", lambda: _regenerate(quiet))
     stage("Rendering the scene", lambda: _render(folder, width, threads, quiet))
     stage("Measuring error against run time", lambda: _studies(folder, results, quiet))
-    page = _write(folder, stages, results)
+    page = _write(folder, stages, results, width)
     click.echo(f"Look at {page}")
 
 
@@ -73,14 +74,18 @@ def _regenerate(quiet: bool) -> str:
     return f"{kernels} kernels, identical to the installed ones"
 
 
-def _render(folder: Path, width: int, threads: int | None, quiet: bool) -> str:
+def _render(folder: Path, width: int | None, threads: int | None, quiet: bool) -> str:
     from .. import tracer
 
     scene = tracer.Scene.load(demo_scene_path())
-    height = width * 9 // 16
-    image = scene.render(width=width, height=height, threads=threads, progress=not quiet)
+    settings = scene.settings
+    height = None if width is None else max(1, width * settings["height"] // settings["width"])
+    # a bar is for a terminal, not for a pipe or a log
+    shown = not quiet and sys.stderr.isatty()
+    image = scene.render(width=width, height=height, threads=threads, progress=shown)
     tracer.save_image(folder / "scene.png", image)
-    return f"{width} x {height} pixels with {len(scene.kernels)} kernels"
+    rows, columns = image.shape[:2]
+    return f"{columns} x {rows} pixels with {len(scene.kernels)} kernels"
 
 
 def demo_scene_path() -> Path:
@@ -97,7 +102,7 @@ def _studies(folder: Path, results: list[Any], quiet: bool) -> str:
 
     for name in STUDIES:
         study = load_study(name)
-        with tqdm(desc=name, disable=quiet, unit="run", leave=False) as bar:
+        with tqdm(desc=name, disable=quiet or None, unit="run", leave=False) as bar:
 
             def progress(done: int, total: int, text: str, bar: Any = bar) -> None:
                 bar.total, bar.n = total, done
@@ -108,11 +113,12 @@ def _studies(folder: Path, results: list[Any], quiet: bool) -> str:
     return f"{len(results)} studies, {sum(len(rows) for _, rows in results)} measurements"
 
 
-def _write(folder: Path, stages: list[tuple[str, str, float]], results: list[Any]) -> Path:
+def _write(folder: Path, stages: list[tuple[str, str, float]], results: list[Any], width: int | None) -> Path:
     from ..codegen.templating import render
     from ..report.write import machine, write_atomically
 
     source = demo_scene_path().read_text(encoding="utf-8")
-    page = render("report/demo.html.j2", stages=stages, results=results, machine=machine(), scene=source)
+    size = None if width is None else f"a width of {width}"
+    page = render("report/demo.html.j2", stages=stages, results=results, machine=machine(), scene=source, size=size)
     write_atomically(folder / "index.html", page)
     return folder / "index.html"

@@ -198,9 +198,7 @@ def _devices() -> list[str]:
 
 def _access(root: Path) -> str:
     """Whether the directory, or the one that it would be made in, can be written."""
-    nearest = next(path for path in (root, *root.parents) if path.exists())
-    usable = nearest.is_dir() and os.access(nearest, os.W_OK)
-    return "writable" if usable else "not writable: kernels go to a temporary directory"
+    return "writable" if cache.is_writable(root) else "not writable: kernels go to a temporary directory"
 
 
 def _freshness(folder: Path, headers: Path) -> str:

@@ -50,7 +50,7 @@ def command(
         forms = _read(folder / str(data["name"])).get("forms.json", "{}")
         with _bar(quiet, str(data["name"])) as progress:
             made[str(data["name"])] = generate(data, {} if search else json.loads(forms), progress)
-    if not spec and not signature:
+    if spec is None and signature is None:
         made.update(generate_programs())
     for stem, files in made.items():
         target = folder / stem
@@ -72,15 +72,21 @@ def _specs(spec: str | None, signature: str | None, name: str | None) -> list[Ma
     from ..codegen.generator import plain_spec
     from ..codegen.spec import load_spec, stock_spec_path
 
-    if spec and signature:
+    if spec is not None and signature is not None:
         raise InputError("--spec and --signature exclude each other; give one.")
-    if spec:
+    if name is not None and signature is None:
+        raise InputError("--name goes with --signature; a spec file and the stock algebras have their own names.")
+    if spec is not None:
         return [load_spec(spec)]
-    if signature:
+    if signature is not None:
         try:
             p, q, r = (int(part) for part in signature.split(","))
         except ValueError:
             raise SignatureError(f"--signature is {signature!r}; write three integers p,q,r, such as 3,0,1.") from None
+        if name == "":
+            raise SignatureError("--name is empty; leave it out, or give the algebra's name.")
+        if p == q == r == 0:
+            raise SignatureError("--signature is 0,0,0; an algebra without vectors has nothing to generate.")
         return [plain_spec(p, q, r, name or f"cl{p}_{q}_{r}")]
     return [load_spec(stock_spec_path(stock)) for stock in STOCK]
 
@@ -121,7 +127,7 @@ class _bar:
     def __init__(self, quiet: bool, text: str) -> None:
         from tqdm import tqdm
 
-        self.bar = tqdm(desc=f"generate {text}", disable=quiet, unit="kernel", leave=False)
+        self.bar = tqdm(desc=f"generate {text}", disable=quiet or None, unit="kernel", leave=False)
 
     def __enter__(self) -> Any:
         return self.update

@@ -13,7 +13,7 @@ import click
 )
 @click.option("-o", "--out", default="bladesmith-report", type=click.Path(file_okay=False), help="Folder to write.")
 @click.option("--study", "names", multiple=True, help="Run only this study (repeatable). Default: all.")
-@click.option("--quick", is_flag=True, help="A tenth of the items and one timing each.")
+@click.option("--quick", is_flag=True, help="A tenth of the items and fewer timings.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 def command(out: str, names: tuple[str, ...], quick: bool, quiet: bool) -> None:
     """Run the studies and write index.html, one plot per study and report.json.
@@ -32,7 +32,7 @@ def command(out: str, names: tuple[str, ...], quick: bool, quiet: bool) -> None:
     results: list[tuple[Study, list[Measurement]]] = []
     for name in names or STUDIES:
         study = load_study(name)
-        with tqdm(total=None, desc=study.name, disable=quiet, unit="run") as bar:
+        with tqdm(total=None, desc=study.name, disable=quiet or None, unit="run") as bar:
 
             def progress(done: int, total: int, text: str, bar: tqdm = bar) -> None:
                 bar.total, bar.n = total, done

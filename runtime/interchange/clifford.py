@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, MissingExtraError, SignatureError
+from ..codegen.errors import BladesmithError, InputError, MissingExtraError, SignatureError
 from ..multivector import Multivector
 from . import bases
 
@@ -157,4 +157,14 @@ def _package() -> Any:
     try:
         return import_module("clifford")
     except ImportError:
-        raise MissingExtraError("test", "Exchange with clifford") from None
+        raise MissingPackageError() from None
+
+
+class MissingPackageError(MissingExtraError):
+    """The package `clifford` is not installed."""
+
+    def __init__(self) -> None:
+        self.extra = "clifford"
+        BladesmithError.__init__(
+            self, "Exchange with clifford needs the package 'clifford'", remedy="Run: pip install clifford"
+        )

@@ -13,7 +13,7 @@ from ..codegen.multivector import Multivector, from_values
 from ..codegen.programs import cga3d
 from ..codegen.rings import NumericRing
 from ..errors import SceneError
-from .values import finite, positive, unit
+from .values import finite, number, positive, unit
 
 Array = NDArray[np.float64]
 #: Where nothing else is said: vertical, in radians.
@@ -28,6 +28,7 @@ class Camera:
     Parameters
     ----------
     motor : (8,) array or multivector
+        A motor, rotor or translator.
     focal_length : float
     x_max : float or None
         Width of the image plane; None: as wide as the image's shape asks for.
@@ -36,8 +37,7 @@ class Camera:
     """
 
     def __init__(self, motor: Any, focal_length: float, x_max: float | None, y_max: float) -> None:
-        kind = cga3d().kind("motor")
-        self.motor = finite(getattr(motor, "values", motor), "camera.motor", kind.size)
+        self.motor = _motor_row(motor)
         moved = _motor(self.motor)
         error = np.abs((moved * ~moved - 1).grade(0, 4).coefficients()[0].scalar())
         if error > UNIT_TOLERANCE:
@@ -60,8 +60,9 @@ class Camera:
             Vertical angle, radians.
         """
         place, towards = finite(position, "camera.position", 3), finite(target, "camera.look_at", 3)
-        if not 0 < field_of_view < math.pi:
-            raise SceneError(f"camera.field_of_view is {field_of_view:g} rad; it lies between 0 and pi.")
+        angle = number(field_of_view, "camera.field_of_view")
+        if not 0 < angle < math.pi:
+            raise SceneError(f"camera.field_of_view is {angle:g} rad; it lies between 0 and pi.")
         if np.array_equal(place, towards):
             raise SceneError("camera.look_at is the camera's own position.")
         forward = unit(towards - place, "camera.look_at")
@@ -70,7 +71,7 @@ class Camera:
             raise SceneError("camera.up is parallel to the view; choose another.")
         right = unit(right, "camera.up")
         motor = _motor_of(place, np.stack([right, forward, np.cross(right, forward)], axis=1))
-        return cls(motor, 1.0, None, 2.0 * math.tan(field_of_view / 2))
+        return cls(motor, 1.0, None, 2.0 * math.tan(angle / 2))
 
     @property
     def position(self) -> Array:
@@ -101,6 +102,22 @@ class Camera:
         return np.broadcast_to(self.position, (height, width, 3)).copy(), np.stack(parts, axis=-1)
 
 
+def _motor_row(motor: Any) -> Array:
+    """Coefficients on a motor's blades; those that a rotor or a translator does not have are zero."""
+    kind = cga3d().kind("motor")
+    terms = getattr(motor, "terms", None)
+    if terms is None:
+        return finite(motor, "camera.motor", kind.size)
+    algebra = getattr(motor, "algebra", None)
+    if getattr(algebra, "name", None) != cga3d().name:
+        raise SceneError(f"camera.motor is of {algebra}; a motor of {cga3d().name} is needed.")
+    if not set(terms) <= set(kind.blades):
+        raise SceneError(f"camera.motor has blades that no motor has: {motor!r}.")
+    if getattr(motor, "shape", ()) != ():
+        raise SceneError(f"camera.motor has shape {motor.shape}; one motor is needed.")
+    return finite([terms.get(blade, 0.0) for blade in kind.blades], "camera.motor", kind.size)
+
+
 def _motor(values: Array) -> Multivector:
     return from_values(cga3d(), NumericRing(), cga3d().kind("motor").blades, list(values))
 
@@ -111,12 +128,12 @@ def _motor_of(position: Array, axes: Array) -> Array:
     like = from_values(cga3d(), NumericRing(), (0,), [1.0])
     e1, e2, e3, ni = (like.basis(name) for name in ("e1", "e2", "e3", "ni"))
 
-    def number(value: float) -> Multivector:
+    def scalar(value: float) -> Multivector:
         return from_values(cga3d(), NumericRing(), (0,), [value])
 
     # cos(th/2) - sin(th/2) a I3, with e23 = e1 I3 and so on
-    rotor = number(w) - number(x) * (e2 * e3) - number(y) * (e3 * e1) - number(z) * (e1 * e2)
-    shift = number(position[0]) * e1 + number(position[1]) * e2 + number(position[2]) * e3
+    rotor = scalar(w) - scalar(x) * (e2 * e3) - scalar(y) * (e3 * e1) - scalar(z) * (e1 * e2)
+    shift = scalar(position[0]) * e1 + scalar(position[1]) * e2 + scalar(position[2]) * e3
     motor = (1 - shift * ni / 2) * rotor
     return np.array(cga3d().kind("motor").values(motor), np.float64)
 

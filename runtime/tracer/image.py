@@ -26,8 +26,8 @@ FORMATS = {
 
 
 def encode(image: NDArray[Any]) -> NDArray[np.uint8]:
-    """Linear light to sRGB bytes: clipped to [0, 1]; what is not a number is black."""
-    linear = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0), 0.0, 1.0)
+    """Linear light to sRGB bytes, clipped to [0, 1]."""
+    linear = np.clip(np.asarray(image, np.float64), 0.0, 1.0)
     curved = (1 + _OFFSET) * np.power(np.maximum(linear, _KNEE), _EXPONENT) - _OFFSET
     return np.asarray(np.where(linear <= _KNEE, _SLOPE * linear, curved) * 255 + 0.5, np.uint8)
 
@@ -61,20 +61,39 @@ def save_image(path: str | os.PathLike[str], image: NDArray[Any]) -> None:
     ----------
     path : path
     image : array, shape (h, w, 3)
-        Linear light; 1 is white, row 0 the top.
+        Linear light; 1 is white, row 0 the top. Values are clipped to [0, 1].
+
+    Raises
+    ------
+    MissingExtraError
+        Without pillow.
+    InputError
+        If it is no such array, holds NaN, or cannot be written there.
     """
     check_writable(path)
     array = np.asarray(image)
     if array.ndim != 3 or array.shape[2] != 3:
         raise InputError(f"a picture has shape (height, width, 3), not {array.shape}.")
     target = Path(path)
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"a picture holds real numbers, not {array.dtype}.")
+    missing = np.isnan(array).any(axis=2)
+    if missing.any():
+        row, column = np.argwhere(missing)[0]
+        raise InputError(f"NaN in {missing.sum()} pixels of the picture, the first in row {row}, column {column}.")
     picture = _pillow().fromarray(encode(array), "RGB")
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    except OSError as error:
+        raise InputError(f"it cannot be written there: {error.strerror}.", where=str(path)) from None
     try:
         with os.fdopen(handle, "wb") as file:
             picture.save(file, FORMATS[target.suffix.lower()])
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, target)
+    except OSError as error:  # told with the name that the user knows
+        Path(temporary).unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from None
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise

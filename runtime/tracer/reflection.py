@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import SceneError
 from .surfaces import Surface
 
 if TYPE_CHECKING:
@@ -27,6 +28,12 @@ def reflect(line: Multivector, hit: Multivector, surface: Surface) -> Multivecto
     line
         Through the point, correctly oriented. NaN where the line does not meet the surface.
     """
+    if not isinstance(surface, Surface):
+        raise SceneError(f"surface is {type(surface).__name__}, which is no Surface.")
+    for name, value in (("line", line), ("point", hit)):
+        kind = getattr(getattr(value, "kind", None), "name", type(value).__name__)
+        if kind != name:
+            raise SceneError(f"a {name} is needed, not {kind}.")
     position, direction = hit.parameters().xyz, line.parameters().direction
     found = surface.intersect(position, direction)
     nearest = np.argmin(np.where(np.isnan(found.t), np.inf, np.abs(found.t)), axis=-1)

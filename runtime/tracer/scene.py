@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,10 @@ from ..errors import SceneError
 from . import values
 from .camera import Camera
 from .engine import LIGHT_SIZE, BoundScene, Engine, engine_for
-from .surfaces import Surface, ray_arrays
+from .surfaces import LEAST_SAMPLES, Surface, ray_arrays
 
 Array = NDArray[Any]
+T = TypeVar("T")
 #: Reflections that are followed where nothing else is said.
 REFLECTIONS = 4
 WIDTH, HEIGHT = 640, 480
@@ -94,16 +95,13 @@ class Scene:
         reflections: int = REFLECTIONS,
         settings: Mapping[str, int] | None = None,
     ) -> None:
+        if not isinstance(camera, Camera):
+            raise SceneError(f"camera is {type(camera).__name__}, which is no Camera.")
         self.camera = camera
-        self.lights = tuple(lights)
-        self.surfaces = tuple(surfaces)
-        for i, surface in enumerate(self.surfaces):
-            if not isinstance(surface, Surface):
-                raise SceneError(f"surfaces[{i}] is {type(surface).__name__}, which is no surface.")
+        self.lights = _members(lights, "lights", Light)
+        self.surfaces = _members(surfaces, "surfaces", Surface)
         self.sky = np.array([*values.color(horizon, "horizon"), *values.color(zenith, "zenith")])
-        if reflections < 0:
-            raise SceneError(f"reflections is {reflections}; it is not negative.")
-        self.reflections = int(reflections)
+        self.reflections = values.whole(reflections, "reflections", 0)
         self.settings = dict(settings or {})
         self._bound: dict[Any, BoundScene] = {}
 
@@ -119,6 +117,10 @@ class Scene:
         from .schema import load_scene
 
         return load_scene(path)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is bound to compiled code, so that scenes can be pickled and copied."""
+        return {**self.__dict__, "_bound": {}}
 
     # -- what is compiled -------------------------------------------------------------------------------
 
@@ -146,9 +148,8 @@ class Scene:
 
     def _ready(self, method: str, samples: int, dtype: Any, camera: Array | None = None, grid: int = 1) -> BoundScene:
         """The driver's scene, kept as long as it is asked for in the same way."""
-        if samples < 3:
-            raise SceneError(f"samples is {samples}; the sampled method needs at least 3.")
-        single = np.dtype(dtype) == np.float32
+        samples = values.whole(samples, "samples", LEAST_SAMPLES)
+        single = _is_single(dtype)
         key = (method, samples, single, grid, None if camera is None else camera.tobytes())
         if key not in self._bound:
             wanted = with_method(self.needs, method)
@@ -237,13 +238,29 @@ class Scene:
             return bound.render(columns, rows, threads, _progress(progress, columns * rows, stack))
 
     def _setting(self, value: int | None, name: str, default: int, most: int) -> int:
-        return _whole(self.settings.get(name, default) if value is None else value, name, most)
+        return values.whole(self.settings.get(name, default) if value is None else value, name, 1, most)
 
 
-def _whole(value: Any, name: str, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most:
-        raise SceneError(f"{name} is {value!r}; it is a whole number from 1 to {most}.")
-    return int(value)
+def _members(given: Any, name: str, kind: type[T]) -> tuple[T, ...]:
+    """The members of a list, each of the class that it must be."""
+    try:
+        members = tuple(given)
+    except TypeError:
+        raise SceneError(f"{name} is {type(given).__name__}; a list is needed.") from None
+    for i, member in enumerate(members):
+        if not isinstance(member, kind):
+            raise SceneError(f"{name}[{i}] is {type(member).__name__}, which is no {kind.__name__}.")
+    return members
+
+
+def _is_single(dtype: Any) -> bool:
+    try:
+        found = np.dtype(dtype)
+    except TypeError:
+        found = None
+    if found is None or found not in (np.float32, np.float64):
+        raise SceneError(f"dtype is {dtype!r}; it is float64 or float32.")
+    return bool(found == np.float32)
 
 
 def _progress(wanted: bool | Callable[[int, int], None], total: int, stack: ExitStack) -> Callable[[int], None] | None:

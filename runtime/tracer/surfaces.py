@@ -21,6 +21,8 @@ from .bounds import evolved_bound
 from .engine import MATERIAL_SIZE, BoundScene, Engine, engine_for
 
 Array = NDArray[Any]
+#: Fewer samples along a curve show no change of sign on either side of the middle.
+LEAST_SAMPLES = 3
 _log = logging.getLogger("bladesmith")
 
 
@@ -131,6 +133,10 @@ class Surface:
         """The normal of a flat surface."""
         return None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is bound to compiled code, so that surfaces can be pickled and copied."""
+        return {name: value for name, value in self.__dict__.items() if name != "_scenes"}
+
     def constants(self, engine: Engine) -> Array:
         """The row that the driver reads; the same from every program, so made once."""
         kept = self.__dict__.get("_constants")
@@ -173,8 +179,7 @@ class Surface:
         -------
         Intersections
         """
-        if samples < 3:
-            raise SceneError(f"samples is {samples}; the sampled method needs at least 3.")
+        samples = values.whole(samples, "samples", LEAST_SAMPLES)
         start, direction = ray_arrays(origins, directions)
         single = start.dtype == np.float32
         found = self._bound(method, samples, single).all(start, direction, SURFACES[self.kind].roots, threads)
@@ -185,11 +190,10 @@ def ray_arrays(origins: Any, directions: Any) -> tuple[Array, Array]:
     """Origins and directions of one floating type, shapes checked."""
     arrays = []
     for name, value in (("origins", origins), ("directions", directions)):
-        try:
-            array = np.asarray(value)
-            array = array if array.dtype in (np.float32, np.float64) else array.astype(np.float64)
-        except (TypeError, ValueError):
-            raise SceneError(f"{name} are no numbers.") from None
+        found = values.reals(value)
+        if found is None:
+            raise SceneError(f"{name} are no real numbers.")
+        array = found if found.dtype in (np.float32, np.float64) else found.astype(np.float64)
         if array.ndim == 0 or array.shape[-1] != 3:
             raise SceneError(f"{name} have shape {array.shape}; the last axis holds 3 coordinates.")
         arrays.append(array)

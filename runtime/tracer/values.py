@@ -32,12 +32,21 @@ class Circle(NamedTuple):
     radius: float
 
 
+def reals(value: Any) -> NDArray[Any] | None:
+    """An array of real numbers, or None: complex numbers, texts and objects are never converted."""
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        return None
+    return array if array.dtype.kind in "iuf" else None
+
+
 def finite(value: Any, name: str, size: int | None = None) -> Array:
     """A finite float64 array, with ``size`` entries where one is given."""
-    try:
-        array = np.asarray(value, np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(f"{name} is {value!r}; numbers are needed.") from None
+    found = reals(value)
+    if found is None:
+        raise SceneError(f"{name} is {value!r}; real numbers are needed.")
+    array = found.astype(np.float64)
     if size is not None and array.shape != (size,):
         raise SceneError(f"{name} has shape {array.shape}; {size} numbers are needed.")
     if not np.all(np.isfinite(array)):
@@ -47,7 +56,17 @@ def finite(value: Any, name: str, size: int | None = None) -> Array:
 
 def number(value: Any, name: str) -> float:
     """One finite number."""
-    return float(finite(np.reshape(value, -1) if np.size(value) == 1 else value, name, 1)[0])
+    array = finite(value, name)
+    return float(finite(array.reshape(-1) if array.size == 1 else array, name, 1)[0])
+
+
+def whole(value: Any, name: str, low: int, high: int | None = None) -> int:
+    """A whole number from ``low`` on, up to ``high`` where one is given."""
+    good = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not good or value < low or (high is not None and value > high):
+        limits = f"from {low} to {high}" if high is not None else f"of at least {low}"
+        raise SceneError(f"{name} is {value!r}; it is a whole number {limits}.")
+    return int(value)
 
 
 def positive(value: Any, name: str) -> float:
@@ -92,11 +111,8 @@ def coefficients(value: Any, kind: str) -> Array | None:
     values = getattr(value, "values", value)
     if isinstance(value, Mapping) or callable(values):
         return None
-    try:
-        array = np.asarray(values, np.float64)
-    except (TypeError, ValueError):
-        return None
-    return array if array.shape == (cga3d().kind(kind).size,) else None
+    array = reals(values)
+    return array.astype(np.float64) if array is not None and array.shape == (cga3d().kind(kind).size,) else None
 
 
 #: Sign of X^2 for real objects.

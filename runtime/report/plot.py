@@ -1,0 +1,131 @@
+"""Work-precision plots. Needs matplotlib; imported only when a plot is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.transforms import Bbox
+
+from .runner import Measurement
+from .study import Study
+
+#: Errors below this are drawn on this line: a logarithmic axis has no zero.
+SMALLEST_DRAWN = 1e-18
+#: Where in a panel's height methods stand that lost every answer.
+TOP = 0.96
+#: Room around the points, for their labels: a factor of time, and decades of error.
+TIME_MARGIN, DECADES = 3.0, 2.0
+#: An axis shorter than this factor has labels between its decades.
+FEW_DECADES = 1000.0
+#: Labels are tried at these places around their point, in points of the page: the first that is free wins.
+PLACES = [(x, y) for y in (4, -10, 13, -19, 22, -28) for x in (5, -5)]
+LABEL_SIZE, DOTS_PER_INCH = 7, 110
+#: Half the side of what a point's mark covers, in pixels.
+MARK = 4
+
+
+def draw(study: Study, rows: Sequence[Measurement]) -> Figure:
+    """One panel per case, largest error against nanoseconds per item, a line per method."""
+    cases = list(dict.fromkeys(r.case for r in rows))
+    methods = list(dict.fromkeys(r.method for r in rows))
+    columns = min(len(cases), 3)
+    lines = -(-len(cases) // columns)
+    figure = Figure(figsize=(4.6 * columns, 3.6 * lines + 0.8), dpi=DOTS_PER_INCH, layout="constrained")
+    axes = figure.subplots(lines, columns, squeeze=False, sharey=True)
+    heights = [_height(r) for r in rows if not _all_lost(r)] or [1.0]
+    for panel, case in zip(axes.flat, cases, strict=False):
+        own = [r for r in rows if r.case == case]
+        times = [r.nanoseconds for r in own]
+        panel.set(xscale="log", yscale="log", title=case, xlabel="ns per item")
+        panel.set_xlim(min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
+        panel.set_ylim(min(heights) / 10**DECADES, max(heights) * 10**DECADES)
+        _ticks(panel.xaxis, max(times) / min(times))
+        panel.grid(True, which="major", alpha=0.3)
+        for number, method in enumerate(methods):
+            _curve(panel, [r for r in own if r.method == method], f"C{number}")
+    for panel in list(axes.flat)[len(cases) :]:
+        panel.set_visible(False)
+    for row in axes:
+        row[0].set_ylabel(f"largest error ({study.unit})")
+    _legend(figure, methods, rows)
+    figure.draw_without_rendering()  # the layout is known only then, and labels go where there is room
+    for panel, case in zip(axes.flat, cases, strict=False):
+        _label(panel, [r for r in rows if r.case == case])
+    return figure
+
+
+def _ticks(axis: Any, span: float) -> None:
+    """Plain numbers at 1, 2 and 5 where there is hardly a decade; else at the decades alone."""
+    plain = FuncFormatter(lambda x, _: f"{x:g}")
+    axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+    axis.set_minor_formatter(plain if span * TIME_MARGIN**2 < FEW_DECADES else NullFormatter())
+    if span * TIME_MARGIN**2 < FEW_DECADES:
+        axis.set_major_formatter(plain)
+
+
+def _height(row: Measurement) -> float:
+    """Where an error is drawn: no error at all at the bottom."""
+    return max(row.max_error, SMALLEST_DRAWN)
+
+
+def _all_lost(row: Measurement) -> bool:
+    """No answer has an error that could be drawn: not finite, or all that were found are of empty ones."""
+    return row.lost > 0 and not row.max_error > 0
+
+
+def _curve(panel: Any, rows: Sequence[Measurement], color: str) -> None:
+    """Points of one method; hollow where answers were lost, crosses at the top edge where all were."""
+    drawn = [r for r in rows if not _all_lost(r)]
+    panel.plot([r.nanoseconds for r in drawn], [_height(r) for r in drawn], "-", color=color, alpha=0.5)
+    for r in drawn:
+        panel.plot([r.nanoseconds], [_height(r)], "o", color=color, fillstyle="none" if r.lost else "full")
+    for r in rows:
+        if _all_lost(r):
+            panel.plot([r.nanoseconds], [TOP], "x", color=color, transform=panel.get_xaxis_transform())
+
+
+def _legend(figure: Figure, methods: Sequence[str], rows: Sequence[Measurement]) -> None:
+    handles = [Line2D([], [], color=f"C{i}", marker="o", label=method) for i, method in enumerate(methods)]
+    if any(r.lost and not _all_lost(r) for r in rows):
+        label = "hollow: some answers lost"
+        handles.append(Line2D([], [], color="gray", marker="o", fillstyle="none", linestyle="", label=label))
+    if any(_all_lost(r) for r in rows):
+        label = "cross at the top: lost, no error to show"
+        handles.append(Line2D([], [], color="gray", marker="x", linestyle="", label=label))
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 3), frameon=False)
+
+
+def _label(panel: Any, rows: Sequence[Measurement]) -> None:
+    """Settings and losses beside the points, each in the first place that is free and inside its panel."""
+    across = panel.get_xaxis_transform()
+    anchors = [
+        ((r.nanoseconds, TOP), across) if _all_lost(r) else ((r.nanoseconds, _height(r)), panel.transData) for r in rows
+    ]
+    pixels = [system.transform(point) for point, system in anchors]
+    taken = [Bbox.from_extents(x - MARK, y - MARK, x + MARK, y + MARK) for x, y in pixels]
+    for row, (point, system) in zip(rows, anchors, strict=True):
+        note = " ".join(part for part in (row.setting, f"({row.lost} lost)" if row.lost else "") if part)
+        if note:
+            taken.append(_placed(panel, note, point, system, taken))
+
+
+def _placed(panel: Any, note: str, point: tuple[float, float], system: Any, taken: Sequence[Any]) -> Any:
+    """Draw one label where it hides least; returns the box that it fills."""
+    label = panel.annotate(note, point, PLACES[0], xycoords=system, textcoords="offset points", fontsize=LABEL_SIZE)
+    label.set_in_layout(False)
+    frame, faults = panel.get_window_extent(), []
+
+    def box_at(number: int) -> Any:
+        label.set_position(PLACES[number])
+        label.set_horizontalalignment("left" if PLACES[number][0] > 0 else "right")
+        return label.get_window_extent()
+
+    for number in range(len(PLACES)):
+        box = box_at(number)
+        is_inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
+        faults.append((not is_inside, sum(box.overlaps(other) for other in taken), number))
+    return box_at(min(faults)[-1])
