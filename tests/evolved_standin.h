@@ -34,6 +34,16 @@ BS_INLINE S FN(standin)(const S *ray, const S *surface, S a, S b, int whole)
     return whole ? f / (2 * (s * s) * t) : f;
 }
 
+BS_INLINE S FN(evolved_octic_bound)(const S *ray, const S *surface, S a, S b)
+{
+    const S kappa = BS_ABS1(surface[1]), ab = a * b, s0 = a * a + b * b + ab * BS_ABS1(surface[0]);
+    S q[3];
+    for (int i = 0; i < 3; i++)
+        q[i] = BS_ABS1(ray[3 * i]) * (b * b) + BS_ABS1(ray[3 * i + 1]) * ab + BS_ABS1(ray[3 * i + 2]) * (a * a);
+    const S last = ab * (kappa * q[0] + q[2]);
+    return 4 * (s0 * q[0] + ab * q[1]) * (s0 * q[2] + kappa * ab * q[1]) + last * last;
+}
+
 BS_INLINE S FN(evolved_condition)(const S *ray, const S *surface, S a, S b)
 {
     return FN(standin)(ray, surface, a, b, 0);

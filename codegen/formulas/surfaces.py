@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from math import comb
 
 from ..homogeneous import coefficients, parameters, polynomial
-from ..multivector import Multivector, select, sqrt
+from ..multivector import Multivector, absolute, select, sqrt
 from ..trace import Result, named, row
 from .conformal import infinity as ni
 from .conformal import origin as no
@@ -63,10 +63,24 @@ def evolved_octic(ray: Scalars, surface: Scalars) -> Result:
     The printed polynomial of degree 12 without its spurious factor kappa a^2 b^2, and without a division.
     """
     u, x, e, s0, ab = _polynomials(ray, surface)
-    kappa = polynomial([surface[1]], s0.ring)
-    difference = kappa * u - e
-    p8 = 4 * (s0 * u - ab * x) * (s0 * e - kappa * (ab * x)) + ab * ab * (difference * difference)
+    p8 = _octic(u, x, e, s0, ab, polynomial([surface[1]], s0.ring), minus=-1)
     return row(coefficients(p8, 8, ray[0].ring), "octic")
+
+
+def evolved_octic_bound(ray: Scalars, surface: Scalars, a: Multivector, b: Multivector) -> Result:
+    """Sum of the absolute values of p8's terms at (a, b): the scale of its rounding errors. It rises in both."""
+    u, x, e, ab = _values([absolute(c) for c in ray], a, b)
+    m0, kappa = (absolute(c) for c in surface)
+    return row([_octic(u, x, e, a * a + b * b + ab * m0, ab, kappa, minus=1)], "bound")
+
+
+def _octic(
+    u: Multivector, x: Multivector, e: Multivector, s0: Multivector, ab: Multivector, kappa: Multivector, minus: int
+) -> Multivector:
+    """p8, or with ``minus = 1`` the same with all terms added."""
+    difference = kappa * u + minus * e
+    product = (s0 * u + minus * (ab * x)) * (s0 * e + minus * (kappa * (ab * x)))
+    return 4 * product + ab * ab * (difference * difference)
 
 
 def evolved_dodecic(ray: Scalars, surface: Scalars) -> Result:

@@ -77,7 +77,13 @@ _EVOLVED = (
     Declared(surfaces.evolved_condition, ("numbers9", *_PARAMETER)),
 )
 _EVOLVED_METHODS = (
-    ("isolate", (Declared(surfaces.evolved_octic, ("numbers9", "numbers2")),)),
+    (
+        "isolate",
+        (
+            Declared(surfaces.evolved_octic, ("numbers9", "numbers2")),
+            Declared(surfaces.evolved_octic_bound, ("numbers9", *_PARAMETER)),
+        ),
+    ),
     ("companion", (Declared(surfaces.evolved_dodecic, ("numbers9", "numbers2")), _MEET_SQUARE)),
     ("sampled", (_MEET_SQUARE,)),
 )

@@ -2,6 +2,8 @@
    methods with one signature; control flow only. The including file provides, made from formulas,
      void FN(evolved_octic)(S *out9, const S *ray9, const S *surface2)
          p_k of p = sum p_k a^k b^(8-k), the product of both branches of the condition over a^2 b^2
+     S FN(evolved_octic_bound)(const S *ray9, const S *surface2, S a, S b)
+         the sum of the absolute values of p's terms, which rises in both a and b
      S FN(evolved_condition)(const S *ray9, const S *surface2, S a, S b)
          the condition without denominators, 2 D t f = t (t u - 2 a b x) + a^2 b^2 e, with D no less than zero
      S FN(evolved_meet_square)(const S *ray9, const S *surface2, S a, S b)
@@ -45,25 +47,12 @@ BS_INLINE S FN(evolved_bound)(const FN(evolved_problem) *d, S a, S b)
     return FN(evolved_condition)(ray, d->surface, a, b);
 }
 
-/* The same for the octic, with a and b of their own: it rises in both. */
-BS_INLINE S FN(evolved_noise)(const FN(evolved_problem) *d, S a, S b)
-{
-    const S kappa = BS_ABS1(d->surface[1]), ab = a * b, s0 = a * a + b * b + ab * BS_ABS1(d->surface[0]);
-    S q[3];
-    for (int i = 0; i < 3; i++) {
-        const S *c = d->octic + 3 * i;
-        q[i] = BS_ABS1(c[0]) * (b * b) + BS_ABS1(c[1]) * ab + BS_ABS1(c[2]) * (a * a);
-    }
-    const S last = ab * (kappa * q[0] + q[2]);
-    return K(4) * (s0 * q[0] + ab * q[1]) * (s0 * q[2] + kappa * ab * q[1]) + last * last;
-}
-
 #define ROOTS(name) FN(evolved_roots_##name)
 #define ROOTS_DEGREE 8
 #define ROOTS_DATA FN(evolved_problem)
 #define ROOTS_CONDITION(d, a, b) FN(evolved_condition)((d)->ray, (d)->surface, a, b)
 #define ROOTS_BOUND(d, a, b) FN(evolved_bound)(d, a, b)
-#define ROOTS_NOISE(d, a, b) FN(evolved_noise)(d, a, b)
+#define ROOTS_NOISE(d, a, b) FN(evolved_octic_bound)((d)->octic, (d)->surface, a, b)
 #include "companion.h"
 #include "roots.h"
 

@@ -20,6 +20,18 @@ BS_INLINE void FN(evolved_octic)(S *out, const S *ray, const S *surface)
 #endif
 }
 
+BS_INLINE S FN(evolved_octic_bound)(const S *ray, const S *surface, S a, S b)
+{
+#if BS_SCENE_ISOLATE
+  S bound[1];
+  FN(cga3d_evolved_octic_bound)(bound, ray, surface, &a, &b);
+  return bound[0];
+#else
+  (void)ray, (void)surface, (void)a, (void)b;
+  return K(0);
+#endif
+}
+
 BS_INLINE S FN(evolved_condition)(const S *ray, const S *surface, S a, S b)
 {
   S f[1];
