@@ -30,6 +30,14 @@ SCALAR = (Instance("f64_scalar", 64, "0"), Instance("f32_scalar", 32, "0"))
 PORTABLE = BASELINE + WIDE
 
 
+def _same(first: Kernel, second: Kernel) -> bool:
+    """Whether two kernels are one, perhaps traced twice: the same formula on the same kinds."""
+    if first is second:
+        return True
+    kinds = [[(i.name, i.kind) for i in k.inputs] for k in (first, second)]
+    return first.formula is second.formula and kinds[0] == kinds[1]
+
+
 def in_dependency_order(kernels: Iterable[Kernel]) -> list[Kernel]:
     """Kernels and those that they call, callees first, each once.
 
@@ -42,7 +50,7 @@ def in_dependency_order(kernels: Iterable[Kernel]) -> list[Kernel]:
 
     def visit(kernel: Kernel) -> None:
         known = order.get(symbol(kernel))
-        if known is not None and known is not kernel:
+        if known is not None and not _same(known, kernel):
             raise TraceError(f"two different kernels are called {kernel.name!r}; give one another name (name=...).")
         if known is None:
             for callee in kernel.called:
