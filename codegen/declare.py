@@ -14,16 +14,17 @@ from typing import Any
 import numpy as np
 
 from .algebra import Algebra
-from .binding import Argument, BoundKernel, Library
+from .binding import BoundKernel, Library
 from .differentiate import derivative_formula, derivative_kinds
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
-from .graph import Graph, MoreLanesNeeded, Node
+from .graph import Graph
 from .kinds import Kind, scalar_argument
 from .kinds import numbers as numbers_kind
 from .multivector import Multivector
 from .rings import NumericRing
+from .shared_call import call_in_graph
 from .simplify import Form, Operations, chosen_form
-from .trace import Formula, Kernel, argument_names, as_outputs, operand, trace
+from .trace import Formula, Kernel, argument_names, as_outputs, trace
 
 #: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
 TARGETS = ("c", "numba", "cuda", "numpy")
@@ -301,7 +302,7 @@ class KernelFunction:
         if not isinstance(first.ring, Graph):
             results = [r.values if r.is_row else r.value for r in as_outputs(self.formula(*arguments))]
             return results[0] if len(results) == 1 else tuple(results)
-        return _call_in_graph(self.traced, first.ring, arguments)
+        return call_in_graph(self.traced, first.ring, arguments)
 
     def _arrays(self, arguments: Sequence[Any]) -> tuple[list[Any], Any]:
         """Arrays of coefficients in the declared order, and the algebra that wraps the results (or None)."""
@@ -360,37 +361,6 @@ def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:
     raise KindError(f"{name}: {declared!r} is no kind; use algebra.kind(...), algebra.layout(...) or codegen.scalar.")
 
 
-def _call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any:
-    """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
-    if callee.graph.lanes.count > graph.lanes.count:
-        raise MoreLanesNeeded
-    flat: list[Node] = []
-    like = next(a for a in arguments if isinstance(a, Multivector))
-    for item, value in zip(callee.inputs, arguments, strict=True):
-        if item.kind.form == "numbers":
-            flat.extend(_lifted(like, v).scalar() for v in value)
-            continue
-        mv = _lifted(like, value)
-        lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
-        problem = item.kind.violated(lanes)
-        if problem:
-            raise TraceError(f"{callee.name}: argument {item.name} is not a {item.kind.name}: {problem}.")
-        flat.extend(item.kind.values(mv))
-    first = graph.lanes.comparisons_made
-    values = callee.evaluate_flat([graph.values[n.id] for n in flat], graph.lanes)
-    graph.check_lanes(f"the call of {callee.name}")
-    own = frozenset(range(first, graph.lanes.comparisons_made))
-    results: list[Any] = []
-    for o, (output, lanes_of_output) in enumerate(zip(callee.outputs, values, strict=True)):
-        nodes = [graph.call(callee, flat, (o, j), lane, own) for j, lane in enumerate(lanes_of_output)]
-        results.append(operand(output.kind, graph, nodes))
-    return results[0] if len(results) == 1 else tuple(results)
-
-
-def _lifted(like: Multivector, value: Any) -> Multivector:
-    return value if isinstance(value, Multivector) else like.constant(value)
-
-
 def compile_kernel(traced: Kernel, precision: str = "f64") -> BoundKernel:
     """Compile one kernel for this machine, through the cache."""
     from .build import load
@@ -404,9 +374,9 @@ def compile_kernel(traced: Kernel, precision: str = "f64") -> BoundKernel:
 
 def bind(library: Library, traced: Kernel, symbol: str) -> BoundKernel:
     """A kernel of a compiled library, as a function of arrays."""
-    inputs = [Argument(i.name, 0 if i.kind.is_scalar_argument else i.kind.size) for i in traced.inputs]
-    outputs = [Argument(o.name, 0 if o.role == "status" else len(o.nodes), o.role == "status") for o in traced.outputs]
-    return BoundKernel(library, symbol, inputs, outputs)
+    from .targets.printer import interface
+
+    return BoundKernel(library, symbol, *interface(traced))
 
 
 def _has_numba() -> bool:

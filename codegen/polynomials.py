@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .factor import Atom, Constant, Expr, Poly, Sum
+from .factor import Atom, Constant, Expr, Poly, Sum, multiply
 from .graph import Graph, Node, reachable
 from .kinds import Kind
 from .multivector import from_values
@@ -28,15 +28,7 @@ class TooManyTerms(Exception):
 def _times(a: Poly, b: Poly) -> Poly:
     if len(a) * len(b) > 4 * MAX_TERMS:
         raise TooManyTerms
-    result: Poly = {}
-    for m, c in a.items():
-        for n, d in b.items():
-            exponents = dict(m)
-            for atom, power in n:
-                exponents[atom] = exponents.get(atom, 0) + power
-            key = tuple(sorted(exponents.items()))
-            result[key] = result.get(key, Fraction(0)) + c * d
-    return _pruned(result)
+    return _pruned(multiply(a, b))
 
 
 def _plus(terms: Sequence[tuple[Poly, Fraction]]) -> Poly:

@@ -1,0 +1,42 @@
+"""A kernel called inside another formula: nodes of a shared call, under the same proofs as the caller's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .errors import TraceError
+from .graph import Graph, MoreLanesNeeded, Node
+from .multivector import Multivector
+from .trace import Kernel, operand
+
+
+def call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any:
+    """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
+    if callee.graph.lanes.count > graph.lanes.count:
+        raise MoreLanesNeeded
+    flat: list[Node] = []
+    like = next(a for a in arguments if isinstance(a, Multivector))
+    for item, value in zip(callee.inputs, arguments, strict=True):
+        if item.kind.form == "numbers":
+            flat.extend(_lifted(like, v).scalar() for v in value)
+            continue
+        mv = _lifted(like, value)
+        lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
+        problem = item.kind.violated(lanes)
+        if problem:
+            raise TraceError(f"{callee.name}: argument {item.name} is not a {item.kind.name}: {problem}.")
+        flat.extend(item.kind.values(mv))
+    first = graph.lanes.comparisons_made
+    values = callee.evaluate_flat([graph.values[n.id] for n in flat], graph.lanes)
+    graph.check_lanes(f"the call of {callee.name}")
+    own = frozenset(range(first, graph.lanes.comparisons_made))
+    results: list[Any] = []
+    for o, (output, lanes_of_output) in enumerate(zip(callee.outputs, values, strict=True)):
+        nodes = [graph.call(callee, flat, (o, j), lane, own) for j, lane in enumerate(lanes_of_output)]
+        results.append(operand(output.kind, graph, nodes))
+    return results[0] if len(results) == 1 else tuple(results)
+
+
+def _lifted(like: Multivector, value: Any) -> Multivector:
+    return value if isinstance(value, Multivector) else like.constant(value)
