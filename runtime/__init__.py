@@ -33,7 +33,10 @@ _HOMES = {
     "Status": "status", "save": "storage", "load": "storage", "from_clifford": "interchange.clifford",
     "set_threads": "parallel",
 }  # fmt: skip
-_ROOMS = ("codegen", "curves", "dynamics", "errors", "kinematics", "objects", "reform", "report", "tracer")
+_ROOMS = (
+    "codegen", "curves", "dynamics", "errors", "interchange", "kinematics", "objects", "plot", "reform", "report",
+    "tracer",
+)  # fmt: skip
 _ALGEBRAS = ("cga3d", "pga3d", "cga2d")
 
 __all__ = [

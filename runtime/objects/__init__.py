@@ -1,0 +1,53 @@
+"""Geometric objects: rotors between them, blends, averages, costs, clusters, screws, fits (thesis chapters 2 and 3).
+
+Functions take batches of objects of `bladesmith.cga3d` and give batches; each is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+#: Public name -> module of this package that defines it.
+_HOMES = {
+    "rotor_between": "rotors",
+    "mirror_between": "rotors",
+    "trs_rotor": "rotors",
+    "project_to_blade": "blends",
+    "interpolate": "blends",
+    "interpolate_derivative": "blends",
+    "average": "blends",
+    "align": "blends",
+    "common_sphere": "spheres",
+    "orthogonal_sphere": "spheres",
+    "enclosing_sphere": "enclosing",
+    "rotor_cost": "costs",
+    "cost_matrix": "costs",
+    "kmeans": "clusters",
+    "merge_similar": "merging",
+    "closest_point": "screws",
+    "screw": "screws",
+    "join": "subspaces",
+    "meet": "subspaces",
+    "factorise": "subspaces",
+    "factorize": "subspaces",
+    "is_blade": "subspaces",
+    "fit_line": "fits",
+    "fit_circle": "fits",
+    "fit_plane": "fits",
+    "fit_sphere": "fits",
+}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__
