@@ -12,6 +12,10 @@ STUDIES = {
     "products": "products",
     "distance": "distance",
     "rays": "rays",
+    "rotors": "rotors",
+    "projector": "projector",
+    "exponential": "exponential",
+    "logarithm": "logarithm",
 }
 
 

@@ -53,13 +53,14 @@ def run_study(study: Study, quick: bool = False, progress: Progress | None = Non
     progress : callable, optional
         ``progress(done, total, text)``.
     """
-    total = len(study.cases) * sum(len(m.settings) for m in study.methods)
+    methods = [m for m in study.methods if not (quick and m.slow)]
+    total = len(study.cases) * sum(len(m.settings) for m in methods)
     done, rows = 0, []
     for number, case in enumerate(study.cases):
         count = max(study.count // 10, 10) if quick else study.count
         inputs = case.make(np.random.default_rng([SEED, number]), count)
         truth = study.reference(inputs)
-        for method in study.methods:
+        for method in methods:
             for setting in method.settings:
                 if progress:
                     progress(done, total, f"{study.name}: {case.name}, {method.name} {setting or ''}")
@@ -92,7 +93,9 @@ def _measure(
         case.describe(inputs, worst) if worst >= 0 else "",
         int(lost.size),
         case.describe(inputs, int(lost[0])) if lost.size else "",
-        _time(lambda: method.run(inputs, setting), QUICK_REPEATS if quick else REPEATS) / (count * study.copies) * 1e9,
+        _time(lambda: method.run(inputs, setting), QUICK_REPEATS if quick else REPEATS)
+        / (count * (method.copies or study.copies))
+        * 1e9,
         answer,
     )
 

@@ -27,12 +27,18 @@ class Method:
         What is turned, for the reader: "samples", "precision", ...
     settings : tuple
         Values of the knob, cheap first.
+    slow : bool
+        Left out of quick runs.
+    copies : int, optional
+        Where it differs from the study's: how many times each item is computed in one call.
     """
 
     name: str
     run: Callable[[Any, Any], Any]
     knob: str = ""
     settings: tuple[Any, ...] = (None,)
+    slow: bool = False
+    copies: int | None = None
 
 
 @dataclass(frozen=True)
