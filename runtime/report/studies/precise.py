@@ -36,6 +36,17 @@ def multivectors(kind: Any, rows: NDArray[Any]) -> list[Any]:
     return [multivector(kind, row) for row in rows]
 
 
+def made(maker: str, *parameters: Any) -> Any:
+    """The object of `conformal`'s maker of this name, from 50-digit vectors and numbers (rows of 3 and of 1)."""
+    from ... import cga3d
+    from ...codegen.formulas import conformal
+
+    kinds = {3: cga3d.kind("euclidean"), 1: cga3d.kind("scalar")}
+    rows = [np.atleast_1d(p) for p in parameters]
+    x = getattr(conformal, maker)(*(multivector(kinds[len(row)], row) for row in rows))[0]
+    return x.new({b: x.terms[b] for b in cga3d.kind(maker).blades if b in x.terms})  # the rest is rounding noise
+
+
 def exponential(b: Any) -> Any:
     """exp(b) by its series on a small multiple of b, and squaring."""
     small = b / 2**HALVINGS

@@ -66,15 +66,10 @@ def with_clifford(p: Pairs, _: Any) -> Array:
 
 def truth(p: Pairs) -> list[Any]:
     """The projected blend with 50 digits, from the parameters; None where it is no real object."""
-    from ... import cga3d
-    from ...codegen.formulas import conformal
     from ...codegen.formulas.blades import project_to_blade
 
-    euclidean, scalar = cga3d.kind("euclidean"), cga3d.kind("scalar")
-
     def exact(parts: tuple[Array, ...], i: int) -> Any:
-        arguments = [precise.multivector(euclidean if a.ndim > 1 else scalar, np.atleast_1d(a[i])) for a in parts]
-        return getattr(conformal, p.maker)(*arguments)[0]
+        return precise.made(p.maker, *(a[i] for a in parts))
 
     found = []
     for i in range(len(p.first[0])):
@@ -100,10 +95,10 @@ def error(found: Array, exact: list[Any], p: Pairs) -> Errors:
 
 def in_words(result: Array, p: Pairs, i: int) -> str:
     """What came out at a singular input."""
-    from ... import objects
+    from ... import Status, objects
 
     status = objects.interpolate(*built(p, "float64"), alpha=0.5).status
-    return f"{np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {status[i].name}"
+    return f"{np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {Status(status[i]).name}"
 
 
 def methods() -> tuple[Method, ...]:

@@ -149,15 +149,10 @@ def with_clifford(p: Pairs, _: Any) -> Array:
 
 def truth(p: Pairs) -> list[tuple[Any, Any, Any]]:
     """Both objects and the rotor with 50 digits, from the parameters; no rotor where it is not unique."""
-    from ... import cga3d
-    from ...codegen.formulas import conformal
     from ...codegen.formulas.rotors import plain_rotor
 
-    euclidean, scalar = cga3d.kind("euclidean"), cga3d.kind("scalar")
-
     def exact(parts: tuple[Array, ...], i: int) -> Any:
-        arguments = [precise.multivector(euclidean if a.ndim > 1 else scalar, np.atleast_1d(a[i])) for a in parts]
-        return getattr(conformal, p.maker)(*arguments)[0]
+        return precise.made(p.maker, *(a[i] for a in parts))
 
     found = []
     for i in range(len(p.first[0])):
@@ -198,10 +193,12 @@ def describe(p: Pairs, i: int) -> str:
 
 def answer(result: Array, p: Pairs, i: int) -> str:
     """What came out where no rotor is unique."""
-    from ... import objects
+    from ... import Status, objects
 
     status = objects.rotor_between(*built(p, "float64")).status
-    return f"R = {np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {status[i].name}"
+    return (
+        f"R = {np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {Status(status[i]).name}"
+    )
 
 
 def methods() -> tuple[Method, ...]:
