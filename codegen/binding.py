@@ -111,7 +111,7 @@ class Binding(ABC):
         """Contiguous arrays of one floating type, each with the full leading shape or a single row."""
         if len(arrays) != len(self.inputs):
             raise InputError(f"{self.symbol} takes {len(self.inputs)} arrays, not {len(arrays)}.")
-        prepared = [_floating(a, item.name) for a, item in zip(arrays, self.inputs, strict=True)]
+        prepared = [floating(a, item.name) for a, item in zip(arrays, self.inputs, strict=True)]
         if any(a.dtype != prepared[0].dtype for a in prepared):
             prepared = [a.astype(_F64) for a in prepared]
         leads = []
@@ -149,9 +149,7 @@ class BoundKernel(Binding):
     inputs, outputs : sequences of Argument
     """
 
-    def __init__(
-        self, library: Library, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
-    ) -> None:
+    def __init__(self, library: Library, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]) -> None:
         super().__init__(symbol, inputs, outputs)
         self.library = library
         self.index = library.index[symbol]
@@ -242,7 +240,8 @@ class Plan:
         self._run(self._plan)
 
 
-def _floating(value: Any, name: str) -> Array:
+def floating(value: Any, name: str) -> Array:
+    """The value as an array of float64 or float32."""
     array = np.asarray(value)
     if array.dtype == _F64 or array.dtype == _F32:
         return array

@@ -73,9 +73,10 @@ def generate(
 
 def generate_programs() -> dict[str, dict[str, str]]:
     """Generated files of the general programs that the wheel carries for machines without a compiler, by folder."""
+    from .programs.merge import merge_program
     from .programs.scene import EVERYTHING, scene_program
 
-    return {"scene": dict(scene_program(EVERYTHING).files)}
+    return {"merge": dict(merge_program().files), "scene": dict(scene_program(EVERYTHING).files)}
 
 
 def declared_kernels(

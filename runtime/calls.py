@@ -162,7 +162,7 @@ def _traced(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
             problem = problem or (error if isinstance(error, BladesmithError) else TraceError(str(error)))
             continue
         inputs = tuple(key if isinstance(key, int) else kind for key, kind in zip(keys, kinds, strict=True))
-        return Target(inputs, outputs, _Warming(kernel))
+        return Target(inputs, outputs, Warming(kernel))
     what = " and ".join(f"a {key.name}" for key in keys if isinstance(key, Kind))
     raise GradeError(f"{name} of {what} of {algebra.name}: {problem}")
 
@@ -185,7 +185,7 @@ def _result(output: Any) -> Result:
     return Result(output.name, kind, len(output.nodes))
 
 
-class _Warming:
+class Warming:
     """A declared kernel on arrays: interpreted, and compiled once `WORTH_COMPILING` items went through it."""
 
     def __init__(self, kernel: Any) -> None:
@@ -194,11 +194,15 @@ class _Warming:
         self.is_hot = False
 
     def __call__(self, *data: NDArray[Any]) -> Any:
-        self.items += max((math.prod(a.shape[:-1]) for a in data), default=1)
+        return self.ready(max((math.prod(a.shape[:-1]) for a in data), default=1), data)(*data)
+
+    def ready(self, items: int, data: Sequence[NDArray[Any]]) -> Any:
+        """What runs this many more items of the precision of some arrays."""
+        self.items += items
         if self.items > WORTH_COMPILING and not self.is_hot:
             self.is_hot = True
             _log.info("compiling %r after %d items.", self.kernel, self.items)
-        return self.kernel.bound("c" if self.is_hot else "numpy", data)(*data)
+        return self.kernel.bound("c" if self.is_hot else "numpy", data)
 
 
 def raise_first(status: NDArray[np.uint8] | None, what: str, error: type[SingularError] = SingularError) -> None:

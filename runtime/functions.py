@@ -6,7 +6,6 @@ by products alone.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +13,9 @@ from numpy.typing import NDArray
 
 from . import checks, linear
 from .calls import Outcome, call, finite, merged, raise_first, target
-from .codegen.errors import GradeError, InputError, NotARotorError, NotInvertibleError
+from .codegen.errors import GradeError, InputError, NotInvertibleError
 from .codegen.kinds import Kind
+from .exponentials import exp, log, sqrt
 from .general import product_table
 from .rows import levelled
 from .status import Status
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 NEAREST = "versors.normalise_flat"
 #: Methods of the general inverse (thesis 1.2.5).
 METHODS = ("shirokov", "hitzer", "matrix")
-#: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
-SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
 
 
 def norm(x: Multivector) -> NDArray[Any]:
@@ -226,56 +224,6 @@ def _unit_square(x: Multivector) -> int:
     member = proofs.member(x.kind, 0)
     square = member * ~member
     return next((sign for sign in (1, -1) if not (square - sign).terms), 0)
-
-
-def exp(x: Multivector) -> Multivector:
-    """exp(x): in closed form for bivectors of motors, else by halving and a series. INVALID: it is not finite."""
-    if x.grades == (2,):
-        try:
-            return finite(call(x.algebra, "exponentials.exp_bivector", x).value)
-        except GradeError:
-            pass
-    return finite(_exp_series(x))
-
-
-def _exp_series(x: Multivector) -> Multivector:
-    """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra."""
-    sizes = np.abs(x._data).sum(-1)
-    size = float(sizes.max(initial=0.0, where=np.isfinite(sizes)))
-    halvings = max(0, math.ceil(math.log2(size / SERIES_SIZE))) if size > 0 else 0
-    small = x / 2.0**halvings
-    total = small / SERIES_TERMS + 1.0
-    for k in range(SERIES_TERMS - 1, 0, -1):
-        total = (small * total) / k + 1.0
-    for _ in range(halvings):
-        total = total * total
-    return total
-
-
-def log(x: Multivector, strict: bool = False) -> Multivector:
-    """The bivector b with exp(b) = x."""
-    return _motor_function(x, "log_motor", "log", strict)
-
-
-def sqrt(x: Multivector, strict: bool = False) -> Multivector:
-    """exp(log(x)/2)."""
-    return _motor_function(x, "sqrt_motor", "sqrt", strict)
-
-
-def _motor_function(x: Multivector, formula: str, name: str, strict: bool) -> Multivector:
-    even = all(g % 2 == 0 for g in x.grades)
-    if not even or 0 not in x.grades:
-        raise NotARotorError(
-            f"{name} of a {x.kind.name} of {x.algebra.name}: it has no rotor's blades.",
-            remedy="Rotors are even, with a scalar part",
-        )
-    try:
-        outcome = call(x.algebra, f"exponentials.{formula}", x)
-    except GradeError as error:
-        raise NotARotorError(str(error)) from None
-    if strict:
-        raise_first(outcome.status, name, NotARotorError)
-    return outcome.value  # type: ignore[no-any-return]
 
 
 def reflect(x: Multivector, mirror: Multivector, strict: bool = False) -> Multivector:

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select, sqrt
+from ..differentiate import derivative_formula
+from ..multivector import Mask, Multivector, absolute, select, sqrt
+from ..status import Status
+from ..trace import Result
+from .outcome import NOISE, epsilon, is_finite, only_if, outcome
+from .sizes import product_sizes, sizes
+
+Checked = tuple[Multivector, Result]
 
 
 def norm_squared(x: Multivector) -> Multivector:
@@ -41,5 +48,67 @@ def blade_projector(x: Multivector) -> Multivector:
 
 
 def project_to_blade(x: Multivector) -> Multivector:
-    """S x: the unit blade that a pure-grade x stands for."""
+    """S x: the unit blade that a pure-grade x stands for; for a sum of points the point at their mean (3.1)."""
+    if x.grades == (1,):
+        weight = x | x.basis("ni")
+        return -(x * x.basis("ni") * x).grade(1) / (2 * weight * weight)
     return blade_projector(x) * x
+
+
+def project(x: Multivector) -> Checked:
+    """S x, with its status: see `project_sum`."""
+    return project_sum(x, x)
+
+
+def project_sum(x: Multivector, written: Multivector) -> Checked:
+    """S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors.
+
+    IMAGINARY: Sigma has no real root, so that x stands for no real object. SINGULAR: x has no length left, as L and
+    -L together (or two planes of equal weight: then no blade is nearest). INVALID: x is not finite.
+    """
+    regular, imaginary = cases_of_sum(x, written)
+    value = project_to_blade(x) * only_if(regular, x.constant(1))
+    return value, sum_status(x, regular, imaginary)
+
+
+def project_rate(x: Multivector, dx: Multivector) -> Checked:
+    """Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`."""
+    (rate,) = derivative_formula(project_to_blade, ["x"], "x", is_scalar=False)(x, dx)
+    regular, imaginary = cases_of_sum(x, x)
+    return rate.value * only_if(regular, x.constant(1)), sum_status(x, regular, imaginary)
+
+
+def written_size(*terms: Multivector) -> Multivector:
+    """Sums of the absolute values of the coefficients of several multivectors, blade by blade."""
+    first = terms[0]
+    return first.sum(x.new({b: x.ring.apply("abs", c) for b, c in x.terms.items()}) for x in terms)
+
+
+def cases_of_sum(x: Multivector, written: Multivector) -> tuple[Mask, Mask]:
+    """Where x has a projection, and where it is imaginary: decided on what rounding may have left of each sum.
+
+    x = X1 + X2 with commuting blades of squares a >= b: s0 = a + b, s4^2 = 4 a b, norm = a - b. The projection is
+    X1/sqrt(a): a must be positive, and larger than b. Where s0 < 0 only s4^2 < 0 tells that a is positive.
+    """
+    unit = NOISE * epsilon(x)
+    terms = sizes(written)
+    if x.grades == (1,):
+        weight = absolute(x | x.basis("ni"))
+        return weight > unit * terms[0], weight < 0  # the mean of points is never imaginary
+    sigma = -(x * ~x)
+    s0, s4 = sigma.grade(0), sigma.grade(4)
+    noise = product_sizes(sizes(x, unit, terms), terms)
+    noise0 = unit * noise[1]
+    positive, negative = s0 > noise0, s0 < -noise0
+    square = (s4 * s4).grade(0)
+    if not square.terms:
+        return positive, negative
+    noise_of_square = 2 * unit * product_sizes(sizes(s4), noise)[1]
+    resolved = square < -noise_of_square
+    isolated = s0 * s0 - square > 2 * s0 * noise0 + noise_of_square
+    return (positive & isolated) | (~positive & resolved), negative & ~resolved
+
+
+def sum_status(x: Multivector, regular: Mask, imaginary: Mask) -> Result:
+    """Status of a projection from its cases."""
+    return outcome(x, (~is_finite(x), Status.INVALID), (imaginary, Status.IMAGINARY), (~regular, Status.SINGULAR))

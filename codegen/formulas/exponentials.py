@@ -1,10 +1,14 @@
 """Exponential, logarithm and square root of motors, in CGA and in PGA alike.
 
-A motor's bivector b has b^2 = -w + q with a scalar w and q of grade 4, q^2 = 0; so every function of it is a
-function of w and its derivative. No case is split: rotations, translations, screws, and any angle.
+A motor's bivector b has b^2 = -w + q with a scalar w and q of grade 4, q^2 = 0: a rotation, a translation along its
+axis, and one across that only moves the axis. General rotors are in `invariant`.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
 
 from ..errors import GradeError
 from ..multivector import (
@@ -12,114 +16,197 @@ from ..multivector import (
     Multivector,
     absolute,
     atan2,
+    cos,
     select,
+    sin,
     sqrt,
     stumpff0,
     stumpff1,
-    stumpff2,
-    stumpff3,
 )
 from ..status import Status
 from ..trace import Result
-from .euclidean import attached_part, axes, null_vector, space
-from .outcome import NOISE, as_computed, epsilon, is_finite, only_if, outcome
+from .euclidean import attached_part, euclidean_part, null_vector, space
+from .outcome import NOISE, as_computed, epsilon, is_finite, only_if, outcome, size
 from .products import absolute_product
+from .turns import turn_axis
 
 
-def square_parts(b: Multivector) -> tuple[Multivector, Multivector]:
-    """w and q of b^2 = -w + q.
+def square_signs(b: Multivector) -> tuple[bool, bool]:
+    """Whether the scalar part of b^2 can be negative, and whether it can be positive, by the blades of b."""
+    blades = list(b.terms)
+    if not blades:
+        return False, False
+    table = [[float(dict(b.algebra.product(x, y)).get(0, 0)) for y in blades] for x in blades]
+    values = np.linalg.eigvalsh(np.array(table))
+    noise = len(blades) * float(np.finfo(float).eps) * float(np.abs(values).max())
+    return bool(values.min() < -noise), bool(values.max() > noise)
+
+
+def is_motion(b: Multivector) -> bool:
+    """Whether b is the bivector of a motor, by its blades: b^2 = -w + q with w >= 0 and q^2 = 0."""
+    q = (b * b).grade(4)
+    return not (q * q).terms and not square_signs(b)[1]
+
+
+def exp_bivector(b: Multivector) -> Multivector:
+    """exp(b) = cos s + S b + q (S + b (S - cos s)/s^2)/2, where b^2 = -s^2 + q and S = sin(s)/s.
+
+    Where the rotation is so small that its square is lost against 1, that is (1 + b + q/2)/sqrt(1 + s^2), a motor
+    too. Simple bivectors of either sign of b^2 are done by Stumpff functions.
 
     Raises
     ------
     GradeError
-        If q^2 does not vanish by the blades of b: then b is no bivector of a motor.
+        If q^2 does not vanish by the blades of b, or b^2 has q and may be positive: see `invariant.exp_bivector`.
     """
     square = b * b
-    q = square.grade(4)
-    if (q * q).terms:
-        raise GradeError("the square of this bivector is not -w + q with q^2 = 0; exp is for bivectors of motors.")
-    return -square.grade(0), q
-
-
-def exp_bivector(b: Multivector) -> Multivector:
-    """exp(b) = c0(w) + b c1(w) + q (c1(w) + b (c2(w) - c3(w)))/2, with Stumpff functions c_k."""
-    w, q = square_parts(b)
-    c1 = stumpff1(w)
-    regular = stumpff0(w) + b * c1
+    w, q = -square.grade(0), square.grade(4)
+    if not is_motion(b):
+        if q.terms:
+            raise GradeError("the square of this bivector is not -w + q with q^2 = 0; exp is for bivectors of motors.")
+        return stumpff0(w) + b * stumpff1(w)
+    if not w.terms:
+        return 1 + b
+    rotates = w > epsilon(b)
+    s = sqrt(w)
+    c, sine = cos(s), sin(s) / s
+    small = 1 / sqrt(1 + w)
+    regular = select(rotates, c, small)
+    first = select(rotates, sine, small)
     if not q.terms:
-        return regular
-    return regular + q * (c1 + b * (stumpff2(w) - stumpff3(w))) / 2
+        return regular + b * first
+    second = select(rotates, (sine - c) / w, b.constant(0))
+    return regular + b * first + q * (first + b * second) / 2
+
+
+class Screw(NamedTuple):
+    """A motor r = c + v + q in parts: r = (c + p) (1 + shift), p = turn + across, p^2 = -square.
+
+    ``turn`` is the rotation, ``across`` moves its axis, ``shift`` is the translation along it. Where ``turns`` is
+    false, r is a translation and all of v is in p.
+    """
+
+    c: Multivector
+    p: Multivector
+    shift: Multivector
+    square: Multivector
+    turns: Mask
+
+
+def screw_parts(r: Multivector) -> Screw:
+    """Rotation, axis and translation of a motor, each to rounding, also next to a full turn.
+
+    The part across is found twice: what rounding leaves of the one along in it is divided by the sine later, and
+    exp(log(r)) would miss r by eps/sine.
+    """
+    c, v, q = r.grade(0), r.grade(2), r.grade(4)
+    turn = euclidean_part(v)
+    across = v - turn
+    square = -(turn * turn).grade(0)
+    if not square.terms or not across.terms:
+        return Screw(c, v, v.new({}), square, _turns(c, square))
+    turns = _turns(c, square)
+    inverse = select(turns, 1 / square, r.constant(0))
+    along = _along(across, turn) * inverse
+    if along.terms:
+        across = as_computed(across - along)
+        rest = _along(across, turn) * inverse
+        across, along = across - rest, along + rest
+    return Screw(c, turn + across, c * along - (turn * q).grade(2), square, turns)
+
+
+def _along(v: Multivector, turn: Multivector) -> Multivector:
+    """The part of v along the axis of a turn, times the turn's |square|."""
+    return -((v ^ turn) * turn).grade(2)
+
+
+def _turns(c: Multivector, square: Multivector) -> Mask:
+    """Where there is a rotation: its square does not underflow, and it is no rounding noise on a full turn."""
+    least, noise = epsilon(c), NOISE * epsilon(c)
+    return (square > least * least * least * least) & ((c > 0) | (square > noise * noise))
 
 
 def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     """The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi.
 
-    With r = c + v + q (grades 0, 2, 4), s = |v| and the half angle f = atan2(s, c):
-    b = (k - k^3 (c2(f^2) - c3(f^2)) q) v, k = f/s. The sign of r counts: exp(b) = r, not -r.
+    With r = (c + p) (1 + t), a rotation p about its axis and a translation t along it, s = |p| and the half angle
+    f = atan2(s, c): b = f p/s + t. The sign of r counts: exp(b) = r, not -r.
 
-    Where the rotation in v is rounding noise and c < 0, r is a full turn about any axis along its translation: the
+    Where the rotation in r is rounding noise and c < 0, r is a full turn about any axis along its translation: the
     axis through the origin is taken (about e3 where nothing moves), with status NOT_UNIQUE. In the plane there is
     none: SINGULAR. Before that the axis moves away, and rounding b moves exp(b) by |t|/s units of it.
     INVALID: r ~r differs from 1 by more than the square root of the rounding unit.
+
+    Raises
+    ------
+    GradeError
+        If by its blades r need not be a motor: see `invariant.log`.
     """
-    c, v, q = _parts(r)
-    valid = is_unit(c + v + q)
-    s = sqrt(-(v * v).grade(0))
-    if not s.terms:  # translators, by their blades
+    r = _as_given(r)
+    valid = is_unit(r)
+    c, p, shift, square, turns = screw_parts(r)
+    if not square.terms:  # translators, by their blades
         valid = valid & (c > 0)
-        return v / only_if(valid, c), outcome(r, (~valid, Status.INVALID))
-    full_turn = (s <= NOISE * epsilon(r)) & (c < 0)
-    s = select(full_turn, r.constant(0), s)
+        return p / only_if(valid, c), outcome(r, (~valid, Status.INVALID))
+    full_turn = ~turns & (c < 0)
+    s = sqrt(select(full_turn, r.constant(0), square))
     half_angle = atan2(s, c)
-    moves = s > 0
-    k = select(moves, half_angle / s, select(c < 0, r.constant(-1), r.constant(1)))
-    k = only_if(valid, k)
-    b = k * v
-    if q.terms:
-        w = half_angle * half_angle
-        b = b - (k * k * k * (stumpff2(w) - stumpff3(w))) * (q * v)
-    axis, possible = _turn_axis(v)
-    b = b - axis * select(full_turn, half_angle, r.constant(0))
+    k = select(turns, half_angle / s, select(c < 0, r.constant(-1), r.constant(1)))
+    axis, possible = turn_axis(r.grade(2))
+    b = only_if(valid, k) * p + shift - axis * select(full_turn, half_angle, r.constant(0))
     return _finished(r, b, valid, full_turn, possible)
 
 
 def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
-    """exp(log(r)/2): the unit motor of half the motion, 1 + r normalised.
+    """exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalised, for r = (c + p) (1 + t).
 
-    1 + r = h + v + q with h = 1 + c, which is |v|^2/(1 - c) where c < 0: no digits are lost towards -1. A full
-    turn has the half turn about the axis that `log_motor` takes, with the same statuses.
+    h = 1 + c, which is |p|^2/(1 - c) where c < 0: no digits are lost towards -1. A full turn has the half turn about
+    the axis that `log_motor` takes, with the same statuses.
     """
-    c, v, q = _parts(r)
-    valid = is_unit(c + v + q)
-    square = -(v * v).grade(0)
+    r = _as_given(r)
+    valid = is_unit(r)
+    c, p, shift, square, turns = screw_parts(r)
     if not square.terms:
         valid = valid & (c > 0)
-        return 1 + v / (2 * only_if(valid, c)), outcome(r, (~valid, Status.INVALID))
+        return 1 + p / (2 * only_if(valid, c)), outcome(r, (~valid, Status.INVALID))
     h = select(c < 0, square / (1 - c), 1 + c)
-    middle = only_if(valid, h) + v + q
+    middle = (only_if(valid, h) + p) * (1 + shift / 2)
     norm = middle * ~middle
     s0, s4 = norm.grade(0), norm.grade(4)
     root = middle * (1 - s4 / (2 * s0)) / sqrt(s0)
-    noise = NOISE * epsilon(r)
-    full_turn = (square <= noise * noise) & (c < 0) & valid
-    axis, possible = _turn_axis(v)
+    full_turn = ~turns & (c < 0) & valid
+    v = r.grade(2)
+    axis, possible = turn_axis(v)
     half_turn = -axis * (1 - _translation(v) / 2)
     return _finished(r, select(full_turn, half_turn, root), valid, full_turn, possible)
 
 
-def _parts(r: Multivector) -> tuple[Multivector, Multivector, Multivector]:
-    """Grades 0, 2 and 4 as computed: r ~r = 1 holds to rounding only, and nothing may be simplified with it.
+def is_motor(r: Multivector) -> bool:
+    """Whether a unit r is a motor by its blades: one rotation, and translations."""
+    v = r.grade(2)
+    turn = euclidean_part(v)
+    return is_motion(v) and not (turn * turn).grade(4).terms
 
-    (1 - c^2 for |v|^2 would lose every digit of a small angle.)
+
+def _as_given(r: Multivector) -> Multivector:
+    """r as computed: r ~r = 1 holds to rounding only, and nothing may be simplified with it.
+
+    (1 - c^2 for |p|^2 would lose every digit of a small angle.)
     """
-    rounded = as_computed(r)
-    return rounded.grade(0), rounded.grade(2), rounded.grade(4)
+    if not is_motor(r):
+        raise GradeError("by its blades this need not be a motor.")
+    return as_computed(r)
 
 
 def is_unit(r: Multivector) -> Mask:
-    """Whether r ~r = 1 to half of the digits, each coefficient on the scale of its terms."""
+    """Whether r ~r = 1 to half of the digits, each coefficient on the scale of what rounding of r may do to it.
+
+    Coefficients that scale alike (with n, without, ..) stand for each other: a half turn may have a cosine of 1e-17,
+    whose product with a translation is no measure of rounding.
+    """
     defect = r * ~r - 1
-    scale = absolute_product(r, ~r)
+    alike = _sizes(r)
+    scale = absolute_product(alike, alike)
     tolerance = sqrt(epsilon(r))
     mask = is_finite(r)
     for blade, value in defect.terms.items():
@@ -127,25 +214,20 @@ def is_unit(r: Multivector) -> Mask:
     return mask
 
 
+def _sizes(r: Multivector) -> Multivector:
+    """In place of each coefficient the size of all those whose blades differ from its own by Euclidean axes only."""
+    (every_axis,) = space(r).terms
+    rooms: dict[int, list[int]] = {}
+    for blade in r.terms:
+        rooms.setdefault(blade & ~every_axis, []).append(blade)
+    sizes = {key: size(r.new({b: r.terms[b] for b in blades})) for key, blades in rooms.items()}
+    return r.new({b: sizes[b & ~every_axis].terms[0] for b in r.terms})
+
+
 def _translation(v: Multivector) -> Multivector:
     """The part of a bivector that holds the null vector."""
     t = attached_part(v)
     return t ^ null_vector(v) if t.terms else t
-
-
-def _turn_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
-    """Unit bivector of a rotation about an axis along the translation in v, and where there is one (None: always)."""
-    basis = axes(v)
-    plane = basis[0] * basis[1]
-    t = attached_part(v)
-    if not t.terms:
-        return plane, None
-    square = (t * t).grade(0)
-    if len(basis) != 3:
-        return plane, square <= 0
-    along = square > 0
-    scale = select(along, 1 / sqrt(square), v.constant(0))
-    return t * space(v) * scale + plane * select(along, v.constant(0), v.constant(1)), None
 
 
 def _finished(

@@ -24,35 +24,43 @@ from ..trace import Formula, Kernel, trace
 
 
 @cache
-def cga3d() -> Algebra:
-    """The algebra that the geometry of programs is written in."""
+def stock_algebra(name: str) -> Algebra:
+    """A stock algebra, from its spec alone: nothing generated is needed to generate programs."""
     package = __package__.rpartition(".")[0]
-    text = resources.files(package).joinpath("specs/cga3d.toml").read_text(encoding="utf-8")
+    text = resources.files(package).joinpath(f"specs/{name}.toml").read_text(encoding="utf-8")
     return algebra_from_data(tomllib.loads(text))
+
+
+def cga3d() -> Algebra:
+    """The algebra that the geometry of most programs is written in."""
+    return stock_algebra("cga3d")
 
 
 @dataclass(frozen=True)
 class Declared:
-    """A kernel that a program needs: a formula and the kinds of its arguments, by name."""
+    """A kernel that a program needs: a formula, the kinds of its arguments by name, and its algebra.
+
+    A formula on several kinds is several kernels of one program: each is given a name of its own.
+    """
 
     formula: Formula
     kinds: tuple[str, ...]
+    named: str = ""
+    algebra: str = "cga3d"
 
     @property
     def name(self) -> str:
-        """Name of the kernel: that of its formula."""
-        return self.formula.__name__
+        """Name of the kernel: the given one, else that of its formula."""
+        return self.named or self.formula.__name__
 
 
 @cache
-def _kind(name: str) -> Kind:
+def _kind(algebra_name: str, name: str) -> Kind:
     """Kinds of arguments of programs: those of the algebra, and Euclidean vectors and rows of numbers."""
-    algebra = cga3d()
-    euclidean = tuple(algebra.parse_blade(blade)[0] for blade in ("e1", "e2", "e3"))
-    if name == "position":
-        return Kind(algebra, name, euclidean)
-    if name == "unit":
-        return Kind(algebra, name, euclidean, ("x * x - 1",), "unit(e1, e2, e3)")
+    algebra = stock_algebra(algebra_name)
+    if name in ("position", "unit"):
+        euclidean = tuple(algebra.parse_blade(blade)[0] for blade in ("e1", "e2", "e3"))
+        return _euclidean(algebra, name, euclidean)
     if name == "number":
         return scalar_argument(algebra)
     if name.startswith("numbers"):
@@ -60,10 +68,18 @@ def _kind(name: str) -> Kind:
     return algebra.kind(name)
 
 
+def _euclidean(algebra: Algebra, name: str, blades: tuple[int, ...]) -> Kind:
+    """A position, about which nothing is known, or a unit vector."""
+    if name == "position":
+        return Kind(algebra, name, blades)
+    return Kind(algebra, name, blades, ("x * x - 1",), "unit(e1, e2, e3)")
+
+
 @cache
 def traced(declared: Declared) -> Kernel:
     """The kernel of a declaration, traced once in a process."""
-    return trace(declared.formula, [_kind(k) for k in declared.kinds], algebra=cga3d())
+    kinds = [_kind(declared.algebra, k) for k in declared.kinds]
+    return trace(declared.formula, kinds, declared.name, algebra=stock_algebra(declared.algebra))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,33 +1,12 @@
-"""Curves of geometric objects. For now: Bezier curves of first degree, between two control objects."""
+"""Curves of geometric objects: Bezier, rational, Hermite, Kochanek-Bartels, interpolating (thesis 3.12.1 and 4.8).
+
+A curve adds up multivectors (its raw values) and projects the sums to blades; t = 0 is its first object.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from .base import Curve
+from .bezier import Bezier, Hermite, RationalBezier
+from .splines import Interpolating, KochanekBartels
 
-from ..errors import InputError
-
-__all__ = ["Bezier"]
-
-
-class Bezier:
-    """Bezier curve over control objects; t = 0 is the first, t = 1 the last.
-
-    Parameters
-    ----------
-    controls : sequence of two objects
-        Circles as (center, normal, radius), or as their coefficients.
-    """
-
-    def __init__(self, controls: Sequence[Any]) -> None:
-        if len(controls) != 2:
-            raise InputError(f"a Bezier curve of first degree has 2 control objects, not {len(controls)}.")
-        self.controls = tuple(controls)
-
-    @property
-    def degree(self) -> int:
-        """Degree of the polynomial."""
-        return len(self.controls) - 1
-
-    def __repr__(self) -> str:
-        return f"Bezier({list(self.controls)!r})"
+__all__ = ["Bezier", "Curve", "Hermite", "Interpolating", "KochanekBartels", "RationalBezier"]

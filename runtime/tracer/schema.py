@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from ..curves import Bezier
 from ..errors import SceneError
 from ..tomlread import Document, Positive, Table, Vector3, read_document
 from .camera import Camera
@@ -131,7 +130,7 @@ class EvolvedCirclesTable(SurfaceTable):
 
     def surface(self) -> Surface:
         circles = [(c.center, c.normal, c.radius) for c in self.controls]
-        return EvolvedCircles(Bezier(circles), align=self.align, material=self.material())
+        return EvolvedCircles(circles, align=self.align, material=self.material())
 
 
 AnySurface = Annotated[PlaneTable | SphereTable | DiscTable | EvolvedCirclesTable, Field(discriminator="kind")]

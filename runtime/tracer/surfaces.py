@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.programs.scene import SURFACES, needs
+from ..curves import Bezier, Curve
 from ..errors import SceneError
 from . import values
 from .bounds import evolved_bound
@@ -301,7 +302,7 @@ class EvolvedCircles(Surface):
     kind = "evolved_circles"
 
     def __init__(self, curve: Any, *, align: bool = True, material: Any = None) -> None:
-        controls = getattr(curve, "controls", curve)
+        controls = _linear_controls(curve)
         try:
             count = len(controls)
         except TypeError:
@@ -338,6 +339,13 @@ class EvolvedCircles(Surface):
         if np.isfinite(radius):
             row[bound] = [*center, radius]
         return row
+
+
+def _linear_controls(curve: Any) -> Any:
+    """Controls of a Bezier curve between unit objects, as they were given; what is no curve is taken for controls."""
+    if isinstance(curve, Curve) and not (isinstance(curve, Bezier) and curve.kind.constraints):
+        raise SceneError(f"an evolved surface follows a Bezier curve of unit circles, not a {type(curve).__name__}.")
+    return curve.given if isinstance(curve, Bezier) else curve
 
 
 def _opposed(first: values.Circle, second: values.Circle) -> bool:

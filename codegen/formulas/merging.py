@@ -1,0 +1,66 @@
+"""What merging similar objects needs besides their cost (thesis 3.12.2): the mean of two, and where an object is.
+
+A landmark is a few plain numbers of an object by which far ones are left out without their cost; which cost they
+promise is said, and proved, in templates/c/merge_tree.h.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Multivector, select, sqrt
+from ..trace import Result, row
+from .blades import Checked, norm_squared, project_sum, written_size
+from .conformal import infinity, origin
+from .costs import agreement
+from .euclidean import coordinates, euclidean_part, space
+from .local import anchor, curvature
+from .outcome import only_if
+
+
+def mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
+    """S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`."""
+    a, b = w1 * x1, w2 * x2
+    return project_sum(a + b, written_size(a, b))
+
+
+def aligned_mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
+    """`mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned."""
+    if x1.grades == (1,):
+        return mean_of_two(x1, x2, w1, w2)
+    turned = select(agreement(x2, x1) < 0, x1.constant(-1), x1.constant(1))
+    return mean_of_two(x1, turned * x2, w1, w2)
+
+
+def landmark(x: Multivector) -> Result:
+    """Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too.
+
+    Rounds: centre, zeros, 1/radius. Flats: the point nearest the origin, the unit direction of a line or normal of
+    a plane (zeros for flat points), zero. Points: themselves, zeros, zero. The inverse is that in the unit sphere.
+    """
+    nothing = [x.constant(0)] * 3
+    if x.grades == (1,):
+        return row([*coordinates(euclidean_part(x)), *nothing, x.constant(0)])
+    foot, direction = anchor(x), _direction(x)
+    if not curvature(x).terms:
+        return row([*coordinates(foot), *direction, x.constant(0)])
+    center, curved = _center(x, infinity(x))
+    inverse_center, inverse_curved = _center(x, 2 * origin(x))  # the inversion takes n_inf and 2 n0 to each other
+    is_round = curved > 0
+    position = coordinates(select(is_round, center, foot))
+    along = [select(is_round, x.constant(0), d) for d in direction]
+    inverse_position = coordinates(select(inverse_curved > 0, inverse_center, x.new({})))
+    return row([*position, *along, curved, *inverse_position, inverse_curved])
+
+
+def _center(x: Multivector, n: Multivector) -> tuple[Multivector, Multivector]:
+    """Centre and 1/radius of a round where n stands for infinity; NaN and 0 for a flat there."""
+    curved = sqrt(norm_squared(euclidean_part(n | x)))
+    reflected = (n | x) | x
+    return euclidean_part(reflected) / only_if(curved > 0, -(reflected | n)), curved
+
+
+def _direction(x: Multivector) -> list[Multivector]:
+    """Of a flat (n0 + p) ^ E ^ n_inf the attitude E: a vector, or the dual of a bivector; zeros for a number."""
+    attitude = euclidean_part((origin(x) | x) | infinity(x))
+    if attitude.grades == (2,):
+        attitude = (attitude * space(x)).grade(1)
+    return coordinates(attitude) if attitude.grades == (1,) else [x.constant(0)] * 3

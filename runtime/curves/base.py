@@ -1,0 +1,173 @@
+"""What all curves share: parameters checked, sums of rows, and one projection to the blade manifold for a batch."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..calls import call, finite, merged, raise_first
+from ..codegen.errors import InputError
+from ..codegen.kinds import Kind
+from ..multivector import Multivector
+from ..typed import F64
+from .basis import Array
+from .controls import Controls, rows_of
+
+#: A parameter outside the curve by less than this many rounding units of the domain is its end: i * (1/n) may be.
+ROUNDING = 4
+
+
+class Rows(Protocol):
+    """Rows of numbers as functions of a parameter."""
+
+    @property
+    def degree(self) -> int:
+        """Degree of the polynomials."""
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Rows, and sums of the absolute values of their terms, both (..., k)."""
+
+    def rate_at(self, t: Array) -> Array:
+        """Derivatives (..., k)."""
+
+
+class Curve:
+    """A curve of objects: sums of its controls, projected to blades (thesis 4.8).
+
+    Call it, or its methods, with parameters of any shape. Values are objects of the kind of the controls; items that
+    stand for no object are NaN with a status: `IMAGINARY` where the sum has no real projection, `SINGULAR` where
+    nothing is left of it. Derivatives are by the parameter t; at a joint they are those of the piece that starts.
+    Parameters outside the domain, and NaN, raise `InputError`; four rounding units count as inside.
+    """
+
+    def __init__(self, controls: Controls) -> None:
+        self._controls = controls
+
+    def _rows(self, rows: Array) -> Rows:
+        """The curve through rows of coefficients of the controls; linear in them."""
+        raise NotImplementedError
+
+    @cached_property
+    def _local(self) -> Rows:
+        """In the frame of the controls."""
+        return self._rows(self._controls.rows)
+
+    @cached_property
+    def _world(self) -> Rows:
+        """In the world."""
+        if self._controls.frame is None:
+            return self._local
+        return self._rows(rows_of(self._controls.objects, self.kind))
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def controls(self) -> Multivector:
+        """Control objects (n,), turned over where `flipped` says so."""
+        return self._controls.objects
+
+    @property
+    def given(self) -> Any:
+        """The controls as they were handed over; where ``align`` turned one, the objects."""
+        return self._controls.given
+
+    @property
+    def flipped(self) -> NDArray[np.bool_]:
+        """Which controls ``align`` turned over, (n,)."""
+        return self._controls.flipped.copy()
+
+    @property
+    def kind(self) -> Kind:
+        """Kind of the controls and of the values."""
+        return self._controls.kind
+
+    @property
+    def segments(self) -> int:
+        """Number of polynomial pieces."""
+        return 1
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """First and last parameter."""
+        return 0.0, float(self.segments)
+
+    @property
+    def degree(self) -> int:
+        """Degree of the polynomials."""
+        return self._local.degree
+
+    def __len__(self) -> int:
+        """Number of controls."""
+        return len(self._controls)
+
+    def __repr__(self) -> str:
+        start, end = self.domain
+        return (
+            f"<{type(self).__name__} of {len(self)} {self.kind.name}s, degree {self.degree}, on [{start:g}, {end:g}]>"
+        )
+
+    # -- values --------------------------------------------------------------------------------------------
+
+    def __call__(self, t: Any, strict: bool = False) -> Multivector:
+        """Objects at parameters t (...).
+
+        Raises
+        ------
+        InputError
+            If a parameter is outside the domain, or NaN.
+        SingularError
+            With ``strict``, for the first item without an object.
+        """
+        found = call(
+            self.controls.algebra, "blades.project_sum", *map(self._multivector, self._local.at(self._inside(t)))
+        )
+        x = self._outward(found.value, found.status)
+        if strict:
+            raise_first(x._status, "a value of the curve")
+        return x
+
+    def derivative(self, t: Any, strict: bool = False) -> Multivector:
+        """Derivatives of the objects by t, (...); same errors and statuses as the values."""
+        inside = self._inside(t)
+        raw, size, rate = map(self._multivector, (*self._local.at(inside), self._local.rate_at(inside)))
+        found = call(self.controls.algebra, "blades.project_rate", raw, rate)
+        of_value = call(self.controls.algebra, "blades.project_sum", raw, size).status
+        x = self._outward(found.value, merged(of_value, found.status))
+        if strict:
+            raise_first(x._status, "a derivative of the curve")
+        return x
+
+    def raw(self, t: Any) -> Multivector:
+        """Sums of the controls at parameters t, not projected."""
+        return self._multivector(self._world.at(self._inside(t))[0]).astype(self.controls.dtype)
+
+    def raw_derivative(self, t: Any) -> Multivector:
+        """Derivatives of the sums by t."""
+        return self._multivector(self._world.rate_at(self._inside(t))).astype(self.controls.dtype)
+
+    def _inside(self, t: Any) -> Array:
+        """Checked parameters, with what is outside by rounding moved to the ends."""
+        array: Array = np.asarray(arrays.real(t, "t"), np.float64)
+        start, end = self.domain
+        room = ROUNDING * float(np.finfo(F64).eps) * max(abs(start), abs(end))
+        good = (array >= start - room) & (array <= end + room)
+        if not good.all():
+            place = tuple(int(i) for i in np.argwhere(~good)[0])
+            name = f"t[{', '.join(map(str, place))}]" if place else "t"
+            raise InputError(f"{name} is {float(array[place])!r}; the curve runs over [{start:g}, {end:g}].")
+        return np.clip(array, start, end)
+
+    def _multivector(self, rows: Array) -> Multivector:
+        layout = self.controls.algebra.type_of(self.kind.layout, F64)
+        return Multivector._make(layout, np.ascontiguousarray(rows), rows.shape[:-1])
+
+    def _outward(self, x: Multivector, status: NDArray[np.uint8] | None) -> Multivector:
+        """From the frame of the controls to the world, in their precision; without an answer NaN all over."""
+        frame = self._controls.frame
+        moved = x if frame is None else frame.outward(x)
+        checked = Multivector._make(moved._type, moved._data, moved.shape, status)
+        return finite(checked).astype(self.controls.dtype)

@@ -1,0 +1,211 @@
+"""Control objects of a curve: checked, named by their number in errors, turned alike, and held in a frame of their own.
+
+A control is an object of conformal geometry; for convenience also a circle by its parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, InputError, ShapeError
+from ..codegen.kinds import Kind
+from ..multivector import Multivector
+from ..objects import blends, inputs, local
+from ..rows import embedded
+from ..status import Status
+from ..typed import F64
+from .basis import Array
+
+#: Parameters of a circle, in the order in which a plain tuple gives them.
+CIRCLE = ("center", "normal", "radius")
+
+
+@dataclass(frozen=True, eq=False)
+class Controls:
+    """Controls as a curve uses them.
+
+    Attributes
+    ----------
+    given
+        What the user handed over; the turned objects where ``align`` turned one.
+    objects : Multivector (n,)
+    flipped : array (n,) of bool
+    frame : Frame or None
+        Where rows are computed: about a local origin, or in the world.
+    rows : (n, k)
+        Coefficients in that frame, in double precision.
+    """
+
+    given: Any
+    objects: Multivector
+    flipped: NDArray[np.bool_]
+    frame: local.Frame | None
+    rows: Array
+
+    def __len__(self) -> int:
+        return len(self.objects)
+
+    @property
+    def kind(self) -> Kind:
+        """Kind of the objects; the layout, where they are any sums."""
+        return self.objects.kind
+
+
+def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Sequence[Any] = ()) -> Controls:
+    """Controls from a batch (n,), or a list of objects of one grade.
+
+    Objects of a kind that does not hold the ``tangents`` are taken for ones of the next that does: lines for circles.
+
+    Raises
+    ------
+    InputError, GradeError, ShapeError
+        Naming the control.
+    """
+    found = _gathered(given, raw)
+    if len(found) < 2:
+        raise InputError(f"a curve needs at least 2 controls, not {len(found)}.")
+    if not raw:
+        _refuse_invalid(found)
+    if tangents:
+        found = found.as_kind(_widest([found, *tangents], "tangents"))
+    objects = found.astype(F64)
+    frame = None if raw else local.frame(objects, shared=True)
+    inner = objects if frame is None else frame.inward(objects)
+    flipped = np.zeros(len(objects), bool)
+    rows = rows_of(inner, objects.kind)
+    if align:
+        flipped = _opposed(inner)
+    if flipped.any():
+        signs = np.where(flipped, -1.0, 1.0)
+        rows = rows * signs[:, None]
+        found = _turned(found, signs)
+        given = found
+    return Controls(given, found, flipped, frame, rows)
+
+
+def rows_of(x: Multivector, kind: Kind) -> Array:
+    """Coefficients on the blades of a kind, in double precision."""
+    return np.asarray(embedded(x, kind), np.float64)
+
+
+def _opposed(x: Multivector) -> NDArray[np.bool_]:
+    """Which objects of a row to turn over so that each agrees with the one before it; points have no orientation."""
+    against = blends.align(x[1:], x[:-1])[1]
+    return np.concatenate([[False], np.cumsum(against) % 2 == 1])
+
+
+def _turned(x: Multivector, signs: NDArray[Any]) -> Multivector:
+    """Unit objects turned over are unit objects: the kind stays."""
+    return Multivector._make(x._type, x._data * signs.astype(x.dtype)[:, None], x.shape)
+
+
+def _gathered(given: Any, raw: bool) -> Multivector:
+    if not isinstance(given, Multivector):
+        if isinstance(given, (str, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
+            raise InputError(f"controls are a {type(given).__name__}; give a list of objects, or a batch of them.")
+        entries = [_entry(x, f"controls[{i}]") for i, x in enumerate(given)]
+        if not entries:
+            raise InputError("a curve needs at least 2 controls, not 0.")
+        for i, x in enumerate(entries):
+            _same_sort(entries[0], x, f"controls[{i}]")
+        return joined(entries, "controls") if raw else inputs.gathered(entries, "controls")
+    if given.ndim != 1:
+        raise ShapeError(f"controls have shape {given.shape}; a curve takes one row of them, (n,).")
+    return joined([given], "controls") if raw else inputs.as_objects(given, "controls")
+
+
+def _entry(x: Any, name: str) -> Multivector:
+    """One control: a multivector, or a circle from parameters or coefficients."""
+    if isinstance(x, Multivector):
+        return x
+    from ..loading import stock_algebra
+
+    cga = stock_algebra("cga3d")
+    if isinstance(x, Mapping):
+        missing = [key for key in CIRCLE if key not in x]
+        if missing:
+            raise InputError(f"{name} has no {missing[0]}; a circle has center, normal and radius.")
+        x = tuple(x[key] for key in CIRCLE)
+    if isinstance(x, (tuple, list)) and len(x) == len(CIRCLE):
+        try:
+            circle: Multivector = cga.circle(*x)
+        except BladesmithError as error:
+            raise InputError(f"{name} is no circle: {error}") from None
+        if circle._status is not None and circle._status.any():
+            raise InputError(f"{name} is no circle: its normal is zero, or its radius is not positive.")
+        return circle
+    if isinstance(x, np.ndarray) and x.shape == (cga.kind("circle").size,):
+        return cga.multivector(x, kind="circle")
+    raise InputError(
+        f"{name} is a {type(x).__name__}; controls are objects of cga3d, or circles as (center, normal, radius)."
+    )
+
+
+def joined(parts: Sequence[Any], name: str) -> Multivector:
+    """Any finite multivectors of one grade as one batch (n,) on the blades of the widest.
+
+    Raises
+    ------
+    InputError, GradeError, AlgebraMismatchError
+    """
+    for i, x in enumerate(parts):
+        if not isinstance(x, Multivector):
+            raise InputError(f"{name}[{i}] is a {type(x).__name__}, no multivector.")
+        _same_sort(parts[0], x, f"{name}[{i}]")
+        if not np.isfinite(x._data).all():
+            raise InputError(f"{name}[{i}] is not finite.")
+    wide = _widest(parts, name)
+    data = np.concatenate([embedded(x, wide).reshape(-1, wide.size) for x in parts])
+    algebra = parts[0].algebra
+    return Multivector._make(algebra.type_of(wide.layout, data.dtype), data, data.shape[:1])
+
+
+def _widest(parts: Sequence[Multivector], name: str) -> Kind:
+    """The kind of objects whose blades hold all parts."""
+    kinds = (inputs.object_kind(x, name, tuple(inputs.OBJECTS)) for x in parts)
+    return max(kinds, key=lambda k: k.size)
+
+
+def _same_sort(first: Multivector, x: Multivector, name: str) -> None:
+    """Raise, naming x, unless both are of one grade of one algebra."""
+    try:
+        inputs.same_sort(first, x)
+    except (AlgebraMismatchError, GradeError) as error:
+        raise type(error)(error.what, where=name) from None
+
+
+def _refuse_invalid(x: Multivector) -> None:
+    if x._status is None:
+        return
+    bad = (x._status != Status.OK) & (x._status != Status.NOT_UNIQUE)
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(
+            f"controls[{i}] is {Status(int(x._status[i])).name}: no unit {x.kind.name.replace('_', ' ')}.",
+            remedy="Normalise it with x.normalized(), or make it with a constructor",
+        )
+
+
+def scalars(value: Any, count: int, name: str) -> Array:
+    """One finite number for each control: a number for all, or an array (n,).
+
+    Raises
+    ------
+    InputError, ShapeError
+    """
+    array = np.asarray(arrays.real(value, name), np.float64)
+    if array.shape not in ((), (count,)):
+        raise ShapeError(f"{name} has shape {array.shape}; give one number, or one for each of the {count} controls.")
+    if not np.isfinite(array).all():
+        where = "" if not array.shape else f"[{int(np.argmin(np.isfinite(array)))}]"
+        raise InputError(f"{name}{where} is not finite.")
+    return np.array(np.broadcast_to(array, (count,)))
+
+
+__all__ = ["Controls", "as_controls", "joined", "rows_of", "scalars"]

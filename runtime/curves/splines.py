@@ -1,0 +1,190 @@
+"""Splines through objects: Kochanek-Bartels (thesis 4.8.6), and interpolation at knots (thesis 3.12.1)."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from .. import arrays
+from ..codegen.errors import InputError, ShapeError
+from .base import Curve
+from .basis import (
+    Array,
+    Pieces,
+    cubic_pieces,
+    hermite_pieces,
+    linear_pieces,
+    polynomial_through,
+    quadratic_pieces,
+)
+from .bezier import Bezier, as_beziers
+from .controls import as_controls, scalars
+
+#: What a cubic spline does at its ends.
+Ends = Literal["not-a-knot", "natural"]
+
+
+class KochanekBartels(Curve):
+    """Kochanek-Bartels spline through its controls, one at each whole t (thesis 4.8.6); t runs over [0, segments].
+
+    The tangents that leave (+) and reach (-) control i are, with tension t, bias b and continuity c of that control,
+
+        V+ = (1 - t)/2 [(1 + b)(1 + c)(X_i - X_i-1) + (1 - b)(1 - c)(X_i+1 - X_i)],
+        V- = (1 - t)/2 [(1 + b)(1 - c)(X_i - X_i-1) + (1 - b)(1 + c)(X_i+1 - X_i)].
+
+    At the ends of an open spline the difference that is missing is replaced by the one there is: tangents are the
+    one-sided difference, times (1 - t)(1 +- b c). Where continuity is 0 sums and objects are C1.
+
+    Parameters
+    ----------
+    controls : Multivector (n,), or sequence of n >= 2
+        As for `Bezier`.
+    tension, bias, continuity : float, or array (n,)
+        For all controls, or one for each. All zero is the Catmull-Rom spline.
+    closed : bool
+        Go on from the last control to the first, and along.
+    align : bool
+        As for `Bezier`. On a closed spline the last control may still oppose the first.
+
+    Raises
+    ------
+    InputError, GradeError, ShapeError
+    """
+
+    def __init__(
+        self,
+        controls: Any,
+        tension: Any = 0.0,
+        bias: Any = 0.0,
+        continuity: Any = 0.0,
+        closed: bool = False,
+        *,
+        align: bool = False,
+    ) -> None:
+        super().__init__(as_controls(controls, align))
+        self._shape = tuple(
+            scalars(value, len(self), name)
+            for value, name in ((tension, "tension"), (bias, "bias"), (continuity, "continuity"))
+        )
+        self._closed = bool(closed)
+
+    @property
+    def closed(self) -> bool:
+        """Whether it ends where it starts."""
+        return self._closed
+
+    @property
+    def segments(self) -> int:
+        """Number of cubics: one fewer than controls, or as many where closed."""
+        return len(self) if self._closed else len(self) - 1
+
+    def _rows(self, rows: Array) -> Pieces:
+        tension, bias, continuity = (x[:, None] for x in self._shape)
+        ahead = np.roll(rows, -1, axis=0) - rows
+        if not self._closed:
+            ahead[-1] = ahead[-2]
+        behind = np.roll(ahead, 1, axis=0)
+        if not self._closed:
+            behind[0] = ahead[0]
+        before, after = (1 - tension) * (1 + bias) / 2 * behind, (1 - tension) * (1 - bias) / 2 * ahead
+        leaving = (1 + continuity) * before + (1 - continuity) * after
+        reaching = (1 - continuity) * before + (1 + continuity) * after
+        start = np.arange(self.segments)
+        end = (start + 1) % len(rows)
+        breaks = np.arange(self.segments + 1.0)
+        return hermite_pieces(breaks, rows[start], leaving[start], rows[end], reaching[end])
+
+    def to_beziers(self) -> list[Bezier]:
+        """The cubics as Bezier curves over [0, 1], one for each segment."""
+        return as_beziers(self)
+
+
+class Interpolating(Curve):
+    """Spline through objects at given knots (thesis 3.12.1); t runs from the first knot to the last.
+
+    Degree 1 is straight between neighbours (C0). Degree 2 is the C1 spline of parabolas that join half way between
+    knots, with no joint next to the ends. Degree 3 is the C2 spline of cubics that join at the knots. Through two
+    objects goes a straight line whatever the degree, through three a parabola (but a natural cubic).
+
+    Parameters
+    ----------
+    objects : Multivector (n,), or sequence of n >= 2
+        As the controls of `Bezier`.
+    knots : array (n,), optional
+        Increasing parameters; 0, 1, 2, ... without.
+    degree : 1, 2 or 3
+    ends : {"not-a-knot", "natural"}
+        A cubic's ends: no joint at the second and the last knot but one, or no second derivative at the ends.
+    align : bool
+        As for `Bezier`.
+
+    Raises
+    ------
+    InputError, GradeError, ShapeError
+    """
+
+    def __init__(
+        self, objects: Any, knots: Any = None, degree: int = 3, *, ends: Ends = "not-a-knot", align: bool = False
+    ) -> None:
+        if isinstance(degree, bool) or degree not in (1, 2, 3):
+            raise InputError(f"degree is {degree!r}; it is 1, 2 or 3.")
+        if ends not in ("not-a-knot", "natural"):
+            raise InputError(f"ends is {ends!r}; it is 'not-a-knot' or 'natural'.")
+        super().__init__(as_controls(objects, align))
+        self._wanted = int(degree)
+        self._ends = ends
+        self._knots = np.arange(float(len(self))) if knots is None else _increasing(knots, len(self))
+
+    @property
+    def knots(self) -> Array:
+        """Parameters of the objects, (n,)."""
+        return self._knots.copy()
+
+    @property
+    def breaks(self) -> Array:
+        """Parameters where pieces join, and the ends, (segments + 1,)."""
+        return self._pieces.breaks.copy()
+
+    @property
+    def segments(self) -> int:
+        """Number of polynomial pieces."""
+        return len(self._pieces.ordinates)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """First and last knot."""
+        return float(self._knots[0]), float(self._knots[-1])
+
+    @property
+    def _pieces(self) -> Pieces:
+        found = self._local
+        assert isinstance(found, Pieces)
+        return found
+
+    def _rows(self, rows: Array) -> Pieces:
+        is_natural = self._ends == "natural"
+        if self._wanted == 1:
+            return linear_pieces(self._knots, rows)
+        if len(rows) == 2 or (len(rows) == 3 and not (self._wanted == 3 and is_natural)):
+            return polynomial_through(self._knots, rows)
+        if self._wanted == 2:
+            return quadratic_pieces(self._knots, rows)
+        return cubic_pieces(self._knots, rows, is_natural)
+
+    def to_beziers(self) -> list[Bezier]:
+        """The pieces as Bezier curves over [0, 1], one for each segment; piece i runs over breaks[i : i + 2]."""
+        return as_beziers(self)
+
+
+def _increasing(value: Any, count: int) -> Array:
+    knots = np.array(arrays.real(value, "knots"), np.float64)
+    if knots.shape != (count,):
+        raise ShapeError(f"knots have shape {knots.shape}; give one for each of the {count} objects.")
+    if not np.isfinite(knots).all():
+        raise InputError(f"knots[{int(np.argmin(np.isfinite(knots)))}] is not finite.")
+    steps = np.diff(knots)
+    if not (steps > 0).all():
+        i = int(np.argmin(steps > 0))
+        raise InputError(f"knots[{i + 1}] is {knots[i + 1]:g}, which does not exceed knots[{i}], {knots[i]:g}.")
+    return knots

@@ -1,0 +1,137 @@
+"""exp, log and square root of runtime multivectors: which formula serves the blades at hand.
+
+Motors have the shortest one; every other rotor of up to five dimensions goes through invariant decomposition; exp of
+anything else is a series.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import proofs
+from .calls import call, finite, raise_first
+from .codegen.errors import GradeError, NotARotorError
+from .codegen.kinds import Kind
+
+if TYPE_CHECKING:
+    from .multivector import Multivector
+
+#: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
+SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
+#: What says of a kind that its members are all unit versors on its blades.
+UNIT = ("x * ~x - 1",)
+
+
+def exp(x: Multivector) -> Multivector:
+    """exp(x): in closed form for bivectors, where there is one, else by halving and a series.
+
+    The closed forms are for bivectors of motors in every algebra, and for all bivectors of up to five dimensions if one
+    signature of the metric has at most one vector. INVALID: it is not finite.
+    """
+    formula = x._type.remembered("exp", lambda: _exp_formula(x)) if x.grades == (2,) else ""
+    if not formula:
+        return finite(_exp_series(x))
+    return finite(_as_versor(call(x.algebra, formula, x).value))
+
+
+def _exp_formula(x: Multivector) -> str:
+    from .codegen.formulas import exponentials, invariant
+
+    b = proofs.member(x.kind.layout, 0)
+    if exponentials.is_motion(b) or not (b * b).grade(4).terms:
+        return "exponentials.exp_bivector"
+    return "invariant.exp_bivector" if invariant.decomposes(b) else ""
+
+
+def _exp_series(x: Multivector) -> Multivector:
+    """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra."""
+    sizes = np.abs(x._data).sum(-1)
+    size = float(sizes.max(initial=0.0, where=np.isfinite(sizes)))
+    halvings = max(0, math.ceil(math.log2(size / SERIES_SIZE))) if size > 0 else 0
+    small = x / 2.0**halvings
+    total = small / SERIES_TERMS + 1.0
+    for k in range(SERIES_TERMS - 1, 0, -1):
+        total = (small * total) / k + 1.0
+    for _ in range(halvings):
+        total = total * total
+    return total
+
+
+def log(x: Multivector, strict: bool = False) -> Multivector:
+    """The bivector b with exp(b) = x, of a unit rotor x; the angle of its rotation is in [0, 2 pi).
+
+    For motors, and for all rotors of up to five dimensions of a metric that is not degenerate and has at most one
+    vector of one sign: in cga3d rotations, dilations, translations, transversions and all that they make.
+
+    Parameters
+    ----------
+    x : Multivector
+        Unit rotors; the sign counts, exp(b) = x and not -x.
+    strict : bool
+        Raise for the first item without an answer.
+
+    Returns
+    -------
+    Multivector
+        `NOT_UNIQUE`: a full turn, alone or with a dilation or a translation; a plane that commutes with it is chosen.
+        `SINGULAR` and NaN: there is no such plane, or two rotations by angles that add up to 2 pi leave none fixed.
+        `INVALID` and NaN: x ~x is not 1.
+
+    Raises
+    ------
+    NotARotorError
+        If x has no rotor's blades, or the algebra none of these forms.
+    """
+    return _rotor_function(x, "log", strict)
+
+
+def sqrt(x: Multivector, strict: bool = False) -> Multivector:
+    """exp(log(x)/2), of the same rotors as `log` and with its statuses."""
+    return _rotor_function(x, "sqrt", strict)
+
+
+def _rotor_function(x: Multivector, name: str, strict: bool) -> Multivector:
+    even = all(g % 2 == 0 for g in x.grades)
+    if not even or 0 not in x.grades:
+        raise NotARotorError(
+            f"{name} of a {x.kind.name} of {x.algebra.name}: it has no rotor's blades.",
+            remedy="Rotors are even, with a scalar part",
+        )
+    try:
+        outcome = call(x.algebra, x._type.remembered(name, lambda: _rotor_formula(x, name)), x)
+    except GradeError as error:
+        raise NotARotorError(str(error)) from None
+    if strict:
+        raise_first(outcome.status, name, NotARotorError)
+    return outcome.value if name == "log" else _as_versor(outcome.value)  # type: ignore[no-any-return]
+
+
+def _rotor_formula(x: Multivector, name: str) -> str:
+    from .codegen.formulas import exponentials, invariant
+
+    member = proofs.member(x.kind.layout, 0)
+    if not exponentials.is_motor(member) and invariant.decomposes(member, invertibly=True):
+        return f"invariant.{name}_rotor"
+    return f"exponentials.{name}_motor"
+
+
+def _as_versor(x: Multivector) -> Multivector:
+    """x, a unit versor by mathematics, of the kind that says so.
+
+    The exact layer does not see it in forms that select their divisors.
+    """
+    if x.kind.constraints:
+        return x
+    kind: Kind | None = x._type.remembered("versor", lambda: _versor_kind(x))
+    return x if kind is None else x._make(x.algebra.type_of(kind, x.dtype), x._data, x._lead, x._status)
+
+
+def _versor_kind(x: Multivector) -> Kind | None:
+    blades = x.kind.blades
+    return next((k for k in x.algebra.kinds.values() if k.blades == blades and k.constraints == UNIT), None)
+
+
+__all__ = ["exp", "log", "sqrt"]

@@ -1,0 +1,195 @@
+"""Triangle meshes from files, and the lines that their edges lie on.
+
+Files are read by the package `trimesh` (the extra `mesh`), as they are: nothing is merged, closed or turned.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import InputError, MissingExtraError
+from ..multivector import Multivector
+
+Array = NDArray[Any]
+#: Formats that are read, by the end of the name.
+FORMATS = (".obj", ".ply", ".stl")
+#: Edges and triangles smaller than this many rounding units of the mesh's coordinates have no direction.
+NOISE = 64
+_log = logging.getLogger("bladesmith")
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in space. Corners at one position are one vertex: formats like STL repeat them.
+
+    Attributes
+    ----------
+    vertices : array (v, 3)
+        Positions, float64.
+    faces : integer array (f, 3)
+        Corners of the triangles, as places in ``vertices``. Triangles without an area are left out.
+    name : str
+    dropped_faces : int
+        How many were left out.
+
+    Notes
+    -----
+    ``bs.cga3d.point(mesh.vertices)`` are its points.
+    """
+
+    vertices: Array
+    faces: Array
+    name: str = ""
+    dropped_faces: int = field(default=0, compare=False)
+
+    @cached_property
+    def edges(self) -> Array:
+        """End points of the edges (n, 2, 3), each edge once, in the order of their vertices."""
+        return np.asarray(self.vertices[self.edge_vertices])
+
+    @cached_property
+    def edge_vertices(self) -> Array:
+        """The edges (n, 2) as places in ``vertices``, the lower first."""
+        return self._edges[0]
+
+    @cached_property
+    def edge_angles(self) -> Array:
+        """Angle between the two faces at each edge (n,), 0 where they continue each other; infinite at borders.
+
+        Where three faces or more meet, the greatest between two of them that follow each other in the file.
+        Orientations of faces do not matter: angles are measured between planes bent at the edge.
+        """
+        pairs, edge_of = self._edges
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        order = np.argsort(edge_of, kind="stable")
+        first, second = order[:-1], order[1:]
+        joined = edge_of[first] == edge_of[second]
+        first, second = first[joined], second[joined]
+        angles = np.full(len(pairs), -np.inf)
+        corners = np.stack([c, a, b], 1).reshape(-1, 3)  # of each side of each triangle the corner opposite
+        edge = edge_of[first]
+        start, along = self.vertices[pairs[edge, 0]], self.vertices[pairs[edge, 1]] - self.vertices[pairs[edge, 0]]
+        left, right = (_across(corners[side] - start, along) for side in (first, second))
+        bend = np.arctan2(np.linalg.norm(np.cross(left, right), axis=1), -np.einsum("ij,ij->i", left, right))
+        np.maximum.at(angles, edge, bend)
+        return np.where(np.isneginf(angles), np.inf, angles)
+
+    @cached_property
+    def _edges(self) -> tuple[Array, Array]:
+        """Edges by vertices, and for each side of each triangle (3 f) its edge."""
+        sides = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        pairs, edge_of = np.unique(sides, axis=0, return_inverse=True)
+        return pairs, edge_of.ravel()
+
+
+def _across(v: Array, along: Array) -> Array:
+    """The part of v across a direction."""
+    part = np.einsum("ij,ij->i", v, along) / np.einsum("ij,ij->i", along, along)
+    return np.asarray(v - part[:, None] * along)
+
+
+def load_mesh(path: str | os.PathLike[str]) -> Mesh:
+    """Read a mesh from an .obj, .ply or .stl file.
+
+    Raises
+    ------
+    MissingExtraError
+        If `trimesh` is not installed.
+    InputError
+        If there is no such file, it is of another format or damaged, or holds no triangles.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in FORMATS:
+        raise InputError(f"a mesh is read from {', '.join(FORMATS)}, not {file.suffix or 'a name without an ending'}.",
+                         where=str(file))  # fmt: skip
+    if not file.is_file():
+        raise InputError("there is no such file", where=str(file))
+    vertices, faces = _read(file)
+    if not len(faces):
+        raise InputError("the file holds no triangles; a cloud of points has no edges.", where=str(file))
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"a face names a vertex that is not there ({len(vertices)} vertices).", where=str(file))
+    if not np.isfinite(vertices).all():
+        place = int(np.argwhere(~np.isfinite(vertices).all(1))[0, 0])
+        raise InputError(f"vertex {place} is not finite.", where=str(file))
+    return _cleaned(vertices, faces, file)
+
+
+def _read(file: Path) -> tuple[Array, Array]:
+    try:
+        trimesh = import_module("trimesh")
+    except ImportError:
+        raise MissingExtraError("mesh", "Reading meshes") from None
+    try:
+        found = trimesh.load(str(file), process=False, force="mesh", skip_materials=True)
+        vertices = np.array(found.vertices, np.float64).reshape(-1, 3)
+        faces = np.array(getattr(found, "faces", ()), np.int64).reshape(-1, 3)
+    except Exception as error:  # readers of damaged files raise anything
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"the file cannot be read as a mesh ({reason})", where=str(file)) from None
+    return vertices, faces
+
+
+def _cleaned(vertices: Array, faces: Array, file: Path) -> Mesh:
+    """Positions once each, and no triangle without an area."""
+    positions, place = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # -0 and 0 are one
+    corners = place.ravel()[faces]
+    a, b, c = (positions[corners[:, i]] for i in range(3))
+    double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    longest = np.max([np.linalg.norm(u - v, axis=1) for u, v in ((a, b), (b, c), (c, a))], axis=0)
+    size = np.finfo(float).eps * NOISE * np.abs(positions).max()
+    good = double_area > size * longest
+    dropped = int(np.count_nonzero(~good))
+    if dropped == len(faces):
+        raise InputError("all triangles of the file are without an area.", where=str(file))
+    if dropped:
+        _log.warning("%s: %d of %d triangles have no area and are left out.", file, dropped, len(faces))
+    return Mesh(positions, corners[good], file.stem, dropped)
+
+
+def mesh_lines(mesh: Mesh | str | os.PathLike[str], sharp: float | None = None) -> tuple[Multivector, Array]:
+    """The lines that the edges of a mesh lie on.
+
+    Parameters
+    ----------
+    mesh : Mesh or path
+    sharp : float, optional
+        Keep only edges whose two faces meet at more than this angle in radians (0: flat), and borders.
+
+    Returns
+    -------
+    lines : Multivector, shape (n,)
+        Unit lines of `bladesmith.cga3d`, from the first end to the second.
+    segments : array (n, 2, 3)
+        The ends.
+
+    Raises
+    ------
+    InputError
+        If ``sharp`` is no angle, and as `load_mesh`.
+
+    Examples
+    --------
+    >>> lines, segments = mesh_lines("examples/meshes/airplane.ply", sharp=0.5)  # doctest: +SKIP
+    >>> points = bs.cga3d.point(load_mesh("examples/meshes/airplane.ply").vertices)  # doctest: +SKIP
+    """
+    from ..loading import stock_algebra
+
+    if not isinstance(mesh, Mesh):
+        mesh = load_mesh(mesh)
+    segments = mesh.edges
+    if sharp is not None:
+        if not 0 <= float(sharp) <= np.pi:
+            raise InputError(f"sharp is {sharp}; an angle from 0 to pi is needed, in radians.")
+        segments = segments[mesh.edge_angles > sharp]
+    cga: Any = stock_algebra("cga3d")
+    return cga.line_through(segments[:, 0], segments[:, 1]), segments

@@ -1,0 +1,272 @@
+"""Sums of objects, projected to objects: interpolation, its rate, averages, consistent orientation (chapter 3).
+
+Statuses say where a sum is imaginary or vanishes. What is far from the origin is added about a local one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..calls import Numbers, Outcome, call, merged
+from ..codegen.errors import GradeError, InputError, ShapeError, suggest
+from ..multivector import Multivector
+from ..rows import embedded
+from . import local
+from .inputs import as_objects, pair
+from .sums import alike, checked_axis, finished, first_along, free, opposed, shares, summed, turned
+
+#: How `interpolate` goes from one object to the other.
+METHODS = ("direct", "rotor")
+
+
+def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
+    """The unit object that a sum of objects stands for: S X with the projector S of thesis 3.5.
+
+    Parameters
+    ----------
+    X : Multivector, shape (...)
+        Multivectors of one grade, 1 to 4; of any scale. A vector is taken as a sum of points, which becomes the point
+        at their weighted mean (3.1).
+    strict : bool
+        Raise for the first item without an answer, instead of giving it a status.
+
+    Returns
+    -------
+    Multivector, shape (...)
+        Point pairs, lines, circles, planes, spheres or points. Items with NaN and
+
+        - `IMAGINARY` stand for no real object: Sigma = -X ~X has no real square root;
+        - `SINGULAR` have no length but rounding noise (a line added to its opposite), or a radius of zero;
+        - `INVALID` are not finite.
+
+    Raises
+    ------
+    InputError, GradeError
+        If X is no multivector of conformal geometry, or not of one grade from 1 to 4.
+    SingularError
+        With ``strict``.
+
+    Notes
+    -----
+    Where -<X ~X>_0 < 0 the root is taken by its other split, so nothing cancels. Coefficients of size c^2/r lose
+    (c/r)^2 rounding units: far from the origin interpolate, average and the curves work about a local origin instead.
+    """
+    if not isinstance(X, Multivector) or "ni" not in X.algebra.vectors:
+        raise InputError("X is no multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
+    if len(X.grades) != 1 or not 1 <= X.grades[0] <= X.algebra.dimension - 1:
+        raise GradeError(f"X has the grades {tuple(X.grades)}; a sum of objects has one grade, 1 to 4.")
+    x = free(X, X.kind)
+    return finished(call(X.algebra, "blades.project", x), (X,), "project_to_blade", strict)
+
+
+def interpolate(
+    X1: Any, X2: Any, *, alpha: Any, method: str = "direct", align: bool = False, strict: bool = False
+) -> Multivector:
+    """Objects between two objects: alpha = 1 is X1, alpha = 0 is X2.
+
+    Parameters
+    ----------
+    X1, X2 : Multivector or list, shapes broadcasting to (...)
+        Objects of one grade; rounds and flats may be mixed.
+    alpha : float or array
+        Broadcasts with the batch. Any real number: outside [0, 1] the sum is extrapolated.
+    method : str
+        "direct": alpha X1 + (1 - alpha) X2, projected (thesis 3.5). "rotor": X1 moved by exp((1 - alpha) log R) with R
+        from `rotor_between` (2.5), which goes to -X2 where R does. Points go along the straight line with both (3.1).
+    align : bool
+        Turn X2 round first where gamma <X1 X2>_0 < 0; see `align`. With it alpha = 0 is -X2 there.
+    strict : bool
+        Raise for the first item without an answer, instead of giving it a status.
+
+    Returns
+    -------
+    Multivector, shape (...)
+        Unit objects; statuses as of `project_to_blade`. IMAGINARY happens: of two spheres apart from each other, of
+        like orientation, some interpolants are imaginary. SINGULAR: half way between L and -L.
+
+    Raises
+    ------
+    InputError, GradeError, AlgebraMismatchError, ShapeError
+        If the operands are no objects of one grade, or the shapes do not broadcast; for an unknown method.
+    SingularError
+        With ``strict``.
+
+    Notes
+    -----
+    Circles on a common sphere stay on it (Theorem 4), point pairs on theirs (Theorem 2). Lines take the axis of the
+    screw that the sum is; the normals of planes and the duals' offsets interpolate linearly; two outward spheres take
+    their centre at the fraction (alpha/r1)/(alpha/r1 + (1 - alpha)/r2), and concentric circles meet half way at the
+    geometric mean of their radii.
+
+    Examples
+    --------
+    >>> half_way = objects.interpolate(c1, c2, alpha=0.5)
+    >>> path = objects.interpolate(c1, c2, alpha=np.linspace(1, 0, 100))
+    """
+    if method not in METHODS:
+        raise InputError(f"there is no method {method!r}{suggest(str(method), METHODS)}; choose one of: direct, rotor.")
+    a, b, weight = _operands(X1, X2, alpha)
+    frame = local.frame(a, b)
+    x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
+    if align:
+        y = turned(y, opposed(x, y))
+    if method == "rotor" and a.grades != (1,):
+        outcome = _along_rotor(x, y, np.asarray(weight))
+    else:
+        outcome = call(a.algebra, "interpolation.interpolate", *alike(x, y), Numbers(weight, 0, "alpha"))
+    return finished(outcome, (a, b), "interpolate", strict, frame)
+
+
+def interpolate_derivative(X1: Any, X2: Any, *, alpha: Any, align: bool = False, strict: bool = False) -> Multivector:
+    """Derivative of `interpolate` (direct) with respect to alpha.
+
+    Parameters
+    ----------
+    X1, X2, alpha, align, strict
+        As of `interpolate`.
+
+    Returns
+    -------
+    Multivector, shape (...)
+        Multivectors of the objects' grade (no objects); NaN, with the status of the interpolant, where that has none.
+
+    Raises
+    ------
+    InputError, GradeError, AlgebraMismatchError, ShapeError, SingularError
+        As of `interpolate`.
+
+    Notes
+    -----
+    Thesis (4.26) to (4.30), generated from the formula of the interpolant, so it holds where -<X ~X>_0 < 0 too.
+    """
+    a, b, weight = _operands(X1, X2, alpha)
+    frame = local.frame(a, b)
+    x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
+    if align:
+        y = turned(y, opposed(x, y))
+    operands = alike(x, y)
+    outcome = call(a.algebra, "interpolation.interpolate_rate", *operands, Numbers(weight, 0, "alpha"))
+    outcome = Outcome((free(outcome.value, operands[0].kind),), outcome.status)
+    return finished(outcome, (a, b), "interpolate_derivative", strict, frame)
+
+
+def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, strict: bool = False) -> Multivector:
+    """Mean of objects: their weighted sum, projected (thesis 3.5). Points give the weighted mean of their positions.
+
+    Parameters
+    ----------
+    X : Multivector or list, shape (..., n, ...)
+        Objects of one grade; rounds and flats may be mixed.
+    weights : array, optional
+        Shape (n,), or the shape of X. Only their proportions count; negative ones are allowed.
+    axis : int
+        Axis of the batch that is averaged over.
+    align : bool
+        Turn objects round first that are opposed to the first one along the axis; see `align`. Without it an object
+        and its opposite cancel.
+    strict : bool
+        Raise for the first mean without an answer, instead of giving it a status.
+
+    Returns
+    -------
+    Multivector, shape of X without the axis
+        Unit objects; statuses as of `project_to_blade`: SINGULAR where the objects cancel, IMAGINARY where the sum
+        stands for no real object, INVALID where an object has no value.
+
+    Raises
+    ------
+    InputError
+        If there are no objects along the axis, or weights are not finite or sum to zero.
+    ShapeError
+        If the weights have another shape.
+    GradeError, SingularError
+        As of `interpolate`.
+    """
+    x = as_objects(X)
+    place = checked_axis(x, axis)
+    share = shares(weights, x.shape, place)
+    frame = local.frame(x, shared=True, axis=place)
+    y = x if frame is None else frame.inward(x)
+    if align:
+        y = turned(y, opposed(first_along(y, place), y))
+    parts = y._data / y.dtype.type(x.shape[place]) if share is None else y._data * share[..., None].astype(y.dtype)
+    total, written = (summed(p, place) for p in (parts, np.abs(parts)))
+    layout = x.algebra.type_of(y.kind.layout, y.dtype)
+    outcome = call(
+        x.algebra, "blades.project_sum", *(x._make(layout, data, data.shape[:-1]) for data in (total, written))
+    )
+    if frame is not None:
+        frame = local.Frame(np.squeeze(frame.origin, place), frame.translator.reshape(total.shape[:-1]))
+    return finished(outcome, (), "average", strict, frame)
+
+
+def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
+    """Objects turned round where they are opposed to a reference: where gamma <reference X>_0 < 0, gamma = reference^2.
+
+    Parameters
+    ----------
+    X : Multivector or list, shape (...)
+        Objects of one grade.
+    reference : Multivector, optional
+        An object of this grade, or a batch that broadcasts with X. Default: the first of X.
+
+    Returns
+    -------
+    aligned : Multivector, shape (...)
+        X, or -X where ``flipped``: the same object in the other orientation.
+    flipped : bool or array (...)
+        A product of zero (within rounding) keeps the sign. Points have no orientation: never.
+
+    Raises
+    ------
+    GradeError, AlgebraMismatchError, ShapeError
+        If the grades differ, or the shapes do not broadcast.
+
+    Notes
+    -----
+    For lines and planes that is a positive product of directions or normals; for spheres it is also a matter of
+    distance: outward spheres whose distance is larger than sqrt(r1^2 + r2^2) are opposed.
+    """
+    if reference is None:
+        x = as_objects(X)
+        if not x.size:
+            return x, np.zeros(x.shape, bool)
+        first = x.reshape(-1)[0]
+    else:
+        first, x = pair(reference, X)
+    frame = local.frame(first, x)
+    flipped = opposed(first, x) if frame is None else opposed(frame.inward(first), frame.inward(x))
+    return turned(x, flipped), flipped[()]
+
+
+def _operands(x1: Any, x2: Any, alpha: Any) -> tuple[Multivector, Multivector, Any]:
+    a, b = pair(x1, x2)
+    weight = alpha if isinstance(alpha, float | int) else arrays.real(alpha, "alpha")
+    lead = np.broadcast_shapes(a.shape, b.shape)
+    try:
+        np.broadcast_shapes(lead, np.shape(weight))
+    except ValueError:
+        raise ShapeError(f"alpha of shape {np.shape(weight)} does not broadcast with a batch {lead}.") from None
+    return a, b, weight
+
+
+def _along_rotor(a: Multivector, b: Multivector, alpha: NDArray[Any]) -> Outcome:
+    """exp((1 - alpha) log R) >> a."""
+    from .rotors import rotor_between
+
+    wide = max(a.kind, b.kind, key=lambda kind: kind.size)
+    rotor = rotor_between(a, b)
+    logarithm = rotor.log()
+    part = (logarithm * (1 - alpha)).exp()
+    moved = part >> free(a, wide)
+    lead = np.broadcast_shapes(moved.shape, rotor.shape)
+    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embedded(moved, wide), moved.shape)
+    known = [None if s is None else np.broadcast_to(s, lead) for s in (rotor._status, logarithm._status)]
+    return Outcome((typed,), merged(*known))
+
+
+__all__ = ["align", "average", "interpolate", "interpolate_derivative", "project_to_blade"]

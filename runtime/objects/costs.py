@@ -1,0 +1,192 @@
+"""What it costs to take one object to another (thesis 3.13, 5.1): of a rotor, and of all pairs of two batches."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..calls import call
+from ..codegen.errors import GradeError, InputError, suggest
+from ..codegen.formulas.costs import CARE
+from ..multivector import Multivector
+from ..status import Status
+from .inputs import as_objects, same_sort
+from .pairwise import pair_values
+
+#: The cost's kind -> ending of the formulas' names.
+KINDS = {"positive": "", "thesis": "_thesis"}
+#: Kinds whose coefficients grow with the square of the distance.
+ROUNDS = {"point_pair", "circle", "sphere"}
+#: Pairs that take the careful way at a time.
+CAREFUL_BLOCK = 65536
+
+
+def rotor_cost(R: Multivector, kind: str = "positive") -> NDArray[Any]:
+    """How far rotors are from doing nothing.
+
+    Parameters
+    ----------
+    R : Multivector, shape (...)
+        Unit rotors, motors or other even versors of conformal geometry. R and -R, the same motion, cost the same:
+        what the one with <R>_0 >= 0 costs.
+    kind : str
+        "positive": the sum of the squared coefficients of R - 1 and of R . e_+ on the orthonormal basis. "thesis":
+        <(R - 1)(~R - 1)>_0 + <R_par ~R_par>_0 with R_par = R . e_+, which dilations make negative.
+
+    Returns
+    -------
+    array, shape (...)
+        For a rotation by th and then a translation by t along its axis: 2 - 2 cos(th/2) + (t^2/4 times 3 for
+        "positive", 1 for "thesis"). NaN where R is.
+
+    Raises
+    ------
+    InputError, GradeError
+        If R is no multivector of conformal geometry, or not even; if the kind is unknown.
+
+    Notes
+    -----
+    Thesis (3.13), (5.1). Both depend on the origin and on the unit of length.
+    """
+    ending = _ending(kind)
+    if not isinstance(R, Multivector) or "ni" not in R.algebra.vectors:
+        raise InputError("R is no multivector of conformal geometry; rotors come from objects.rotor_between or cga3d.")
+    if any(g % 2 for g in R.grades):
+        raise GradeError(f"R is a {R.kind.name} of grades {R.grades}; rotors have even grades only.")
+    return np.asarray(call(R.algebra, f"costs.rotor_cost{ending}", R).value._data[..., 0])[()]
+
+
+def cost_matrix(
+    X: Any,
+    Y: Any,
+    kind: str = "positive",
+    align: bool = False,
+    threads: int | None = None,
+    status: bool = False,
+) -> Any:
+    """Cost of the rotor from each of n objects to each of m.
+
+    Parameters
+    ----------
+    X, Y : Multivector or list, shapes (n,) and (m,)
+        Unit objects of one grade, flats and rounds mixed as you like; points too (they are translated). Batches of
+        any shape are taken, and single objects.
+    kind : str
+        "positive" or "thesis"; see `rotor_cost`.
+    align : bool
+        Orientation does not matter: each pair costs what the two cost when they are turned the same way.
+    threads : int, optional
+        Default: all processors of this process. The result does not depend on it.
+    status : bool
+        Return the statuses too.
+
+    Returns
+    -------
+    cost : array (n, m), float64, or float32 where both batches are
+        Shape of X, then shape of Y. Symmetric. Where `rotor_between` documents a choice (objects that face each
+        other, touching spheres from outside) it is the cost of that choice, the smaller one of both directions;
+        infinity where there is no rotor; NaN for invalid objects only.
+    status : array (n, m) of uint8
+        With ``status=True``: `Status.NOT_UNIQUE` for such choices, `Status.INVALID` for invalid objects.
+
+    Raises
+    ------
+    InputError, GradeError, AlgebraMismatchError
+        If they are no objects, or not of one grade.
+
+    Notes
+    -----
+    One compiled loop. Pairs for which it would lose digits (nearly opposite objects; rounds some hundred radii from
+    the origin) are done again by `rotor_between`, at a hundred times the price: the origin belongs among the objects.
+    """
+    ending = _ending(kind)
+    x, y = as_objects(X, "the first objects"), as_objects(Y, "the second objects")
+    same_sort(x, y)
+    rows, columns = x.reshape(-1), y.reshape(-1)
+    cost = pair_values(f"costs.{'aligned' if align else 'pair'}_cost{ending}", rows, columns, threads)
+    code = _completed(cost, rows, columns, kind, align, status)
+    shape = x.shape + y.shape
+    return (cost.reshape(shape), code.reshape(shape)) if code is not None else cost.reshape(shape)
+
+
+def _ending(kind: str) -> str:
+    if kind not in KINDS:
+        raise InputError(f"there is no cost of kind {kind!r}{suggest(kind, KINDS)}; it is positive or thesis.")
+    return KINDS[kind]
+
+
+def _completed(
+    cost: NDArray[Any], x: Multivector, y: Multivector, kind: str, align: bool, wanted: bool
+) -> NDArray[np.uint8] | None:
+    """Costs of the pairs that were left to the careful way, written in; statuses where they are ``wanted``."""
+    code = _flipped(x, y) if wanted and not align else np.zeros(cost.shape, np.uint8) if wanted else None
+    missing = np.isnan(cost) | _far(x, y)
+    if not missing.any():
+        return code
+    bad_x, bad_y = (np.isnan(item._data).any(-1) for item in (x, y))
+    if code is not None:
+        code[bad_x] = Status.INVALID
+        code[:, bad_y] = Status.INVALID
+    missing[bad_x] = False
+    missing[:, bad_y] = False
+    i, j = np.nonzero(missing)
+    for first in range(0, len(i), CAREFUL_BLOCK):
+        block = slice(first, first + CAREFUL_BLOCK)
+        place = i[block], j[block]
+        cost[place], found = careful_cost(x[place[0]], y[place[1]], kind, align)
+        if code is not None:
+            code[place] = found
+    return code
+
+
+def _flipped(x: Multivector, y: Multivector) -> NDArray[np.uint8]:
+    """NOT_UNIQUE for spheres that are taken to -Y, as `rotor_between` says."""
+    if x.grades[0] != x.algebra.dimension - 1:
+        return np.zeros((len(x), len(y)), np.uint8)
+    with np.errstate(invalid="ignore"):
+        beyond = pair_values("costs.agreement", x, y) < -1
+    return np.where(beyond, np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
+
+
+def _far(x: Multivector, y: Multivector) -> NDArray[np.bool_]:
+    """Pairs of rounds so far from the origin, for their radii, that products of their coefficients lose the digits."""
+    if not is_far(x, y):
+        return np.zeros((1, 1), np.bool_)
+    return np.asarray(np.multiply.outer(_sizes(x), _sizes(y)) > _limit(x, y))
+
+
+def is_far(x: Multivector, y: Multivector) -> bool:
+    """Whether there is any such pair. Products of flats have no squared distances in them."""
+    if not {x.kind.name, y.kind.name} & ROUNDS:
+        return False
+    return bool(_sizes(x).max(initial=0) * _sizes(y).max(initial=0) > _limit(x, y))
+
+
+def _sizes(x: Multivector) -> NDArray[np.float64]:
+    """Largest coefficient of each object, 0 for invalid ones."""
+    size = np.abs(x._data).max(-1).astype(np.float64)
+    return np.where(np.isfinite(size), size, 0.0)
+
+
+def _limit(x: Multivector, y: Multivector) -> float:
+    """Size of products that keeps the digits which the formulas want of h, see `codegen.formulas.costs.CARE`."""
+    return float(CARE / np.sqrt(np.finfo(arrays.precision(x._data, y._data)).eps))
+
+
+def careful_cost(
+    x: Multivector, y: Multivector, kind: str = "positive", align: bool = False
+) -> tuple[NDArray[Any], NDArray[np.uint8]]:
+    """Costs of pairs, one by one, by `rotor_between`: the smaller one of both directions, infinite where none is."""
+    from .rotors import rotor_between
+
+    if align:
+        turned = call(x.algebra, "costs.agreement", x, y).value._data < 0
+        y = y._make(y._type, np.where(turned, -y._data, y._data), y.shape, y._status)
+    there, back = rotor_between(x, y), rotor_between(y, x)
+    costs = np.stack([rotor_cost(R, kind) for R in (there, back)])
+    cost = np.where(np.isnan(costs), np.inf, costs).min(0)
+    code = np.zeros(x.shape, np.uint8) if there._status is None else there._status
+    return cost, code

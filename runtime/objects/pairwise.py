@@ -1,0 +1,77 @@
+"""A formula of two objects on every pair of two batches: its (n, m) values, or for each object the nearest of others.
+
+The compiled loops take rows of the first batch, and `parallel` shares these over threads; results are the same bits
+for any number of threads.
+"""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays, parallel
+from ..calls import Warming, target
+from ..codegen.binding import Binding, Splitter
+from ..codegen.kinds import Kind
+from ..codegen.pairs import all_pairs
+from ..codegen.pairs import nearest as nearest_rows
+from ..multivector import Multivector
+from ..proofs import belongs
+from ..rows import embedded
+
+
+def pair_values(formula: str, x: Multivector, y: Multivector, threads: int | None = None) -> NDArray[Any]:
+    """The number that ``formula`` gives for each of n objects with each of m, shape (n, m).
+
+    Parameters
+    ----------
+    formula : str
+        ``module.function`` of `codegen.formulas`, of two multivectors.
+    x, y : Multivector, shapes (n,) and (m,)
+    threads : int, optional
+        Default: all processors of this process.
+    """
+    run, a, b = _bound(formula, x, y)
+    values = all_pairs(run, a, b, over_rows(len(b), threads))
+    return np.asarray(values).reshape(len(a), len(b))
+
+
+def nearest(
+    formula: str, x: Multivector, y: Multivector, threads: int | None = None
+) -> tuple[NDArray[np.int64], NDArray[Any]]:
+    """For each of n objects the index of that of m others for which ``formula`` is least, and the value.
+
+    NaN never wins and the first of equal values does; -1 and infinity where there is no value at all.
+    """
+    run, a, b = _bound(formula, x, y)
+    return nearest_rows(run, a, b, over_rows(len(b), threads))
+
+
+def over_rows(m: int, threads: int | None = None) -> Splitter:
+    """Shares rows of m pairs each over threads, in chunks that are worth it."""
+    count = parallel.thread_count(threads)
+    least = max(1, parallel.GRAIN // max(m, 1))
+
+    def split(part: parallel.Part, n: int) -> None:
+        if count == 1 or n < 2 * least:
+            part(0, n)
+        else:
+            parallel.run(part, n, count, chunk=max(least, -(-n // (count * parallel.CHUNKS_PER_THREAD))))
+
+    return split
+
+
+def _bound(formula: str, x: Multivector, y: Multivector) -> tuple[Binding, NDArray[Any], NDArray[Any]]:
+    """What runs the formula, and the rows for it."""
+    wide = max(x.kind, y.kind, key=lambda kind: kind.size)  # lines and circles: all are of the kind of circles
+    both = (wide, wide) if belongs(x.kind, wide) and belongs(y.kind, wide) else (x.kind, y.kind)
+    found = target(x.algebra, formula, both)
+    dtype = arrays.precision(x._data, y._data)
+    a, b = (
+        (embedded(item, key) if isinstance(key, Kind) else item._data).astype(dtype, copy=False)
+        for item, key in zip((x, y), found.inputs, strict=True)
+    )
+    run = found.run.ready(len(a) * len(b), (a, b)) if isinstance(found.run, Warming) else found.run
+    return cast(Binding, run), a, b

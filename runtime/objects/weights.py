@@ -1,0 +1,57 @@
+"""Weights with which normalised spheres blend by their centres (thesis 3.11): its formulas are for another scale."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..calls import call
+from ..codegen.errors import GradeError, ShapeError
+from ..multivector import Multivector
+from .inputs import as_objects
+
+
+def sphere_weights(spheres: Multivector, weights: Any = None, axis: int = 0) -> NDArray[Any]:
+    """Weights a for unit spheres X such that the sphere of sum a X has its centre at the weighted mean of theirs.
+
+    Parameters
+    ----------
+    spheres : Multivector, shape (...)
+        Unit spheres, X^2 = -1, with a sum along ``axis``.
+    weights : array, optional
+        Weights w of the centres, broadcasting with the spheres; equal by default.
+    axis : int
+        Axis to sum over.
+
+    Returns
+    -------
+    array (...)
+        a = w r/sum(w r), along ``axis``: `average(X, a)` and `interpolate` of unit spheres then follow thesis 3.11,
+        whose spheres are weighted S* . n_inf = -1, and for which alone its radii hold:
+        r^2 = sum w r_i^2 - sum_{i<j} w_i w_j |c_i - c_j|^2. NaN for sums that hold a plane or a bad item.
+
+    Notes
+    -----
+    The other way round, unit spheres blended with a have their centre at weights (a_i/r_i)/sum(a_j/r_j). Planes need
+    none of this: their normals and offsets blend linearly, and the offset is divided by the length of the normal.
+    """
+    known = as_objects(spheres, "the spheres", (4,))
+    if known.kind.name != "sphere":
+        raise GradeError(f"the spheres are a {known.kind.name}; planes blend with the weights themselves.")
+    if not -known.ndim <= axis < known.ndim:
+        raise ShapeError(f"the spheres have shape {known.shape}, without an axis {axis} to sum over.")
+    outcome = call(known.algebra, "conformal.sphere_parameters", known)
+    radius, orientation = (outcome.values[i]._data[..., 0] for i in (1, 2))
+    given = arrays.real(1.0 if weights is None else weights, "the weights")
+    try:
+        scaled = np.broadcast_to(given, known.shape) * radius * orientation
+    except ValueError:
+        raise ShapeError(f"weights of shape {given.shape} do not fit spheres of shape {known.shape}.") from None
+    with np.errstate(all="ignore"):
+        return np.asarray(scaled / scaled.sum(axis, keepdims=True), known.dtype)
+
+
+__all__ = ["sphere_weights"]

@@ -1,0 +1,137 @@
+"""Outlines of objects as arrays of positions: sampled circles, what of a line or plane is inside a box, meshes, arrows.
+
+Parameters in, positions out, for whole batches; nothing here knows of multivectors or of matplotlib.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Corners of the unit box, and its edges as pairs of corners.
+CORNERS = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), -1).reshape(8, 3)
+EDGES = np.array([(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit])
+
+
+class Box(NamedTuple):
+    """An axis-aligned box from its least to its greatest corner, both (3,)."""
+
+    low: Array
+    high: Array
+
+    @property
+    def center(self) -> Array:
+        """Its middle."""
+        return (self.low + self.high) / 2
+
+    @property
+    def size(self) -> float:
+        """Its longest side."""
+        return float((self.high - self.low).max())
+
+    def contains(self, x: Array) -> NDArray[np.bool_]:
+        """Whether positions (..., 3) are inside, to rounding of the box's size."""
+        slack = 1e-9 * self.size
+        return np.asarray(((x >= self.low - slack) & (x <= self.high + slack)).all(-1), bool)
+
+
+def unit(v: Array) -> Array:
+    """Vectors (..., 3) at length one."""
+    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
+
+
+def across(normal: Array) -> tuple[Array, Array]:
+    """Unit vectors u, v with u x v = normal, for unit normals (n, 3)."""
+    smallest = np.abs(normal).argmin(-1)
+    u = unit(np.cross(np.eye(3)[smallest], normal))
+    return u, np.cross(normal, u)
+
+
+def circles(center: Array, normal: Array, radius: Array, count: int) -> Array:
+    """Closed polygons (n, count + 1, 3), counter-clockwise about the normals."""
+    u, v = across(normal)
+    angle = np.linspace(0.0, 2 * np.pi, count + 1)
+    turn = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
+    return center[:, None] + radius[:, None, None] * turn
+
+
+def circle_reach(normal: Array, radius: Array) -> Array:
+    """Half the sides (n, 3) of the boxes around circles."""
+    return radius[:, None] * np.sqrt(np.clip(1 - normal * normal, 0, None))
+
+
+def lines_in(box: Box, point: Array, direction: Array) -> Array:
+    """Parts of lines inside a box: segments (n, 2, 3), NaN for those that miss it."""
+    with np.errstate(all="ignore"):
+        walls = np.stack([box.low - point, box.high - point]) / direction
+    still = direction == 0  # such a coordinate never changes: it is between its walls, or the line misses the box
+    between = (point >= box.low) & (point <= box.high)
+    walls[:, still & between] = np.array([-np.inf, np.inf])[:, None]
+    walls[:, still & ~between] = np.array([np.inf, -np.inf])[:, None]
+    enter, leave = walls.min(0).max(-1), walls.max(0).min(-1)
+    misses = (still & ~between).any(-1) | ~(enter <= leave)
+    ends = np.where(misses, np.nan, np.stack([enter, leave]))
+    return np.moveaxis(point + ends[..., None] * direction, 0, 1)
+
+
+def planes_in(box: Box, normal: Array, offset: Array) -> Array:
+    """Convex polygons (n, 12, 3) in which planes cut a box; NaN for those that miss it.
+
+    A cut has three to six corners: the rest of the twelve repeat one of them.
+    """
+    corners = box.low + CORNERS * (box.high - box.low)
+    start, end = corners[EDGES[:, 0]], corners[EDGES[:, 1]]
+    height = normal @ corners.T - offset[:, None]
+    first, second = height[:, EDGES[:, 0]], height[:, EDGES[:, 1]]
+    with np.errstate(all="ignore"):
+        fraction = np.where(first == second, 0.0, first / (first - second))
+    hit = (first * second <= 0) & ~((first == second) & (first != 0))
+    cut = start + np.clip(fraction, 0, 1)[..., None] * (end - start)
+    total = hit.sum(-1)
+    with np.errstate(all="ignore"):
+        middle = np.where(hit[..., None], cut, 0).sum(1) / total[:, None]
+    u, v = across(normal)
+    away = cut - middle[:, None]
+    angle = np.arctan2((away * v[:, None]).sum(-1), (away * u[:, None]).sum(-1))
+    order = np.where(hit, angle, np.inf).argsort(-1)
+    polygon = np.take_along_axis(cut, order[..., None], 1)
+    used = np.arange(len(EDGES)) < total[:, None]
+    polygon = np.where(used[..., None], polygon, polygon[:, :1])
+    return np.where((total >= 3)[:, None, None], polygon, np.nan)
+
+
+def sphere_mesh(center: Array, radius: Array, rings: int, sectors: int) -> tuple[Array, Array]:
+    """Quadrilaterals (n rings sectors, 4, 3) of spheres, and their outward unit normals."""
+    latitude = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)
+    longitude = np.linspace(0.0, 2 * np.pi, sectors + 1)
+    ring, turn = np.meshgrid(latitude, longitude, indexing="ij")
+    ball = np.stack([np.cos(ring) * np.cos(turn), np.cos(ring) * np.sin(turn), np.sin(ring)], -1)
+    quads = np.stack([ball[:-1, :-1], ball[:-1, 1:], ball[1:, 1:], ball[1:, :-1]], 2).reshape(-1, 4, 3)
+    normals = unit(quads.sum(1))
+    placed = center[:, None, None] + radius[:, None, None, None] * quads
+    return placed.reshape(-1, 4, 3), np.tile(normals, (len(center), 1))
+
+
+def arrows(tail: Array, vector: Array, head: Array | float) -> Array:
+    """Arrows as polylines (n, 9, 3): a shaft and four barbs of length ``head``, which all end at the tip."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    along = vector / np.where(length > 0, length, 1)
+    u, v = across(np.where(length > 0, along, [0.0, 0.0, 1.0]))
+    head = np.minimum(np.broadcast_to(head, length.shape[:1])[:, None], length)
+    tip = tail + vector
+    parts = [tail, tip]
+    for side in (u, v, -u, -v):
+        parts += [tip + head * (0.4 * side - along), tip]
+    return np.stack(parts[:9], 1)
+
+
+def common_point(points: Array, spread: Array) -> Array:
+    """The position nearest to flats through ``points``: sum of spread (x - p) = 0, ``spread`` (n, 3, 3) projecting."""
+    matrix = spread.mean(0)
+    right = np.einsum("nij,nj->i", spread, points) / len(points)
+    start = points.mean(0)
+    return np.asarray(start + np.linalg.pinv(matrix, rcond=1e-9) @ (right - matrix @ start))

@@ -1,0 +1,376 @@
+"""Merging of similar objects: exactly the greedy loop over all pairs, whatever the tree leaves out, and its cost."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import bladesmith as bs
+from bladesmith import cga3d as cga
+from bladesmith.codegen.build import compiler
+from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.formulas import costs
+from bladesmith.codegen.programs.merge import KINDS, merge_program
+from bladesmith.errors import GradeError, InputError, ShapeError, SingularError
+from bladesmith.objects.greedy import Greedy
+from bladesmith.objects.merging import merge_similar
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from formula_support import Traced, stock  # noqa: E402
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="no compiler")
+WORLD = (0.0, 0.0, 0.0)
+
+
+def objects(kind, centers, axes, radii):
+    """One object of a kind for each row of parameters."""
+    if kind == "point":
+        return cga.point(centers)
+    if kind == "point_pair":
+        half = axes * (radii / np.linalg.norm(axes, axis=1))[:, None]
+        return cga.point_pair(centers - half, centers + half)
+    if kind == "line":
+        return cga.line(centers, axes)
+    if kind == "circle":
+        return cga.circle(centers, axes, radii)
+    if kind == "plane":
+        return cga.plane(axes, np.einsum("ij,ij->i", axes, centers))
+    return cga.sphere(centers, radii)
+
+
+def clustered(kind, clusters, each, seed, noise=0.01, scale=1.0):
+    """``each`` noisy copies of some random objects, shuffled and turned at random, and whose copies they are."""
+    rng = np.random.default_rng(seed)
+    label = rng.permutation(np.repeat(np.arange(clusters), each))
+    n = len(label)
+    axes = rng.normal(size=(clusters, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    turned = rng.choice([-1.0, 1.0], n)[:, None] if kind != "point_pair" else np.ones((n, 1))
+    made = objects(
+        kind,
+        (scale * rng.normal(size=(clusters, 3)))[label] + noise * rng.normal(size=(n, 3)),
+        turned * (axes[label] + noise * rng.normal(size=(n, 3))),
+        rng.uniform(0.5, 2.0, clusters)[label] * np.exp(noise * rng.normal(size=n)),
+    )
+    return made, label
+
+
+def mixed(kind, n, seed, scale=1.0):
+    """Some pairs that are near each other among many that are not."""
+    return clustered(kind, n // 3, 3, seed, noise=0.15, scale=scale)[0]
+
+
+def cost_of(formula, kind, rows, others):
+    """The formula itself on NumPy: no compiled code."""
+    with np.errstate(all="ignore"):
+        return Traced(stock("cga3d"), formula, kind, kind)(rows, others)
+
+
+def table_of(formula, x):
+    """Costs of all pairs, (n, n)."""
+    i, j = np.indices((len(x), len(x))).reshape(2, -1)
+    return cost_of(formula, x.kind.name, x.values[i], x.values[j]).reshape(len(x), len(x))
+
+
+def all_pairs(x, threshold, align, weights=None):
+    """The least of all costs, again and again: costs, pairs and means."""
+    formula = costs.aligned_cost if align else costs.pair_cost
+
+    def known(cost):
+        return np.where(np.isnan(cost), np.inf, cost)
+
+    rows = x.values.copy()
+    weight = np.ones(len(x)) if weights is None else np.array(weights, float)
+    alive = np.ones(len(x), bool)
+    table = known(table_of(formula, x))
+    spent, pairs = [], []
+    while True:
+        left = np.triu(np.outer(alive, alive), 1)
+        a, b = np.unravel_index(np.argmin(np.where(left, table, np.inf)), table.shape)
+        if not left[a, b] or table[a, b] > threshold:
+            break
+        spent.append(table[a, b])
+        pairs.append((a, b))
+        made = mean(x._make(x._type, rows[[a, b]], (2,)), weight[[a, b]], align)
+        rows[a], alive[b] = made.values, False
+        weight[a] += weight[b]
+        table[a] = table[:, a] = known(cost_of(formula, x.kind.name, np.tile(made.values, (len(rows), 1)), rows))
+    return np.array(spent), np.array(pairs).reshape(-1, 2), rows[alive]
+
+
+def mean(pair, weight, align):
+    """u x + v y on the blade manifold, y turned like x."""
+    if pair.kind.name == "point":
+        return cga.point(weight @ pair.parameters().xyz / weight.sum())
+    x, y = pair
+    sign = np.sign(float((x * y)["1"]) * float((x * x)["1"])) if align else 1.0
+    return bs.objects.project_to_blade(weight[0] * x + weight[1] * sign * y).as_kind(x.kind)
+
+
+# -- the same as the loop over all pairs -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("align", [True, False])
+def test_merges_are_those_of_the_loop_over_all_pairs(kind, align):
+    x = mixed(kind, 36, seed=3)
+    spent, pairs, means = all_pairs(x, 0.2, align)
+    found = merge_similar(x, 0.2, align=align, origin=WORLD)
+    assert len(spent) >= 4  # or nothing was tested
+    np.testing.assert_array_equal(found.pairs, pairs)
+    np.testing.assert_allclose(found.merges, spent, rtol=1e-9, atol=1e-14)
+    np.testing.assert_allclose(found.objects.values, means, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [0.1, 30.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_so_they_are_in_any_unit(kind, scale):
+    x = mixed(kind, 36, seed=5, scale=scale)
+    threshold = 0.05 * max(1.0, scale)
+    spent, pairs, _ = all_pairs(x, threshold, True)
+    found = merge_similar(x, threshold, origin=WORLD)
+    np.testing.assert_array_equal(found.pairs, pairs)
+    np.testing.assert_allclose(found.merges, spent, rtol=1e-7, atol=1e-13)
+
+
+def test_and_with_weights():
+    x = mixed("line", 30, seed=9)
+    weights = np.random.default_rng(1).uniform(0.1, 10, len(x))
+    spent, pairs, means = all_pairs(x, 0.2, True, weights)
+    found = merge_similar(x, 0.2, weights=weights, origin=WORLD)
+    np.testing.assert_array_equal(found.pairs, pairs)
+    np.testing.assert_allclose(found.objects.values, means, rtol=1e-9, atol=1e-12)
+    assert len(spent) > 5
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(KINDS), st.sampled_from([1e-3, 0.05, 1.0]))
+def test_afterwards_no_pair_is_within_the_threshold(seed, kind, threshold):
+    x = mixed(kind, 30, seed)
+    found = merge_similar(x, threshold, origin=WORLD)
+    cost = table_of(costs.aligned_cost, found.objects)
+    cost = np.where(np.isnan(cost) | np.eye(len(cost), dtype=bool), np.inf, cost)
+    assert cost.min() > threshold * (1 - 1e-6)
+    assert (found.merges <= threshold).all() and found.counts.sum() == len(x) == len(found.merges) + len(found.objects)
+    np.testing.assert_array_equal(np.bincount(found.groups), found.counts)
+
+
+# -- what the tree leaves out ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [0.1, 1.0, 30.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_landmarks_never_promise_more_than_the_cost(kind, scale):
+    near, far = clustered(kind, 12, 4, 1, 1e-3, scale)[0], clustered(kind, 48, 1, 2, 0.0, scale)[0]
+    for x in (near, far):
+        least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
+        greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
+        bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+        assert np.isfinite(least).mean() > 0.9 and not (bound > least + 1e-20).any()
+        np.testing.assert_allclose(bound, bound.T, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["line", "plane", "point"])
+def test_they_are_tight_for_flats_and_points(kind):
+    x = clustered(kind, 10, 6, 4, 1e-3)[0]
+    cost = table_of(costs.aligned_cost, x)
+    greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
+    bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+    near = (cost < 1e-3) & (cost > 1e-9)
+    assert near.sum() > 50 and (bound[near] > 0.98 * cost[near]).all()
+
+
+@given(st.floats(0.001, 1.5), st.floats(0, 5), st.floats(0, 5))
+def test_the_cost_of_lines_is_what_the_bound_is_proved_from(angle, distance, shift):
+    """4 sin^2(t/4) + 3 (q^2 sin^2(t/2) + d^2/4): a screw about an axis along e3 at the distance q."""
+    foot = np.array([distance, 0.0, 0.0])
+    first = cga.line(foot, (1.0, 0.0, 0.0))
+    second = cga.line(foot + (0, 0, shift), (np.cos(angle), np.sin(angle), 0.0))
+    cost = float(cost_of(costs.pair_cost, "line", first.values[None], second.values[None])[0])
+    turn = 4 * np.sin(angle / 4) ** 2 + 3 * distance**2 * np.sin(angle / 2) ** 2
+    assert cost == pytest.approx(turn + 0.75 * shift**2, rel=1e-9)
+
+
+# -- growth: costs are counted, not seconds --------------------------------------------------------------------
+
+
+def evaluations(x, threshold):
+    return merge_similar(x, threshold).evaluations / len(x)
+
+
+@pytest.mark.parametrize("threshold", [1e-6, 0.1])
+def test_costs_per_line_hardly_grow(threshold):
+    """Among random lines: none within the threshold of each other, or all of them merged again and again."""
+    rng = np.random.default_rng(0)
+    few, many = (
+        evaluations(cga.line(rng.normal(size=(n, 3)), rng.normal(size=(n, 3))), threshold) for n in (500, 8000)
+    )
+    assert many < 12 and many < 4 * few + 2  # all pairs would be 4000 per line, and 16 times as many
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_dense_clusters_do_not_cost_all_pairs(kind):
+    few, many = (evaluations(clustered(kind, 20, each, 1)[0], 1e-2) for each in (20, 160))
+    assert many < 60 and many < 4 * few  # all pairs: 8 times as many
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_copies_do_not_either(kind):
+    x = clustered(kind, 2, 1500, 0, noise=0.0)[0]
+    found = merge_similar(x, 1e-6)
+    assert found.evaluations < 20 * len(x) and found.counts.tolist() == [1500, 1500]
+
+
+# -- results ---------------------------------------------------------------------------------------------------
+
+
+def same_partition(groups, label):
+    assert len(set(zip(groups.tolist(), label.tolist(), strict=True))) == len(set(groups)) == len(set(label))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_clusters_are_found(kind):
+    x, label = clustered(kind, 8, 30, 12, noise=1e-3, scale=3.0)
+    found, groups = merge_similar(x, 2e-2)
+    same_partition(groups, label)
+    assert found.kind.name == kind and found.shape == (8,)
+    assert bool(found.isclose(found.as_kind(kind)).all())
+
+
+def test_the_mean_is_turned_like_the_first():
+    line = cga.line((0, 0, 1), (1, 0, 0))
+    both = bs.objects.merging.gathered([line, -1.0 * line])
+    found = merge_similar(both, 1e-6)
+    assert bool(found.objects[0].isclose(line)) and found.groups.tolist() == [0, 0]
+    assert merge_similar(both, 1e-6, align=False).groups.tolist() == [0, 1]
+    assert merge_similar(both, np.inf, align=False).groups.tolist() == [0, 1]  # there is no mean of L and -L
+
+
+def test_flats_and_rounds_of_one_grade():
+    rng = np.random.default_rng(0)
+    lines = cga.line(1e-3 * rng.normal(size=(20, 3)), (1.0, 0.0, 0.0) + 1e-3 * rng.normal(size=(20, 3)))
+    circles = cga.circle(1e-3 * rng.normal(size=(20, 3)), (0.0, 0.0, 1.0) + 1e-3 * rng.normal(size=(20, 3)), 1.0)
+    large = cga.circle((0, 1e3, 0), (0, 0, 1), 1e3)  # nearly the line through the origin
+    found, groups = merge_similar([lines, circles, large], 1e-2)
+    assert groups.tolist() == [0] * 20 + [1] * 20 + [0]
+    assert cga.classify(found).tolist() == ["circle", "circle"]
+
+
+def test_grades_are_merged_on_their_own():
+    points, label = clustered("point", 3, 5, 0, 1e-4)
+    lines, line_label = clustered("line", 4, 6, 0, 1e-4)
+    sphere = cga.sphere((0, 0, 0), 1.0)
+    found, groups = merge_similar([points, sphere, lines[:10], lines[10:]], 1e-3)
+    assert [x.kind.name for x in found] == ["point", "sphere", "line"]
+    assert [x.shape for x in found] == [(3,), (1,), (4,)]
+    same_partition(groups[0], label)
+    same_partition(np.concatenate(groups[2:]), line_label)
+    assert groups[1].tolist() == 0
+    weights = [np.ones(15), 1.0, np.ones(10), np.ones(14)]
+    again = merge_similar([points, sphere, lines[:10], lines[10:]], 1e-3, weights=weights)
+    np.testing.assert_array_equal(again.objects[2].values, found[2].values)
+
+
+def test_moving_the_scene_moves_the_result():
+    """Costs are measured from the middle of the objects, and far coordinates cost no more digits than they must."""
+    shift = np.array([1e5, -2e5, 5e4])
+    rng = np.random.default_rng(3)
+    label = rng.permutation(np.repeat(np.arange(6), 10))
+    centers = rng.normal(size=(6, 3))[label] + 1e-3 * rng.normal(size=(60, 3))
+    near, far = (merge_similar(cga.point(centers + t), 1e-2) for t in (0.0, shift))
+    np.testing.assert_allclose(far.merges, near.merges, rtol=1e-4)
+    np.testing.assert_array_equal(far.pairs, near.pairs)
+    spheres = cga.sphere(centers + shift, 0.5 + label / 6)
+    same_partition(merge_similar(spheres, 1e-2).groups, label)
+    assert len(merge_similar(spheres, 1e-2, origin=WORLD).counts) > 6  # from afar the same steps cost more
+
+
+def test_threads_and_steps_change_nothing():
+    x = mixed("circle", 1500, 7)
+    one, two = (merge_similar(x, 0.05, threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one.objects.values, two.objects.values)
+    np.testing.assert_array_equal(one.pairs, two.pairs)
+    greedy = Greedy("circle", x.values, np.ones(len(x)), 0.05, True)
+    greedy.find()
+    while greedy.step(1):
+        pass
+    assert greedy.step(10) == 0
+    other = Greedy("circle", x.values, np.ones(len(x)), 0.05, True)
+    other.find()
+    other.step(10**6)
+    for a, b in zip(greedy.history, other.history, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_precision_shape_and_progress(capsys):
+    x = clustered("plane", 4, 6, 0, 1e-3)[0]
+    found = merge_similar(x.astype(np.float32).reshape(4, 6), 1e-2, progress=True)
+    assert found.objects.dtype == np.float32 and found.groups.shape == (4, 6) and found.counts.sum() == 24
+    assert "merge" in capsys.readouterr().err
+    alone = merge_similar(x[0], 1.0)
+    assert alone.groups.shape == () and alone.objects.shape == (1,)
+    np.testing.assert_array_equal(alone.objects.values[0], x.values[0])  # what is not merged is not touched
+
+
+# -- bad input -------------------------------------------------------------------------------------------------
+
+
+def test_items_that_are_no_objects_stay_alone():
+    x = clustered("line", 2, 5, 0, 1e-4)[0]
+    values = x.values.copy()
+    values[3] = np.nan
+    values[6] *= 2.0
+    broken = cga.multivector(values, blades=x.blades)
+    found, groups = merge_similar(broken, 1e-2)
+    assert found.shape == (4,)
+    alone = groups[[3, 6]]
+    assert np.isnan(found.values[alone]).all() and (found.status[alone] == bs.Status.INVALID).all()
+    assert np.isfinite(np.delete(found.values, alone, 0)).all()
+    with pytest.raises(SingularError, match=r"item 3 is INVALID"):
+        merge_similar(broken, 1e-2, strict=True)
+
+
+def test_nothing_gives_nothing():
+    empty = cga.line(np.zeros((0, 3)), np.zeros((0, 3)))
+    found = merge_similar(empty, 1.0)
+    assert found.objects.shape == (0,) and found.groups.shape == (0,) and found.merges.shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"threshold": -1.0}, InputError, "threshold is -1.0"),
+        ({"threshold": np.nan}, InputError, "threshold is nan"),
+        ({"threshold": "low"}, InputError, "threshold is 'low'"),
+        ({"weights": [1, 1, 0]}, InputError, r"weight of object \(2,\) is 0.0"),
+        ({"weights": [1, np.nan, 1]}, InputError, r"weight of object \(1,\) is nan"),
+        ({"weights": [1, 1]}, ShapeError, r"objects of shape \(3,\)"),
+        ({"origin": (0, 0)}, ShapeError, "origin has shape"),
+        ({"origin": (0, 0, np.inf)}, InputError, "three finite numbers"),
+        ({"threads": 0}, InputError, "threads is 0"),
+        ({"X": np.zeros((3, 6))}, InputError, "no multivector"),
+        ({"X": cga.rotor((0, 0, 1), 1.0)}, GradeError, "the objects"),
+        ({"X": bs.algebra(3).vector(np.eye(3)) if hasattr(bs.algebra(3), "vector") else 3}, InputError, "objects"),
+        ({"X": []}, InputError, "empty list"),
+    ],
+)
+def test_bad_input_is_named(arguments, error, message):
+    given_ = {"X": cga.line(np.zeros((3, 3)), np.eye(3)), "threshold": 1.0, **arguments}
+    with pytest.raises(error, match=message):
+        merge_similar(**given_)
+
+
+def test_the_driver_compiles_without_a_warning(tmp_path):
+    extension = merge_program().extension()
+    for name, text in {**extension.headers, "kernels.c": extension.source}.items():
+        (tmp_path / name).write_text(text)
+    command = [*compiler().command, *C_FLAGS, *WARNING_FLAGS, "-c", "kernels.c", "-o", "kernels.o"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[:2000]
