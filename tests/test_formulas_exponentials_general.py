@@ -129,8 +129,8 @@ def rotors() -> tuple[list[Any], Array, Array]:
 
 def test_exp_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
     cases, b, r = rotors
-    errors = [series_error(BIVECTOR, x, EVEN, y) for x, y in zip(b, r, strict=True)]
-    assert largest(errors, cases) < 8 * EPS
+    errors = [series_error(BIVECTOR, x, EVEN, y) for x, y in zip(b[::3], r[::3], strict=True)]
+    assert largest(errors, cases[::3]) < 8 * EPS
 
 
 def test_log_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
@@ -198,7 +198,7 @@ def oblique() -> Array:
         if k % 3 == 0:
             seed = seed + space.screw((0.3, 3.0, 6.0, 1e-9)[k // 3], [0, 0, 1], [0, 0, 0], [0, 0, 0])
         simple.append([float(v) for v in BIVECTOR.values(versor * seed * inverse)])
-    return np.concatenate([rng.normal(size=(20, 10)), rng.normal(size=(6, 10)) * 1e-9, np.array(simple)])
+    return np.concatenate([rng.normal(size=(12, 10)), rng.normal(size=(3, 10)) * 1e-9, np.array(simple)])
 
 
 def test_rotors_in_general_position() -> None:
@@ -277,8 +277,27 @@ def test_full_turns_have_a_commuting_plane() -> None:
     assert np.allclose(log[:2], rows(BIVECTOR, multivector(twist, as_motor)), atol=1e-14), "the axis of log_motor"
 
 
+def test_rounding_noise_on_one_is_valid() -> None:
+    r = np.eye(1, 16) + 1e-17 * np.random.default_rng(3).normal(size=(20, 16))
+    assert np.all(on_numbers(invariant.log_rotor, EVEN, r, BIVECTOR)[1] == Status.OK)
+    motor = CGA.kind("motor")
+    assert np.all(on_numbers(exponentials.log_motor, motor, r[:, : motor.size], CGA.kind("twist"))[1] == Status.OK)
+
+
+def test_full_turns_with_noise_and_small_dilations() -> None:
+    """The plane of a turn that is noise beside a small dilation is still a plane, and commutes."""
+    cosh, sinh = np.cosh([5e-10, 5e-4, 0.05, 1.0]), np.sinh([5e-10, 5e-4, 0.05, 1.0])
+    r = np.zeros((4, 16))
+    r[:, 0], r[:, EVEN.blades.index(CGA.parse_blade("noni")[0])] = -cosh, sinh
+    for k, name in enumerate(("e12", "e13", "e23")):
+        r[:, EVEN.blades.index(CGA.parse_blade(name)[0])] = (k - 0.7) * 2e-15
+    log, status = on_numbers(invariant.log_rotor, EVEN, r, BIVECTOR)
+    assert np.all(status == Status.NOT_UNIQUE)
+    assert max(series_error(BIVECTOR, x, EVEN, y) for x, y in zip(log, r, strict=True)) < 2 * ROUND_TRIP
+
+
 def test_what_is_no_rotor_is_invalid() -> None:
-    r = compiled(invariant.exp_bivector, BIVECTOR)(oblique()[:20])
+    r = compiled(invariant.exp_bivector, BIVECTOR)(oblique()[:12])
     bad = np.concatenate([2 * r, r + 1e-3, 0 * r, np.full((1, 16), np.nan), np.full((1, 16), np.inf)])
     for formula in (invariant.log_rotor, invariant.sqrt_rotor):
         value, status = compiled(formula, EVEN)(bad)
@@ -306,7 +325,7 @@ def test_batches_of_mixed_branches_are_their_items() -> None:
 
 def test_single_precision() -> None:
     b = np.array([x for x, c in zip(similarities()[1], similarities()[0], strict=True) if c[3] < 1e3 and c[2] < 1e3])
-    b = np.concatenate([b, oblique()[:20]]).astype(np.float32)
+    b = np.concatenate([b, oblique()[:12]]).astype(np.float32)
     r = compiled(invariant.exp_bivector, BIVECTOR)(b)
     assert r.dtype == np.float32
     log, status = compiled(invariant.log_rotor, EVEN)(r)

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith import Multivector, Status, codegen, errors, objects
+from bladesmith import Multivector, Status, cga2d, errors, objects
 from bladesmith import cga3d as cga
-from bladesmith.codegen.formulas import interpolation
 from bladesmith.codegen.multivector import Multivector as Symbolic
 from bladesmith.codegen.multivector import from_values
 from bladesmith.codegen.rings import PrecisionRing
@@ -22,10 +21,11 @@ from formula_support import stock
 
 Array = Any
 CGA = stock("cga3d")
-DIGITS = 120
+DIGITS = 80
 RING = PrecisionRing(DIGITS)
 MP = RING.context
 KINDS = ("point_pair", "line", "circle", "plane", "sphere")
+COUNT = 40
 FAR = np.array([1e6, -6e5, 3e5])
 
 
@@ -46,7 +46,7 @@ def drawn(kind: str, count: int, seed: int, at: Any = 0.0) -> Multivector:
     return made
 
 
-# -- 120 digits --------------------------------------------------------------------------------------------
+# -- 80 digits ---------------------------------------------------------------------------------------------
 
 
 def exact(x: Multivector, i: int) -> Symbolic:
@@ -86,12 +86,12 @@ def relative(found: Multivector, expected: Array) -> Array:
 @pytest.mark.parametrize("kind", KINDS)
 def test_projection_against_many_digits(kind: str) -> None:
     """Also where Sigma0 < 0; the items without an answer are those with a <= 0."""
-    a, b = drawn(kind, 60, 1), drawn(kind, 60, 2)
+    a, b = drawn(kind, COUNT, 1), drawn(kind, COUNT, 2)
     total = 0.6 * a + 0.9 * b
     found = objects.project_to_blade(total)
-    assert found.kind == cga.kind(kind) and found.shape == (60,)
+    assert found.kind == cga.kind(kind) and found.shape == (COUNT,)
     negative = 0
-    for i in range(60):
+    for i in range(COUNT):
         x = exact(total, i)
         sigma = -(x * ~x)
         s0 = number(sigma)
@@ -108,14 +108,14 @@ def test_projection_against_many_digits(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_rate_against_many_digits(kind: str) -> None:
-    """Central differences of the other road at 120 digits."""
-    a, b = drawn(kind, 60, 3), drawn(kind, 60, 4)
-    alpha = np.linspace(0.1, 0.9, 60)
+    """Central differences of the other road at 80 digits."""
+    a, b = drawn(kind, COUNT, 3), drawn(kind, COUNT, 4)
+    alpha = np.linspace(0.1, 0.9, COUNT)
     value = objects.interpolate(a, b, alpha=alpha)
     rate = objects.interpolate_derivative(a, b, alpha=alpha)
     assert np.array_equal(rate.status, value.status) and rate.kind.is_layout
-    h, negative = MP.mpf(10) ** -30, 0
-    for i in range(60):
+    h, negative = MP.mpf(10) ** -20, 0
+    for i in range(COUNT):
         if value.status[i] != Status.OK:
             assert np.isnan(rate.values[i]).all()
             continue
@@ -154,7 +154,7 @@ def closed_form(x: Symbolic, dx: Symbolic, sign: int = -1) -> Symbolic:
 
 @pytest.mark.parametrize("kind", ["point_pair", "circle"])
 def test_rate_against_the_corrected_closed_form(kind: str) -> None:
-    """The closed form with its minus sign agrees; as printed it does not. Sigma0 < 0 needs 120 digits there."""
+    """The closed form with its minus sign agrees; as printed it does not. Sigma0 < 0 needs 80 digits there."""
     a, b = drawn(kind, 20, 5), drawn(kind, 20, 6)
     rate = objects.interpolate_derivative(a, b, alpha=0.35)
     wrong = []
@@ -178,7 +178,7 @@ def test_directional_rate_of_the_projector() -> None:
     direction = cga.multivector(rng.normal(size=(20, 10)), grades=[3])
     outcome = call(cga, "blades.project_rate", x, direction)
     assert np.array_equal(outcome.status, objects.project_to_blade(x).status)
-    h = MP.mpf(10) ** -30
+    h = MP.mpf(10) ** -20
     for i in np.flatnonzero(outcome.status == Status.OK):
         z, dz = exact(x, i), exact(direction, i)
         difference = (split(z + dz * z.new({0: h})) - split(z - dz * z.new({0: h}))) * z.new({0: 1 / (2 * h)})
@@ -186,21 +186,29 @@ def test_directional_rate_of_the_projector() -> None:
         assert np.abs(outcome.value.values[i] - expected).max() <= 1e-12 * np.abs(expected).max()
 
 
-def test_compiled_formulas(kind: str = "circle") -> None:
-    """C and NumPy agree on layouts, in both precisions."""
+@pytest.mark.parametrize("kind", ["line", "circle", "sphere"])
+def test_single_precision(kind: str) -> None:
     a, b = drawn(kind, 50, 9), drawn(kind, 50, 10)
-    layout = cga.layout(kind)
-    for formula in (interpolation.interpolate, interpolation.interpolate_rate):
-        kernel = codegen.kernel(layout, layout, codegen.scalar)(formula)
-        compiled = kernel(a, b, 0.3)
-        other = kernel.on("numpy")(a, b, 0.3)
-        assert np.array_equal(compiled.status, other.status)
-        good = compiled.status == Status.OK
-        assert relative(compiled[good], other.values[good]).max() < 1e-11
-        single = kernel(a.astype(np.float32), b.astype(np.float32), np.float32(0.3))
-        assert single.dtype == np.float32
-        both = good & (single.status == Status.OK)
-        assert both.sum() > 0.7 * good.sum() and np.median(relative(single[both], other.values[both])) < 1e-5
+    single = [x.astype(np.float32) for x in (a, b)]
+    for function in (objects.interpolate, objects.interpolate_derivative):
+        found, expected = function(*single, alpha=0.3), function(a, b, alpha=0.3)
+        assert found.dtype == np.float32
+        both = (found.status == Status.OK) & (expected.status == Status.OK)
+        assert both.sum() >= 0.9 * (expected.status == Status.OK).sum()
+        assert np.median(relative(found[both], expected[both].values)) < 1e-6
+    assert objects.average(single[0], np.arange(50.0)).dtype == np.float32
+
+
+def test_in_the_plane() -> None:
+    """Circles of the plane blend as spheres do: with points on a line, radii by the weights of their points."""
+    one, two = cga2d.circle([0.0, 0.0], 1.0), cga2d.circle([1.0, 0.0], 2.0)
+    found = objects.interpolate(one, two, alpha=0.5)
+    w = 1.0 / 1.5
+    assert np.allclose(found.parameters().center, [1 - w, 0], atol=1e-14)
+    assert np.isclose(found.parameters().radius, np.sqrt(w + (1 - w) * 4 - w * (1 - w)))
+    far = cga2d.circle([[1e6, 1e6], [1e6 + 1, 1e6]], [1.0, 2.0])
+    for far_found in (objects.interpolate(far[0], far[1], alpha=0.5), objects.average(far)):
+        assert np.allclose(far_found.parameters().center - 1e6, [1 - w, 0], atol=1e-9)
 
 
 # -- geometry ----------------------------------------------------------------------------------------------
@@ -285,13 +293,14 @@ def test_points_go_straight() -> None:
     assert np.allclose(objects.average(a).parameters().xyz, p.mean(0), atol=1e-14)
 
 
-def test_the_rotors_way_between_flats(kind: str = "line") -> None:
+@pytest.mark.parametrize("kind", ["line", "circle"])
+def test_the_rotors_way(kind: str) -> None:
     """The ends are met; the way is that of the group: a quarter of it four times is all of it."""
     a, b = drawn(kind, 20, 21), drawn(kind, 20, 22)
     way = objects.interpolate(a, b[:, None], alpha=np.ones(20), method="rotor")
     assert way.shape == (20, 20)
     ends = [objects.interpolate(a, b, alpha=t, method="rotor") for t in (1.0, 0.0)]
-    assert ends[0].isclose(a).all() and ends[1].isclose(b).all()
+    assert ends[0].kind == a.kind and ends[0].isclose(a).all() and ends[1].isclose(b).all()
     step = objects.interpolate(a, b, alpha=0.75, method="rotor")
     rotor = objects.rotor_between(a, step)
     assert (rotor >> (rotor >> (rotor >> step))).isclose(b, 1e-8).all()

@@ -65,6 +65,15 @@ def test_sampled_circles_are_on_their_circles() -> None:
     assert np.allclose(rings[:, 0], rings[:, -1], atol=1e-12)
 
 
+def test_of_large_circles_the_arc_in_view_is_sampled() -> None:
+    radius = 1000.0
+    ax = plot.draw(cga.circle([radius, 0.3, 0], [0, 0, 1], radius), extent=1.0)
+    (arc,) = strokes(ax)
+    seen = arc[0][np.isfinite(arc[0]).all(-1)]
+    assert np.abs(np.linalg.norm(seen - [radius, 0.3, 0], axis=-1) - radius).max() < 1e-9
+    assert len(seen) > 40 and np.ptp(seen[:, 1]) > 1.9 and (np.diff(seen[:, 1]) < 0).all()  # counter-clockwise
+
+
 def test_points_and_flat_points_are_marks_at_their_places() -> None:
     xyz = rng().normal(size=(2, 3, 3))
     ax = plot.draw(cga.point(xyz[0]), cga.flat_point(xyz[1]), pga.point(xyz[0]), xyz[0])

@@ -202,7 +202,7 @@ def is_unit(r: Multivector) -> Mask:
     """Whether r ~r = 1 to half of the digits, each coefficient on the scale of what rounding of r may do to it.
 
     Coefficients that scale alike (with n, without, ..) stand for each other: a half turn may have a cosine of 1e-17,
-    whose product with a translation is no measure of rounding.
+    whose product with a translation is no measure of rounding. Nor are translations by much less than 1.
     """
     defect = r * ~r - 1
     alike = _sizes(r)
@@ -210,7 +210,7 @@ def is_unit(r: Multivector) -> Mask:
     tolerance = sqrt(epsilon(r))
     mask = is_finite(r)
     for blade, value in defect.terms.items():
-        mask = mask & (absolute(r.new({0: value})) <= tolerance * r.new({0: scale.terms[blade]}))
+        mask = mask & (absolute(r.new({0: value})) <= tolerance * (1 + r.new({0: scale.terms[blade]})))
     return mask
 
 

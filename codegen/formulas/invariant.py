@@ -37,6 +37,11 @@ def _require(like: Multivector, invertibly: bool) -> None:
         )
 
 
+def _least(like: Multivector) -> Multivector:
+    """Squares and their differences below this are none: their quotients might underflow, and 1 does not see them."""
+    return epsilon(like) * epsilon(like) * epsilon(like) * epsilon(like)
+
+
 class Squares(NamedTuple):
     """The squares l1 <= l2 of the simple parts of a bivector B, and their difference d >= 0; B^2 = s + q."""
 
@@ -58,7 +63,7 @@ def squares(b: Multivector) -> Squares:
     d = sqrt(absolute(s * s - q2))
     negative = s < 0
     large = (s + select(negative, -d, d)) / 2
-    small = select(absolute(large) > 0, q2 / (4 * large), b.constant(0))
+    small = select(absolute(large) > _least(b), q2 / (4 * large), b.constant(0))
     return Squares(s, q, select(negative, large, small), select(negative, small, large), d)
 
 
@@ -78,7 +83,7 @@ def exp_bivector(b: Multivector) -> Multivector:
     s, q, l1, l2, d = squares(b)
     c1, s1, c2, s2 = stumpff0(-l1), stumpff1(-l1), stumpff0(-l2), stumpff1(-l2)
     f1, f2 = s1 * c2, c1 * s2
-    slope = select(d > 0, (f1 - f2) / d, b.constant(0))
+    slope = select(d > _least(b), (f1 - f2) / d, b.constant(0))
     regular = c1 * c2 + b * ((f1 + f2) / 2)
     if not q.terms:
         return regular - b * (s * slope / 2)
@@ -130,8 +135,7 @@ def _first_part(v: Multivector, known: Squares, still: Mask) -> Multivector:
     """
     s, q, l1, _, d = known
     zero = v.constant(0)
-    least = epsilon(v) * epsilon(v)
-    inverse = select((d > least * least) & ~still, 1 / d, zero)
+    inverse = select((d > _least(v)) & ~still, 1 / d, zero)
     part = (q * v).grade(2) * (inverse / 2) - v * (l1 * inverse)
     if not q.terms:
         return part
@@ -140,7 +144,7 @@ def _first_part(v: Multivector, known: Squares, still: Mask) -> Multivector:
     tilt = as_computed(part.commutator(v)).commutator(v) * inverse
     part = as_computed(part - tilt * (2 * s * inverse) + tilt.commutator(v).commutator(v) * inverse)
     square = -_square(part)
-    excess = (part ^ part) * select(square > 0, 1 / (2 * square), zero)
+    excess = (part ^ part) * select(square > _least(v), 1 / (2 * square), zero)
     return part + (excess * part).grade(2)
 
 
@@ -173,7 +177,8 @@ def halves(r: Multivector, known: Squares) -> tuple[Mask, list[Half]]:
     """
     r0, v, r4 = r.grade(0), r.grade(2), r.grade(4)
     r4_squared = (r4 * r4).grade(0)
-    double = (known.s <= 0) & ((2 * known.d < -known.s) | (2 * r4_squared > 1))
+    least = epsilon(r) * epsilon(r)  # a square that can be squared
+    double = (known.s <= 0) & ((2 * known.d < -known.s) & (known.s < -least) | (2 * r4_squared > 1))
     by_r4 = 4 * r0 * r0 < 1
     both = select(by_r4, r4, known.q)
     j = both / sqrt(select(by_r4, r4_squared, (known.q * known.q).grade(0)))

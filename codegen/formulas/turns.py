@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..multivector import Mask, Multivector, select, sqrt
 from .euclidean import attached_part, axes, space
-from .outcome import NOISE, epsilon, size
+from .outcome import NOISE, as_computed, epsilon, size
 
 
 def turn_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
@@ -49,10 +49,13 @@ def turn_plane(v2: Multivector) -> tuple[Multivector, Mask]:
         for j, y in enumerate(basis[i + 1 :], i + 1)
         if diagonal[i] and diagonal[i] == diagonal[j]
     ]
-    nothing = size(v2) <= NOISE * epsilon(v2)
+    nothing = size(v2) <= NOISE * NOISE * epsilon(v2)
     usable = (best > 0) & ~nothing
     if plane.terms:
-        plane = plane * select(usable, 1 / sqrt(best), v2.constant(0))
+        plane = as_computed(plane * select(usable, 1 / sqrt(best), v2.constant(0)))
+        for _ in range(2):  # a turn that was no more than noise in v2 leaves noise/|v2| of v2 in it
+            plane = as_computed(plane + ((plane ^ plane) * plane).grade(2) / 2)
+            plane = plane * select(usable, 1 / sqrt(-_square(plane)), v2.constant(0))
     if not pairs:
         return plane, usable
     x, y = pairs[0]

@@ -1,7 +1,7 @@
 """Piecewise polynomials of rows of numbers in Bernstein form, and the linear systems of splines. No algebra comes in.
 
-Every value is a sum with positive weights of adding up to one, every derivative the same of stored rates, so neither
-cancels; at the ends of a piece the first and last rows come back exactly.
+Every value is a mean of ordinates with positive weights, every derivative one of stored rates: no sum cancels but for
+what the ordinates do. At the ends of a piece the first and last ordinates come back exactly.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-
 #: Items whose sums are formed together: they stay in the cache, and are too few for a matrix product to start threads,
 #: which cost more than these sums.
 CHUNK = 4096

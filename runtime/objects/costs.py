@@ -109,7 +109,7 @@ def cost_matrix(
     cost = pair_values(f"costs.{'aligned' if align else 'pair'}_cost{ending}", rows, columns, threads)
     code = _completed(cost, rows, columns, kind, align, status)
     shape = x.shape + y.shape
-    return (cost.reshape(shape), code.reshape(shape)) if code is not None else cost.reshape(shape)
+    return (cost.reshape(shape)[()], code.reshape(shape)[()]) if code is not None else cost.reshape(shape)[()]
 
 
 def _ending(kind: str) -> str:

@@ -91,7 +91,8 @@ class Greedy:
         state.align, state.threshold = int(align), threshold
         self._costs, self._kept, self._gone = np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
         numbers = {
-            "rows": self.rows, "weights": self.weights, "landmarks": np.empty((n, marks)), "costs": np.empty(n),
+            "rows": self.rows, "weights": self.weights, "landmarks": np.empty((n, marks)),
+            "leaves": np.empty((n, marks)), "costs": np.empty(n),
             "boxes": np.empty((nodes, 2 * marks)), "merged_costs": self._costs,
         }  # fmt: skip
         slots = ("nearest", "seen", "heap", "heap_place", "order", "tree_place")

@@ -21,6 +21,8 @@ from ..rows import embedded
 NEAR = 256.0
 #: Lines at angles below this have no middle along them; any place will do.
 SAME_DIRECTION = 1e-4
+#: The middle of a batch is that of this many of its items.
+SOME = 256
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def frame(*objects: Multivector, shared: bool = False, axis: int | None = None) 
         good = np.isfinite(position).all(-1, keepdims=True)
         position = np.where(good, position, position.dtype.type(0))
     else:
-        position = _middle(objects, axis)
+        position = _middle([_some(x, axis) for x in objects] if len(objects) == 1 else objects, axis)
     return Frame(position, algebra.translator(position))
 
 
@@ -108,11 +110,20 @@ def _middle(objects: Sequence[Multivector], axis: int | None) -> NDArray[Any]:
     start = mean(None)
     step = np.maximum(np.linalg.norm(start, axis=-1, keepdims=True), 1)
     reached = mean(start)
-    slope = np.stack([(mean(start + step * e) - reached) / step for e in np.eye(3)], -1)
-    inverse = np.linalg.pinv(np.eye(3) - slope, rcond=SAME_DIRECTION)
+    slope = np.stack([(mean(start + step * e) - reached) / step for e in np.eye(start.shape[-1])], -1)
+    inverse = np.linalg.pinv(np.eye(start.shape[-1]) - slope, rcond=SAME_DIRECTION)
     place = start + (inverse @ (reached - start)[..., None])[..., 0]
     nearer = np.linalg.norm(mean(place) - place, axis=-1) < np.linalg.norm(reached - start, axis=-1)
     return np.where(nearer[..., None], place, start)  # type: ignore[no-any-return]
+
+
+def _some(x: Multivector, axis: int | None) -> Multivector:
+    """At most `SOME` items along the axis (of all): their middle is as good."""
+    if axis is None:
+        x, axis = x.reshape(-1), 0
+    axis %= x.ndim
+    step = -(-x.shape[axis] // SOME)
+    return x[(slice(None),) * axis + (slice(None, None, step),)] if step > 1 else x  # type: ignore[no-any-return]
 
 
 def _largest(x: Multivector) -> float:

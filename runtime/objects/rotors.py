@@ -17,7 +17,7 @@ from ..multivector import Multivector
 from ..rows import embedded
 from ..status import Status
 from . import local
-from .inputs import pair
+from .inputs import OBJECTS, pair
 
 #: Below this margin (see `codegen.formulas.rotors.margin`) the direct formula loses more than a digit and a half, so a
 #: second rotor, from where the first one leads, goes on top. Some per cent of random pairs.
@@ -52,7 +52,8 @@ def rotor_between(x1: Any, x2: Any, strict: bool = False) -> Multivector:
           is singular where the eigenvalues of K touch zero or the negative axis: x2 = -x1, opposite lines and planes
           (coincident or apart), point pairs and coaxial circles of opposite orientation, a circle and its own axis.
           There x1 is turned by half a turn first, about an axis through its centre and perpendicular to its own
-          (of flats: through their point nearest the origin, far away a local one); or by a quarter turn, if -x1 is as singular. R x1 ~R is x2.
+          (of flats: through their point nearest the origin, far away a local one); or by a quarter turn, if -x1 is
+          as singular. R x1 ~R is x2.
         - `SINGULAR` have none, and NaN; with finite unit objects no such pair is known.
         - `INVALID` come from a bad operand.
 
@@ -190,13 +191,20 @@ def _refined(a: Multivector, b: Multivector) -> Multivector:
     if weak.any():
         flipped = (status == Status.NOT_UNIQUE)[:, None]
         target = b._make(b._type, np.where(flipped, -b._data, b._data), b.shape)
-        rough = r._make(r.algebra.type_of(r.kind.layout, r.dtype), data, r.shape)
-        operands = (_at(x, weak) for x in (rough, a, target))
+        operands = (_at(_widened(x), weak) for x in (r, a, target))
         data[weak] = embedded(call(a.algebra, "rotors.refined_rotor", *operands).value, r.kind)
     if singular.any():
-        turned: Multivector = call(a.algebra, "rotors.turned_rotor", _at(a, singular), _at(b, singular)).value
+        operands = (_at(_widened(x), singular) for x in (a, b))
+        turned: Multivector = call(a.algebra, "rotors.turned_rotor", *operands).value
         data[singular], status[singular] = embedded(turned, r.kind), _codes(turned)
     return r._make(r._type, data, r.shape, status)
+
+
+def _widened(x: Multivector) -> Multivector:
+    """x on all blades of its sort, as a round if it is an object: what is rare shares its kernels."""
+    name = "even" if 0 in x.grades else next(n for n in reversed(OBJECTS[x.grades[0]]) if n in x.algebra.kinds)
+    kind = x.algebra.kind(name)
+    return x._make(x.algebra.type_of(kind, x.dtype), embedded(x, kind), x.shape)
 
 
 def _seen_locally(function: Between, a: Multivector, b: Multivector) -> Multivector:

@@ -19,6 +19,8 @@ from .inputs import same_sort
 
 #: Weights whose sum is smaller than this many rounding units of the sum of their sizes sum to zero.
 ZERO_SUM_ULPS = 64
+#: So many items are added one after the other.
+BLOCK = 64
 
 
 def free(x: Multivector, kind: Kind) -> Multivector:
@@ -40,7 +42,7 @@ def opposed(a: Multivector, b: Multivector) -> NDArray[np.bool_]:
 
 def turned(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
     """-x where the mask holds."""
-    data = np.where(where[..., None], -x._data, x._data)
+    data = x._data * np.where(where, x.dtype.type(-1), x.dtype.type(1))[..., None]
     status = None if x._status is None else np.array(np.broadcast_to(x._status, data.shape[:-1]))
     return x._make(x._type, data, data.shape[:-1], status)
 
@@ -86,8 +88,10 @@ def first_along(x: Multivector, place: int) -> Multivector:
 
 
 def summed(data: NDArray[Any], place: int) -> NDArray[Any]:
-    """Sum over an axis in pairs (NumPy adds so along the last one): the error grows with the logarithm of n."""
-    return np.asarray(np.ascontiguousarray(np.moveaxis(data, place, -1)).sum(-1))
+    """Sum over an axis, block by block: the rounding error does not grow with the number of items."""
+    while data.shape[place] > BLOCK:
+        data = np.add.reduceat(data, np.arange(0, data.shape[place], BLOCK), place)
+    return np.asarray(data.sum(place))
 
 
 def finished(
@@ -104,7 +108,7 @@ def finished(
 
 def _reasons(x: Multivector, lead: tuple[int, ...]) -> NDArray[np.uint8] | None:
     """Why an operand has no value; its choices were its own business."""
-    if x._status is None:
+    if x._status is None or not x._status.any():
         return None
     codes = np.where(x._status == Status.NOT_UNIQUE, np.uint8(Status.OK), x._status)
     return np.broadcast_to(codes, lead)

@@ -166,12 +166,13 @@ def _line(d: Drawable, box: Box, point: Array, direction: Array) -> list[Any]:
 
 def _circle(d: Drawable, box: Box, center: Array, normal: Array, radius: Array) -> list[Any]:
     count = CIRCLE_SAMPLES if len(radius) <= MANY_CIRCLES else CIRCLE_SAMPLES_OF_MANY
-    rings = shapes.circles(center, normal, radius, count)
+    rings = shapes.circles(center, normal, radius, count, box)
     parts = [Strokes(_inside(box, rings), d.colors)]
     if d.orientation:  # a head on the circle, in the way that it turns, and one for its normal
-        step = rings[:, 1] - rings[:, -2]
+        middle = count // 2
+        step = shapes.unit(rings[:, middle + 1] - rings[:, middle - 1])
         head = HEAD * box.size
-        parts.append(Strokes(shapes.arrows(rings[:, 0], head * shapes.unit(step), head), d.colors))
+        parts.append(Strokes(shapes.arrows(rings[:, middle] - head * step, head * step, head), d.colors))
         parts.append(Strokes(shapes.arrows(center, ARROW * box.size * normal, head), d.colors, 0.6))
     return parts
 

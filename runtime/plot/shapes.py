@@ -51,12 +51,23 @@ def across(normal: Array) -> tuple[Array, Array]:
     return u, np.cross(normal, u)
 
 
-def circles(center: Array, normal: Array, radius: Array, count: int) -> Array:
-    """Closed polygons (n, count + 1, 3), counter-clockwise about the normals."""
+def circles(center: Array, normal: Array, radius: Array, count: int, box: Box | None = None) -> Array:
+    """Polygons (n, count + 1, 3), counter-clockwise about the normals: closed, or of large circles the arc near a box.
+
+    A box of diagonal d has points at most d/2 from its middle, so that a circle with r > d/2 is in it for less than
+    asin(d/(2 r)) on either side of where it comes nearest to the middle.
+    """
     u, v = across(normal)
-    angle = np.linspace(0.0, 2 * np.pi, count + 1)
-    turn = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
-    return center[:, None] + radius[:, None, None] * turn
+    nearest, half = np.zeros(len(center)), np.full(len(center), np.pi)
+    if box is not None:
+        sine = float(np.linalg.norm(box.high - box.low)) / (2 * radius)
+        away = box.center - center
+        is_large = sine < 1
+        nearest = np.where(is_large, np.arctan2((away * v).sum(-1), (away * u).sum(-1)), nearest)
+        half = np.where(is_large, np.arcsin(np.minimum(sine, 1)), half)
+    angle = (nearest[:, None] + half[:, None] * np.linspace(-1.0, 1.0, count + 1))[..., None]
+    turn = np.cos(angle) * u[:, None] + np.sin(angle) * v[:, None]
+    return np.asarray(center[:, None] + radius[:, None, None] * turn)
 
 
 def circle_reach(normal: Array, radius: Array) -> Array:

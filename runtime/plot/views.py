@@ -30,7 +30,7 @@ def given_box(extent: Any) -> Box:
     try:
         low, high = (-extent, extent) if np.ndim(extent) == 0 else extent
         box = Box(np.array(np.broadcast_to(low, 3), float), np.array(np.broadcast_to(high, 3), float))
-        good = np.isfinite(box.low).all() and np.isfinite(box.high).all() and (box.low < box.high).all()
+        good = bool(np.isfinite(box).all() and (box.low < box.high).all())
     except (TypeError, ValueError):
         good = False
     if not good:

@@ -40,8 +40,8 @@ static void visit_leaf(const bs_merge *s, int32_t slot, ptrdiff_t index, bs_near
   double unused[BS_ROW_MOST];
   for (ptrdiff_t p = part(s->built, index, s->levels); p < end; p++) {
     const int32_t other = s->order[p];
-    const double *mark = landmark_of(s, other);
-    if (other == slot || s->versions[other] < 0 || least_cost(s, own, mark, mark) > best->cost) continue;
+    const double *mark = s->leaves + (ptrdiff_t)s->marks * p;
+    if (other < 0 || other == slot || least_cost(s, own, mark, mark) > best->cost) continue;
     const double cost = pair_cost(s, slot, other);
     best->evaluations++;
     if (!(cost < best->cost || (cost == best->cost && (best->slot < 0 || other < best->slot)))) continue;

@@ -167,9 +167,8 @@ static void fill_box(const bs_merge *s, double *box, ptrdiff_t begin, ptrdiff_t 
   const int marks = s->marks;
   for (int i = 0; i < marks; i++) box[i] = BS_HUGE_VALUE, box[i + marks] = -BS_HUGE_VALUE;
   for (ptrdiff_t p = begin; p < end; p++) {
-    const int32_t slot = s->order[p];
-    if (s->versions[slot] < 0) continue;
-    const double *x = landmark_of(s, slot);
+    if (s->order[p] < 0) continue;
+    const double *x = s->leaves + (ptrdiff_t)marks * p;
     for (int i = 0; i < marks; i++) {
       if (x[i] < box[i]) box[i] = x[i];
       if (x[i] > box[i + marks]) box[i + marks] = x[i];
@@ -238,17 +237,23 @@ static void select_middle(const bs_merge *s, int axis, ptrdiff_t begin, ptrdiff_
   }
 }
 
+static inline void settle_in_leaf(bs_merge *s, int32_t slot, ptrdiff_t place)
+{
+  const double *x = landmark_of(s, slot);
+  double *copy = s->leaves + (ptrdiff_t)s->marks * place;
+  s->tree_place[slot] = (int32_t)place;
+  for (int i = 0; i < s->marks; i++) copy[i] = x[i];
+}
+
 static void build_node(bs_merge *s, ptrdiff_t index, int level)
 {
   const ptrdiff_t node = ((ptrdiff_t)1 << level) + index;
   const ptrdiff_t begin = part(s->built, index, level), end = part(s->built, index + 1, level);
   double *box = box_of(s, node);
+  for (ptrdiff_t p = begin; p < end; p++) settle_in_leaf(s, s->order[p], p);
   fill_box(s, box, begin, end);
   s->alive[node] = (int32_t)(end - begin);
-  if (level == s->levels) {
-    for (ptrdiff_t p = begin; p < end; p++) s->tree_place[s->order[p]] = (int32_t)p;
-    return;
-  }
+  if (level == s->levels) return;
   select_middle(s, widest(s, box), begin, end, part(s->built, 2 * index + 1, level + 1));
   build_node(s, 2 * index, level + 1);
   build_node(s, 2 * index + 1, level + 1);
@@ -288,7 +293,11 @@ static ptrdiff_t leaf_of(const bs_merge *s, int32_t slot)
 /* An object has moved, or gone (-1): its boxes are drawn anew, from the leaf to the root. */
 static void refit(bs_merge *s, int32_t slot, int change)
 {
-  const ptrdiff_t index = leaf_of(s, slot);
+  const ptrdiff_t index = leaf_of(s, slot), place = s->tree_place[slot];
+  if (change < 0)
+    s->order[place] = -1;
+  else
+    settle_in_leaf(s, slot, place);
   ptrdiff_t node = ((ptrdiff_t)1 << s->levels) + index;
   fill_box(s, box_of(s, node), part(s->built, index, s->levels), part(s->built, index + 1, s->levels));
   s->alive[node] += change;

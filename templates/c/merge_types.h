@@ -22,7 +22,9 @@ typedef struct {
   /* a balanced tree over the slots that lived when it was built: nodes 1 .. 2^(levels + 1) - 1 */
   ptrdiff_t built;
   int32_t levels;
-  int32_t *order, *tree_place;
+  int32_t *order;           /* slots, leaf by leaf; -1: the object is gone */
+  int32_t *tree_place;      /* by slot: its place in that */
+  double *leaves;           /* landmarks in that order: what is read together lies together */
   int32_t *alive;           /* by node: objects that are left */
   double *boxes;            /* by node: least and greatest landmark */
   double slack;             /* rounding of landmarks, as a length */
