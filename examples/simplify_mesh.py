@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 import bladesmith as bs
+from bladesmith import plot
 from bladesmith.interchange.meshes import Mesh, load_mesh, mesh_lines
 
 AIRPLANE = Path(__file__).parent / "meshes" / "airplane.ply"
 SIZE = 10.0
-INK, ACCENT = "#30363c", "#c0392b"
 
 
 def scaled(mesh: Mesh) -> Mesh:
@@ -37,24 +37,14 @@ def placed(segments: np.ndarray, lines: bs.Multivector) -> np.ndarray:
     return np.stack([feet[name] for name in ("e1", "e2", "e3")], -1) / weight
 
 
-def draw(before: np.ndarray, after: np.ndarray, titles: tuple[str, str], path: Path) -> None:
+def draw(before: np.ndarray, after: np.ndarray, path: Path) -> None:
     """Both drawings side by side."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from mpl_toolkits.mplot3d.art3d import Line3DCollection
-
-    figure = Figure(figsize=(13, 5.5), layout="constrained")
-    FigureCanvasAgg(figure)
-    center = before.reshape(-1, 3)
-    low, high = center.min(0), center.max(0)
-    for place, (segments, title, color) in enumerate(zip((before, after), titles, (INK, ACCENT), strict=True)):
-        ax = figure.add_subplot(1, 2, place + 1, projection="3d")
-        ax.add_collection3d(Line3DCollection(segments, colors=color, linewidths=0.8))
-        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), title=title)
-        ax.set_box_aspect(tuple(high - low), zoom=1.25)
-        ax.view_init(35, -60)
-        ax.set_axis_off()
-    figure.savefig(path, dpi=120)
+    corners = before.reshape(-1, 3)
+    view = corners.min(0), corners.max(0)
+    left, right = plot.panels(1, 2, view=(35, -60), size=(9.6, 4.0), frame=False)
+    plot.paths(before, ax=left, color=plot.palette.INK, size=0.6, extent=view)
+    plot.paths(after, ax=right, color=plot.palette.RED, size=0.6, extent=view)
+    plot.save(path, right)
 
 
 def main() -> None:
@@ -73,8 +63,8 @@ def main() -> None:
     seconds = time.perf_counter() - start
     counts, costs = merged.counts, merged.evaluations
     print(f"{len(lines)} lines became {len(counts)} in {seconds:.3f} s ({costs} costs, {len(lines) ** 2 // 2} pairs)")
-    titles = f"{len(lines)} lines", f"{len(counts)} lines, at most {counts.max()} in one"
-    draw(segments, placed(segments, merged.objects[merged.groups]), titles, arguments.output)
+    print(f"at most {counts.max()} lines became one")
+    draw(segments, placed(segments, merged.objects[merged.groups]), arguments.output)
     print(f"wrote {arguments.output}")
 
 

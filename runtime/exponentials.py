@@ -106,7 +106,7 @@ def _rotor_function(x: Multivector, name: str, strict: bool) -> Multivector:
         raise NotARotorError(str(error)) from None
     if strict:
         raise_first(outcome.status, name, NotARotorError)
-    return outcome.value if name == "log" else _as_versor(outcome.value)  # type: ignore[no-any-return]
+    return outcome.value if name == "log" else _as_versor(outcome.value)
 
 
 def _rotor_formula(x: Multivector, name: str) -> str:

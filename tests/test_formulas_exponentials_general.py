@@ -129,8 +129,8 @@ def rotors() -> tuple[list[Any], Array, Array]:
 
 def test_exp_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
     cases, b, r = rotors
-    errors = [series_error(BIVECTOR, x, EVEN, y) for x, y in zip(b[::3], r[::3], strict=True)]
-    assert largest(errors, cases[::3]) < 8 * EPS
+    errors = [series_error(BIVECTOR, x, EVEN, y) for x, y in zip(b[::5], r[::5], strict=True)]
+    assert largest(errors, cases[::5]) < 8 * EPS
 
 
 def test_log_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
@@ -178,7 +178,7 @@ def test_round_trips_of_motors(name: str) -> None:
     root, root_status = on_numbers(exponentials.sqrt_motor, motor, r, motor)
     assert np.all(status == Status.OK) and np.all(root_status == Status.OK)
     for errors in (
-        [series_error(twist, x, motor, y) for x, y in zip(b, r, strict=True)],
+        [series_error(twist, x, motor, y) for x, y in zip(b[::4], r[::4], strict=True)],
         [series_error(twist, x, motor, y) for x, y in zip(log, r, strict=True)],
         [square_error(motor, x, y) for x, y in zip(root, r, strict=True)],
     ):
@@ -326,9 +326,9 @@ def test_batches_of_mixed_branches_are_their_items() -> None:
 def test_single_precision() -> None:
     b = np.array([x for x, c in zip(similarities()[1], similarities()[0], strict=True) if c[3] < 1e3 and c[2] < 1e3])
     b = np.concatenate([b, oblique()[:12]]).astype(np.float32)
-    r = compiled(invariant.exp_bivector, BIVECTOR)(b)
+    r = compiled(invariant.exp_bivector, BIVECTOR).on("numpy")(b)
     assert r.dtype == np.float32
-    log, status = compiled(invariant.log_rotor, EVEN)(r)
+    log, status = compiled(invariant.log_rotor, EVEN).on("numpy")(r)
     answered = (status == Status.OK) | (status == Status.NOT_UNIQUE)
     assert answered.all() and log.dtype == np.float32
     exact, _ = on_numbers(invariant.exp_bivector, BIVECTOR, b.astype(float), EVEN)

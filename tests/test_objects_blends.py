@@ -196,6 +196,9 @@ def test_single_precision(kind: str) -> None:
         both = (found.status == Status.OK) & (expected.status == Status.OK)
         assert both.sum() >= 0.9 * (expected.status == Status.OK).sum()
         assert np.median(relative(found[both], expected[both].values)) < 1e-6
+    far = drawn(kind, 50, 9, 1e3).astype(np.float32)
+    for found in (objects.average(far), objects.interpolate(far, far, alpha=0.3), objects.project_to_blade(far)):
+        assert found.dtype == np.float32
     assert objects.average(single[0], np.arange(50.0)).dtype == np.float32
 
 
@@ -363,6 +366,18 @@ def test_far_from_the_origin(kind: str) -> None:
         objects.interpolate_derivative(made(0, 0.0), made(1, 0.0), alpha=0.4).values[..., 0],
         atol=1e-3,
     )
+
+
+def test_far_sums_keep_the_digits_that_they_have() -> None:
+    """A sum of coefficients of size c^2/r knows radii to (c/r)^2 rounding units; no more is lost."""
+    for kind in ("circle", "sphere", "point_pair", "line", "point"):
+        near, far = drawn(kind, 20, 36), drawn(kind, 20, 36, FAR / 10)
+        found = objects.project_to_blade(2.0 * far)
+        assert np.all(found.status == Status.OK) and found.kind == near.kind
+        if kind in ("circle", "sphere"):
+            assert np.allclose(found.parameters().radius, near.parameters().radius, rtol=1e-4)
+        expected = far.values / np.abs(far.values).max(-1, keepdims=True)
+        assert np.abs(found.values / np.abs(found.values).max(-1, keepdims=True) - expected).max() < 1e-5
 
 
 def test_frames_are_made_only_where_they_gain() -> None:

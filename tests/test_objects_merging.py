@@ -140,6 +140,39 @@ def test_so_they_are_in_any_unit(kind, scale):
     np.testing.assert_allclose(found.merges, spent, rtol=1e-7, atol=1e-13)
 
 
+def mixture(kind, n, seed):
+    """Flats among rounds, some of these so large that they are nearly flat and lie beside a flat."""
+    flats = mixed({"circle": "line", "sphere": "plane"}[kind], n, seed)
+    rng = np.random.default_rng(seed)
+    rounds = mixed(kind, n, seed)
+    radii = 10.0 ** rng.uniform(0.5, 3, n)
+    if kind == "circle":
+        found = flats.parameters()
+        foot, along = found.point, found.direction
+        side = np.cross(along, rng.normal(size=(n, 3)))
+        side /= np.linalg.norm(side, axis=1)[:, None]
+        near = cga.circle(foot + radii[:, None] * side, np.cross(side, along), radii)
+    else:
+        normal, offset = flats.parameters()
+        near = cga.sphere((offset - radii)[:, None] * normal, radii)
+    order = rng.permutation(3 * n)
+    return bs.objects.merging.gathered([flats, rounds, near])[order]
+
+
+@pytest.mark.parametrize("kind", ["circle", "sphere"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_and_of_flats_among_rounds(kind, seed):
+    x = mixture(kind, 15, seed)
+    spent, pairs, _ = all_pairs(x, 0.1, True)
+    found = merge_similar(x, 0.1, origin=WORLD)
+    np.testing.assert_array_equal(found.pairs, pairs)
+    np.testing.assert_allclose(found.merges, spent, rtol=1e-6, atol=1e-12)
+    greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
+    bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+    least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
+    assert len(spent) > 10 and not (bound > least + 1e-20).any()
+
+
 def test_and_with_weights():
     x = mixed("line", 30, seed=9)
     weights = np.random.default_rng(1).uniform(0.1, 10, len(x))

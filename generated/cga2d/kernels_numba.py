@@ -10,7 +10,7 @@ bladesmith loads this text once per precision, with K the type of its constants,
 # ruff: noqa: E501
 import numpy as np
 
-from bladesmith.templates.numba.elementary import atan2, cos, sin, stumpff0, stumpff1
+from bladesmith.templates.numba.elementary import atan2, cos, sin
 from bladesmith.templates.numba.rows import BLOCK, load, select, store
 
 K = np.float64
@@ -822,16 +822,24 @@ def cga2d_normalise_flat_any_circle_batch(begin, end, out_rows, status_rows, x_r
         store(status_rows, status_columns, first, count)
 
 
-# exp(b) = c0(w) + b c1(w) + q (c1(w) + b (c2(w) - c3(w)))/2, with Stumpff functions c_k. 4 mul, 0 add, 2 other.
+# exp(b) = cos s + S b + q (S + b (S - cos s)/s^2)/2, where b^2 = -s^2 + q and S = sin(s)/s. 5 mul, 1 add, 10 other.
 def cga2d_exp_bivector_twist(b_e12, b_e1ni, b_e2ni):
-    t0 = b_e12 * b_e12
-    t1 = stumpff0(t0)
-    t2 = stumpff1(t0)
+    t0 = K(np.finfo(K).eps)
+    t1 = b_e12 * b_e12
+    t2 = t0 < t1
+    t3 = np.sqrt(t1)
+    t4 = cos(t3)
+    t5 = np.sqrt(t1 + K(1.0))
+    t6 = K(1.0) / t5
+    t7 = select(t2, t4, t6)
+    t8 = sin(t3)
+    t9 = K(1.0) / t3
+    t10 = select(t2, t8 * t9, t6)
     return (
-        t1,  # 1
-        b_e12 * t2,  # e12
-        b_e1ni * t2,  # e1ni
-        b_e2ni * t2,  # e2ni
+        t7,  # 1
+        b_e12 * t10,  # e12
+        b_e1ni * t10,  # e1ni
+        b_e2ni * t10,  # e2ni
     )
 
 
@@ -848,59 +856,63 @@ def cga2d_exp_bivector_twist_batch(begin, end, out_rows, b_rows, b_step):
         store(out_rows, out_columns, first, count)
 
 
-# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 12 mul, 9 add, 39 other.
+# The b with exp(b) = r whose angle 2 |b| is in [0, 2 pi): exact for translations, good near pi and 2 pi. 16 mul, 9 add, 42 other.
 def cga2d_log_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
-    t0 = r_e12
+    t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
-    t2 = np.sqrt(t1)
-    t3 = K(np.finfo(K).eps)
-    t4 = t2 <= K(64.0) * t3
+    t2 = r_e12
+    t3 = t2 * t2
+    t4 = t1 * t1 < t3
     t5 = r_s
-    t6 = t5 < K(0.0)
-    t7 = t4 & t6
-    t8 = r_e1ni
-    t9 = r_e2ni
-    t10 = t8 * t8 + t9 * t9 <= K(0.0)
-    t11 = np.logical_not(t10)
-    t12 = t7 & t11
-    t13 = np.logical_not(t12)
-    t14 = K(np.nan)
-    t15 = select(t13, K(1.0), t14)
-    t16 = np.abs(t5)
-    t17 = np.abs(t0)
-    t18 = np.abs(t8)
-    t19 = np.abs(t9)
-    t20 = t16 + t17 + t18 + t19
-    t21 = t20
-    t22 = t20 - t21 <= K(0.0)
-    t23 = t5 * t5
-    t24 = np.abs(t23 + t1 - K(1.0))
-    t25 = np.abs(t23)
-    t26 = np.abs(-t1)
-    t27 = np.sqrt(t3)
-    t28 = t24 <= (t25 + t26) * t27
-    t29 = t22 & t28
-    t30 = select(t7, K(0.0), t2)
-    t31 = K(0.0) < t30
-    t32 = atan2(t30, t5)
-    t33 = K(1.0) / t30
-    t34 = select(t6, K(-1.0), K(1.0))
-    t35 = select(t31, t32 * t33, t34)
-    t36 = select(t29, t35, t14)
-    t37 = select(t7, t32, K(0.0))
-    t38 = t15 * t36
-    t39 = np.logical_not(t29)
-    t40 = select(t7, K(3.0), K(0.0))
-    t41 = select(t12, K(1.0), t40)
-    t42 = select(t39, K(6.0), t41)
+    t6 = K(0.0) < t5
+    t7 = K(4096.0) * t1 < t3
+    t8 = t6 | t7
+    t9 = t4 & t8
+    t10 = np.logical_not(t9)
+    t11 = t5 < K(0.0)
+    t12 = t10 & t11
+    t13 = r_e1ni
+    t14 = r_e2ni
+    t15 = t13 * t13 + t14 * t14 <= K(0.0)
+    t16 = np.logical_not(t15)
+    t17 = t12 & t16
+    t18 = np.logical_not(t17)
+    t19 = K(np.nan)
+    t20 = select(t18, K(1.0), t19)
+    t21 = np.abs(t13)
+    t22 = np.abs(t14)
+    t23 = np.abs(t5)
+    t24 = np.abs(t2)
+    t25 = t23 + t24
+    t26 = t21 + t22 + t25
+    t27 = t26
+    t28 = t26 - t27 <= K(0.0)
+    t29 = np.abs(t5 * t5 + t3 - K(1.0))
+    t30 = np.abs(t25 * t25)
+    t31 = np.sqrt(t0)
+    t32 = t29 <= K(2.0) * (t30 * t31) + t31
+    t33 = t28 & t32
+    t34 = select(t12, K(0.0), t3)
+    t35 = np.sqrt(t34)
+    t36 = atan2(t35, t5)
+    t37 = K(1.0) / t35
+    t38 = select(t11, K(-1.0), K(1.0))
+    t39 = select(t9, t36 * t37, t38)
+    t40 = select(t33, t39, t19)
+    t41 = select(t12, t36, K(0.0))
+    t42 = t20 * t40
+    t43 = np.logical_not(t33)
+    t44 = select(t12, K(3.0), K(0.0))
+    t45 = select(t17, K(1.0), t44)
+    t46 = select(t43, K(6.0), t45)
     return (
         (
-            t15 * (t0 * t36 - t37),  # e12
-            t8 * t38,  # e1ni
-            t9 * t38,  # e2ni
+            t20 * (t2 * t40 - t41),  # e12
+            t13 * t42,  # e1ni
+            t14 * t42,  # e2ni
         ),
         (
-            t42,  # 1
+            t46,  # 1
         ),
     )
 
@@ -920,60 +932,65 @@ def cga2d_log_motor_motor_batch(begin, end, out_rows, status_rows, r_rows, r_ste
         store(status_rows, status_columns, first, count)
 
 
-# exp(log(r)/2): the unit motor of half the motion, 1 + r normalised. 19 mul, 11 add, 40 other.
+# exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalised, for r = (c + p) (1 + t). 22 mul, 11 add, 44 other.
 def cga2d_sqrt_motor_motor(r_s, r_e12, r_e1ni, r_e2ni):
-    t0 = r_e12
+    t0 = K(np.finfo(K).eps)
     t1 = t0 * t0
-    t2 = K(np.finfo(K).eps)
-    t3 = t1 <= K(4096.0) * (t2 * t2)
-    t4 = r_s
-    t5 = t4 < K(0.0)
-    t6 = t3 & t5
-    t7 = np.abs(t4)
-    t8 = np.abs(t0)
-    t9 = r_e1ni
-    t10 = np.abs(t9)
-    t11 = r_e2ni
-    t12 = np.abs(t11)
-    t13 = t7 + t8 + t10 + t12
-    t14 = t13
-    t15 = t13 - t14 <= K(0.0)
-    t16 = t4 * t4
-    t17 = np.abs((t16 + t1) - K(1.0))
-    t18 = np.abs(t16)
-    t19 = np.abs(-t1)
-    t20 = np.sqrt(t2)
-    t21 = t17 <= (t18 + t19) * t20
-    t22 = t15 & t21
-    t23 = t6 & t22
-    t24 = K(1.0) / (K(1.0) - t4)
-    t25 = select(t5, t1 * t24, t4 + K(1.0))
-    t26 = K(np.nan)
-    t27 = select(t22, t25, t26)
-    t28 = np.sqrt(t27 * t27 + t1)
-    t29 = K(1.0) / t28
-    t30 = select(t23, K(0.0), t27 * t29)
-    t31 = t9 * t9 + t11 * t11 <= K(0.0)
-    t32 = np.logical_not(t31)
-    t33 = t23 & t32
-    t34 = np.logical_not(t33)
-    t35 = select(t34, K(1.0), t26)
-    t36 = select(t23, K(-1.0), t0 * t29)
-    t37 = select(t23, K(0.5) * t11, t9 * t29)
-    t38 = select(t23, -K(0.5) * t9, t11 * t29)
-    t39 = np.logical_not(t22)
-    t40 = select(t23, K(3.0), K(0.0))
-    t41 = select(t33, K(1.0), t40)
-    t42 = select(t39, K(6.0), t41)
+    t2 = r_e12
+    t3 = t2 * t2
+    t4 = t1 * t1 < t3
+    t5 = r_s
+    t6 = K(0.0) < t5
+    t7 = K(4096.0) * t1 < t3
+    t8 = t6 | t7
+    t9 = t4 & t8
+    t10 = np.logical_not(t9)
+    t11 = t5 < K(0.0)
+    t12 = t10 & t11
+    t13 = r_e1ni
+    t14 = np.abs(t13)
+    t15 = r_e2ni
+    t16 = np.abs(t15)
+    t17 = np.abs(t5)
+    t18 = np.abs(t2)
+    t19 = t17 + t18
+    t20 = t14 + t16 + t19
+    t21 = t20
+    t22 = t20 - t21 <= K(0.0)
+    t23 = np.abs(t5 * t5 + t3 - K(1.0))
+    t24 = np.abs(t19 * t19)
+    t25 = np.sqrt(t0)
+    t26 = t23 <= K(2.0) * (t24 * t25) + t25
+    t27 = t22 & t26
+    t28 = t12 & t27
+    t29 = K(1.0) / (K(1.0) - t5)
+    t30 = select(t11, t3 * t29, t5 + K(1.0))
+    t31 = K(np.nan)
+    t32 = select(t27, t30, t31)
+    t33 = np.sqrt(t3 + t32 * t32)
+    t34 = K(1.0) / t33
+    t35 = select(t28, K(0.0), t32 * t34)
+    t36 = t13 * t13 + t15 * t15 <= K(0.0)
+    t37 = np.logical_not(t36)
+    t38 = t28 & t37
+    t39 = np.logical_not(t38)
+    t40 = select(t39, K(1.0), t31)
+    t41 = select(t28, K(-1.0), t2 * t34)
+    t42 = select(t28, K(0.5) * t15, t13 * t34)
+    t43 = select(t28, -K(0.5) * t13, t15 * t34)
+    t44 = np.logical_not(t27)
+    t45 = select(t28, K(3.0), K(0.0))
+    t46 = select(t38, K(1.0), t45)
+    t47 = select(t44, K(6.0), t46)
     return (
         (
-            t30 * t35,  # 1
-            t36 * t35,  # e12
-            t37 * t35,  # e1ni
-            t38 * t35,  # e2ni
+            t35 * t40,  # 1
+            t40 * t41,  # e12
+            t40 * t42,  # e1ni
+            t40 * t43,  # e2ni
         ),
         (
-            t42,  # 1
+            t47,  # 1
         ),
     )
 

@@ -3202,6 +3202,4350 @@ FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
   }
 }
 
+static void FN(cga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[6];
+  S *const axis_rows = (S *)outs[0];
+  V axis[6];
+  S *const pitch_rows = (S *)outs[1];
+  V pitch[1];
+  S *const magnitude_rows = (S *)outs[2];
+  V magnitude[1];
+  unsigned char *const status_rows = (unsigned char *)outs[3];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
+    FN(cga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
+FN(store_rows)(axis_rows + i * 6, axis, 6);
+FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
+    FN(cga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
+FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const l1_rows = (const S *)ins[0];
+  const ptrdiff_t l1_stride = strides[0];
+  V l1_in[6];
+  const S *const l2_rows = (const S *)ins[1];
+  const ptrdiff_t l2_stride = strides[1];
+  V l2_in[6];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const axis_rows = (S *)outs[0];
+  V axis[6];
+  S *const pitch_rows = (S *)outs[1];
+  V pitch[1];
+  S *const magnitude_rows = (S *)outs[2];
+  V magnitude[1];
+  S *const fraction_rows = (S *)outs[3];
+  V fraction[1];
+  unsigned char *const status_rows = (unsigned char *)outs[4];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(l1_in, l1_rows, 6);
+  FN(load_broadcast)(l2_in, l2_rows, 6);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
+    if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
+FN(store_rows)(axis_rows + i * 6, axis, 6);
+FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+FN(store_rows)(fraction_rows + i * 1, fraction, 1);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
+    if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
+FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+FN(store_tail)(fraction_rows + i * 1, fraction, 1, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const axis_rows = (const S *)ins[0];
+  const ptrdiff_t axis_stride = strides[0];
+  V axis_in[6];
+  const S *const pitch_rows = (const S *)ins[1];
+  const ptrdiff_t pitch_stride = strides[1];
+  V pitch_in[1];
+  const S *const magnitude_rows = (const S *)ins[2];
+  const ptrdiff_t magnitude_stride = strides[2];
+  V magnitude_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(axis_in, axis_rows, 6);
+  FN(load_broadcast)(pitch_in, pitch_rows, 1);
+  FN(load_broadcast)(magnitude_in, magnitude_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+    if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
+    FN(cga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+    if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
+    FN(cga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+  }
+}
+
+static void FN(cga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const axis_rows = (const S *)ins[0];
+  const ptrdiff_t axis_stride = strides[0];
+  V axis_in[6];
+  const S *const angle_rows = (const S *)ins[1];
+  const ptrdiff_t angle_stride = strides[1];
+  V angle_in[1];
+  const S *const pitch_rows = (const S *)ins[2];
+  const ptrdiff_t pitch_stride = strides[2];
+  V pitch_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(axis_in, axis_rows, 6);
+  FN(load_broadcast)(angle_in, angle_rows, 1);
+  FN(load_broadcast)(pitch_in, pitch_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+    FN(cga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+    FN(cga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
+static void FN(cga3d_closest_point_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const l1_rows = (const S *)ins[0];
+  const ptrdiff_t l1_stride = strides[0];
+  V l1_in[6];
+  const S *const l2_rows = (const S *)ins[1];
+  const ptrdiff_t l2_stride = strides[1];
+  V l2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(l1_in, l1_rows, 6);
+  FN(load_broadcast)(l2_in, l2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
+    if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+    FN(cga3d_closest_point_line_line)(out, status, l1_in, l2_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
+    if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
+    FN(cga3d_closest_point_line_line)(out, status, l1_in, l2_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_line_equations_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const line_rows = (const S *)ins[0];
+  const ptrdiff_t line_stride = strides[0];
+  V line_in[6];
+  S *const matrix_rows = (S *)outs[0];
+  V matrix[9];
+  S *const point_rows = (S *)outs[1];
+  V point[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(line_in, line_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (line_stride) FN(load_rows)(line_in, line_rows + i * 6, 6);
+    FN(cga3d_line_equations_line)(matrix, point, line_in);
+FN(store_rows)(matrix_rows + i * 9, matrix, 9);
+FN(store_rows)(point_rows + i * 3, point, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (line_stride) FN(load_tail)(line_in, line_rows + i * 6, 6, rows);
+    FN(cga3d_line_equations_line)(matrix, point, line_in);
+FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
+FN(store_tail)(point_rows + i * 3, point, 3, rows);
+  }
+}
+
+static void FN(cga3d_sphere_distance_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[5];
+  const S *const position_rows = (const S *)ins[1];
+  const ptrdiff_t position_stride = strides[1];
+  V position_in[3];
+  S *const distance_rows = (S *)outs[0];
+  V distance[1];
+  S *const gradient_rows = (S *)outs[1];
+  V gradient[5];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 5);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    FN(cga3d_sphere_distance_vector_euclidean)(distance, gradient, s_in, position_in);
+FN(store_rows)(distance_rows + i * 1, distance, 1);
+FN(store_rows)(gradient_rows + i * 5, gradient, 5);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    FN(cga3d_sphere_distance_vector_euclidean)(distance, gradient, s_in, position_in);
+FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
+FN(store_tail)(gradient_rows + i * 5, gradient, 5, rows);
+  }
+}
+
+static void FN(cga3d_circle_distances_vector_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[5];
+  const S *const p_rows = (const S *)ins[1];
+  const ptrdiff_t p_stride = strides[1];
+  V p_in[5];
+  const S *const position_rows = (const S *)ins[2];
+  const ptrdiff_t position_stride = strides[2];
+  V position_in[3];
+  S *const distances_rows = (S *)outs[0];
+  V distances[2];
+  S *const gradient_rows = (S *)outs[1];
+  V gradient[15];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 5);
+  FN(load_broadcast)(p_in, p_rows, 5);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+    if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    FN(cga3d_circle_distances_vector_vector_euclidean)(distances, gradient, s_in, p_in, position_in);
+FN(store_rows)(distances_rows + i * 2, distances, 2);
+FN(store_rows)(gradient_rows + i * 15, gradient, 15);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+    if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    FN(cga3d_circle_distances_vector_vector_euclidean)(distances, gradient, s_in, p_in, position_in);
+FN(store_tail)(distances_rows + i * 2, distances, 2, rows);
+FN(store_tail)(gradient_rows + i * 15, gradient, 15, rows);
+  }
+}
+
+static void FN(cga3d_placed_plane_vector_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const p_rows = (const S *)ins[0];
+  const ptrdiff_t p_stride = strides[0];
+  V p_in[5];
+  const S *const position_rows = (const S *)ins[1];
+  const ptrdiff_t position_stride = strides[1];
+  V position_in[3];
+  const S *const unit_rows = (const S *)ins[2];
+  const ptrdiff_t unit_stride = strides[2];
+  V unit_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(p_in, p_rows, 5);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(unit_in, unit_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+    FN(cga3d_placed_plane_vector_euclidean_number)(out, status, p_in, position_in, unit_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
+    FN(cga3d_placed_plane_vector_euclidean_number)(out, status, p_in, position_in, unit_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_placed_sphere_vector_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[5];
+  const S *const position_rows = (const S *)ins[1];
+  const ptrdiff_t position_stride = strides[1];
+  V position_in[3];
+  const S *const unit_rows = (const S *)ins[2];
+  const ptrdiff_t unit_stride = strides[2];
+  V unit_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 5);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(unit_in, unit_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+    FN(cga3d_placed_sphere_vector_euclidean_number)(out, status, s_in, position_in, unit_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
+    FN(cga3d_placed_sphere_vector_euclidean_number)(out, status, s_in, position_in, unit_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_placed_circle_vector_vector_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[5];
+  const S *const p_rows = (const S *)ins[1];
+  const ptrdiff_t p_stride = strides[1];
+  V p_in[5];
+  const S *const position_rows = (const S *)ins[2];
+  const ptrdiff_t position_stride = strides[2];
+  V position_in[3];
+  const S *const unit_rows = (const S *)ins[3];
+  const ptrdiff_t unit_stride = strides[3];
+  V unit_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 5);
+  FN(load_broadcast)(p_in, p_rows, 5);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(unit_in, unit_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+    if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+    FN(cga3d_placed_circle_vector_vector_euclidean_number)(out, status, s_in, p_in, position_in, unit_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+    if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
+    FN(cga3d_placed_circle_vector_vector_euclidean_number)(out, status, s_in, p_in, position_in, unit_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_moved_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[5];
+  const S *const position_rows = (const S *)ins[1];
+  const ptrdiff_t position_stride = strides[1];
+  V position_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 5);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    FN(cga3d_moved_vector_euclidean)(out, s_in, position_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    FN(cga3d_moved_vector_euclidean)(out, s_in, position_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+  }
+}
+
+static void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const c1_rows = (const S *)ins[0];
+  const ptrdiff_t c1_stride = strides[0];
+  V c1_in[3];
+  const S *const r1_rows = (const S *)ins[1];
+  const ptrdiff_t r1_stride = strides[1];
+  V r1_in[1];
+  const S *const c2_rows = (const S *)ins[2];
+  const ptrdiff_t c2_stride = strides[2];
+  V c2_in[3];
+  const S *const r2_rows = (const S *)ins[3];
+  const ptrdiff_t r2_stride = strides[3];
+  V r2_in[1];
+  S *const center_rows = (S *)outs[0];
+  V center[3];
+  S *const radius_rows = (S *)outs[1];
+  V radius[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(c1_in, c1_rows, 3);
+  FN(load_broadcast)(r1_in, r1_rows, 1);
+  FN(load_broadcast)(c2_in, c2_rows, 3);
+  FN(load_broadcast)(r2_in, r2_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (c1_stride) FN(load_rows)(c1_in, c1_rows + i * 3, 3);
+    if (r1_stride) FN(load_rows)(r1_in, r1_rows + i * 1, 1);
+    if (c2_stride) FN(load_rows)(c2_in, c2_rows + i * 3, 3);
+    if (r2_stride) FN(load_rows)(r2_in, r2_rows + i * 1, 1);
+    FN(cga3d_enclosing_pair_euclidean_number_euclidean_number)(center, radius, c1_in, r1_in, c2_in, r2_in);
+FN(store_rows)(center_rows + i * 3, center, 3);
+FN(store_rows)(radius_rows + i * 1, radius, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (c1_stride) FN(load_tail)(c1_in, c1_rows + i * 3, 3, rows);
+    if (r1_stride) FN(load_tail)(r1_in, r1_rows + i * 1, 1, rows);
+    if (c2_stride) FN(load_tail)(c2_in, c2_rows + i * 3, 3, rows);
+    if (r2_stride) FN(load_tail)(r2_in, r2_rows + i * 1, 1, rows);
+    FN(cga3d_enclosing_pair_euclidean_number_euclidean_number)(center, radius, c1_in, r1_in, c2_in, r2_in);
+FN(store_tail)(center_rows + i * 3, center, 3, rows);
+FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_rotor_between_point_pair_point_pair)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_rotor_between_point_pair_point_pair)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_rotor_between_line_line)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_rotor_between_line_line)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_rotor_between_circle_circle)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_rotor_between_circle_circle)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_line_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_rotor_between_line_circle)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_rotor_between_line_circle)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_circle_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_rotor_between_circle_line)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_rotor_between_circle_line)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_rotor_between_plane_plane)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_rotor_between_plane_plane)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_rotor_between_sphere_sphere)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_rotor_between_sphere_sphere)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_rotor_between_plane_sphere)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_rotor_between_plane_sphere)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_rotor_between_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  S *const quality_rows = (S *)outs[1];
+  V quality[2];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_rotor_between_sphere_plane)(out, quality, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_rows)(quality_rows + i * 2, quality, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_rotor_between_sphere_plane)(out, quality, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_mirror_between_point_pair_point_pair)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_mirror_between_point_pair_point_pair)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_mirror_between_line_line)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_mirror_between_line_line)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_mirror_between_circle_circle)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_mirror_between_circle_circle)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_line_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_mirror_between_line_circle)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_mirror_between_line_circle)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_circle_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_mirror_between_circle_line)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_mirror_between_circle_line)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_mirror_between_plane_plane)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_mirror_between_plane_plane)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_mirror_between_sphere_sphere)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_mirror_between_sphere_sphere)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_mirror_between_plane_sphere)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_mirror_between_plane_sphere)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_mirror_between_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_mirror_between_sphere_plane)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_mirror_between_sphere_plane)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_refined_rotor_even_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  const S *const x1_rows = (const S *)ins[1];
+  const ptrdiff_t x1_stride = strides[1];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[2];
+  const ptrdiff_t x2_stride = strides[2];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_refined_rotor_even_point_pair_point_pair)(out, r_in, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_refined_rotor_even_point_pair_point_pair)(out, r_in, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(cga3d_refined_rotor_even_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  const S *const x1_rows = (const S *)ins[1];
+  const ptrdiff_t x1_stride = strides[1];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[2];
+  const ptrdiff_t x2_stride = strides[2];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_refined_rotor_even_circle_circle)(out, r_in, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_refined_rotor_even_circle_circle)(out, r_in, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(cga3d_refined_rotor_even_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  const S *const x1_rows = (const S *)ins[1];
+  const ptrdiff_t x1_stride = strides[1];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[2];
+  const ptrdiff_t x2_stride = strides[2];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_refined_rotor_even_sphere_sphere)(out, r_in, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_refined_rotor_even_sphere_sphere)(out, r_in, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(cga3d_turned_rotor_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_turned_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_turned_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_turned_rotor_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_turned_rotor_circle_circle)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_turned_rotor_circle_circle)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_turned_rotor_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_turned_rotor_sphere_sphere)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_turned_rotor_sphere_sphere)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_trs_rotor_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[12];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_trs_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 12, out, 12);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_trs_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 12, out, 12, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_trs_rotor_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[12];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_trs_rotor_line_line)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 12, out, 12);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_trs_rotor_line_line)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 12, out, 12, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_trs_rotor_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[12];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_trs_rotor_circle_circle)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 12, out, 12);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_trs_rotor_circle_circle)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 12, out, 12, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_trs_rotor_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[12];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_trs_rotor_plane_plane)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 12, out, 12);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_trs_rotor_plane_plane)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 12, out, 12, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_trs_rotor_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[12];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_trs_rotor_sphere_sphere)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 12, out, 12);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_trs_rotor_sphere_sphere)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 12, out, 12, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_translation_between_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_translation_between_point_point)(out, status, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_translation_between_point_point)(out, status, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_anchor_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    FN(cga3d_anchor_point)(out, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    FN(cga3d_anchor_point)(out, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_anchor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_anchor_point_pair)(out, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_anchor_point_pair)(out, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_anchor_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(cga3d_anchor_line)(out, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(cga3d_anchor_line)(out, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_anchor_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_anchor_circle)(out, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_anchor_circle)(out, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_anchor_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga3d_anchor_plane)(out, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga3d_anchor_plane)(out, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_anchor_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    FN(cga3d_anchor_sphere)(out, x_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    FN(cga3d_anchor_sphere)(out, x_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_nearest_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_nearest_point_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_nearest_point_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_nearest_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_nearest_point_pair_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_nearest_point_pair_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_nearest_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_nearest_line_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_nearest_line_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_nearest_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_nearest_circle_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_nearest_circle_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_nearest_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_nearest_plane_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_nearest_plane_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_nearest_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_nearest_sphere_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_nearest_sphere_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+  }
+}
+
+static void FN(cga3d_inward_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_inward_point_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_inward_point_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+  }
+}
+
+static void FN(cga3d_inward_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_inward_point_pair_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_inward_point_pair_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+  }
+}
+
+static void FN(cga3d_inward_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_inward_line_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_inward_line_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+  }
+}
+
+static void FN(cga3d_inward_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_inward_circle_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_inward_circle_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+  }
+}
+
+static void FN(cga3d_inward_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_inward_plane_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_inward_plane_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+  }
+}
+
+static void FN(cga3d_inward_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const o_rows = (const S *)ins[1];
+  const ptrdiff_t o_stride = strides[1];
+  V o_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(o_in, o_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    FN(cga3d_inward_sphere_euclidean)(out, x_in, o_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    FN(cga3d_inward_sphere_euclidean)(out, x_in, o_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+  }
+}
+
+static void FN(cga3d_project_sum_any_point_any_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(written_in, written_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+    FN(cga3d_project_sum_any_point_any_point)(out, status, x_in, written_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
+    FN(cga3d_project_sum_any_point_any_point)(out, status, x_in, written_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_sum_any_point_pair_any_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(written_in, written_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+    FN(cga3d_project_sum_any_point_pair_any_point_pair)(out, status, x_in, written_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+    FN(cga3d_project_sum_any_point_pair_any_point_pair)(out, status, x_in, written_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_sum_any_line_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(written_in, written_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
+    FN(cga3d_project_sum_any_line_any_line)(out, status, x_in, written_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
+    FN(cga3d_project_sum_any_line_any_line)(out, status, x_in, written_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_sum_any_circle_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(written_in, written_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+    FN(cga3d_project_sum_any_circle_any_circle)(out, status, x_in, written_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+    FN(cga3d_project_sum_any_circle_any_circle)(out, status, x_in, written_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_sum_any_plane_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(written_in, written_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
+    FN(cga3d_project_sum_any_plane_any_plane)(out, status, x_in, written_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
+    FN(cga3d_project_sum_any_plane_any_plane)(out, status, x_in, written_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_sum_any_sphere_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(written_in, written_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+    FN(cga3d_project_sum_any_sphere_any_sphere)(out, status, x_in, written_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
+    FN(cga3d_project_sum_any_sphere_any_sphere)(out, status, x_in, written_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_rate_any_point_any_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const dx_rows = (const S *)ins[1];
+  const ptrdiff_t dx_stride = strides[1];
+  V dx_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(dx_in, dx_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
+    FN(cga3d_project_rate_any_point_any_point)(out, status, x_in, dx_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
+    FN(cga3d_project_rate_any_point_any_point)(out, status, x_in, dx_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_rate_any_point_pair_any_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const dx_rows = (const S *)ins[1];
+  const ptrdiff_t dx_stride = strides[1];
+  V dx_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(dx_in, dx_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
+    FN(cga3d_project_rate_any_point_pair_any_point_pair)(out, status, x_in, dx_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
+    FN(cga3d_project_rate_any_point_pair_any_point_pair)(out, status, x_in, dx_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_rate_any_line_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const dx_rows = (const S *)ins[1];
+  const ptrdiff_t dx_stride = strides[1];
+  V dx_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(dx_in, dx_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 6, 6);
+    FN(cga3d_project_rate_any_line_any_line)(out, status, x_in, dx_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 6, 6, rows);
+    FN(cga3d_project_rate_any_line_any_line)(out, status, x_in, dx_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_rate_any_circle_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const dx_rows = (const S *)ins[1];
+  const ptrdiff_t dx_stride = strides[1];
+  V dx_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(dx_in, dx_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
+    FN(cga3d_project_rate_any_circle_any_circle)(out, status, x_in, dx_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
+    FN(cga3d_project_rate_any_circle_any_circle)(out, status, x_in, dx_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_rate_any_plane_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const dx_rows = (const S *)ins[1];
+  const ptrdiff_t dx_stride = strides[1];
+  V dx_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(dx_in, dx_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 4, 4);
+    FN(cga3d_project_rate_any_plane_any_plane)(out, status, x_in, dx_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 4, 4, rows);
+    FN(cga3d_project_rate_any_plane_any_plane)(out, status, x_in, dx_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_rate_any_sphere_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const dx_rows = (const S *)ins[1];
+  const ptrdiff_t dx_stride = strides[1];
+  V dx_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(dx_in, dx_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
+    FN(cga3d_project_rate_any_sphere_any_sphere)(out, status, x_in, dx_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
+    FN(cga3d_project_rate_any_sphere_any_sphere)(out, status, x_in, dx_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_any_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    FN(cga3d_project_any_point)(out, status, x_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    FN(cga3d_project_any_point)(out, status, x_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_any_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_project_any_point_pair)(out, status, x_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_project_any_point_pair)(out, status, x_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    FN(cga3d_project_any_line)(out, status, x_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    FN(cga3d_project_any_line)(out, status, x_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_project_any_circle)(out, status, x_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_project_any_circle)(out, status, x_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    FN(cga3d_project_any_plane)(out, status, x_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    FN(cga3d_project_any_plane)(out, status, x_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    FN(cga3d_project_any_sphere)(out, status, x_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    FN(cga3d_project_any_sphere)(out, status, x_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_any_point_any_point_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_any_line_any_line_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_any_circle_any_circle_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_any_plane_any_plane_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_any_sphere_any_sphere_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_rate_any_point_any_point_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_rate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_rate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_rate_any_line_any_line_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_rate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_rate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_rate_any_circle_any_circle_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_rate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_rate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_rate_any_plane_any_plane_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_rate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_rate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_orientation_any_point_any_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const orientation_rows = (S *)outs[0];
+  V orientation[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_orientation_any_point_any_point)(orientation, x1_in, x2_in);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_orientation_any_point_any_point)(orientation, x1_in, x2_in);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+  }
+}
+
+static void FN(cga3d_orientation_any_point_pair_any_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const orientation_rows = (S *)outs[0];
+  V orientation[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_orientation_any_point_pair_any_point_pair)(orientation, x1_in, x2_in);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_orientation_any_point_pair_any_point_pair)(orientation, x1_in, x2_in);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+  }
+}
+
+static void FN(cga3d_orientation_any_line_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const orientation_rows = (S *)outs[0];
+  V orientation[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_orientation_any_line_any_line)(orientation, x1_in, x2_in);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_orientation_any_line_any_line)(orientation, x1_in, x2_in);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+  }
+}
+
+static void FN(cga3d_orientation_any_circle_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const orientation_rows = (S *)outs[0];
+  V orientation[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_orientation_any_circle_any_circle)(orientation, x1_in, x2_in);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_orientation_any_circle_any_circle)(orientation, x1_in, x2_in);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+  }
+}
+
+static void FN(cga3d_orientation_any_plane_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const orientation_rows = (S *)outs[0];
+  V orientation[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_orientation_any_plane_any_plane)(orientation, x1_in, x2_in);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_orientation_any_plane_any_plane)(orientation, x1_in, x2_in);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+  }
+}
+
+static void FN(cga3d_orientation_any_sphere_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const orientation_rows = (S *)outs[0];
+  V orientation[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_orientation_any_sphere_any_sphere)(orientation, x1_in, x2_in);
+FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_orientation_any_sphere_any_sphere)(orientation, x1_in, x2_in);
+FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_pair_cost_point_point)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_pair_cost_point_point)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_pair_cost_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_pair_cost_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_pair_cost_line_line)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_pair_cost_line_line)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_pair_cost_circle_circle)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_pair_cost_circle_circle)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_pair_cost_plane_plane)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_pair_cost_plane_plane)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_pair_cost_sphere_sphere)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_pair_cost_sphere_sphere)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_aligned_cost_point_point)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_aligned_cost_point_point)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_aligned_cost_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_aligned_cost_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_aligned_cost_line_line)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_aligned_cost_line_line)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_aligned_cost_circle_circle)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_aligned_cost_circle_circle)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_aligned_cost_plane_plane)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_aligned_cost_plane_plane)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_aligned_cost_sphere_sphere)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_aligned_cost_sphere_sphere)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_thesis_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_pair_cost_thesis_point_point)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_pair_cost_thesis_point_point)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_thesis_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_pair_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_pair_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_thesis_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_pair_cost_thesis_line_line)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_pair_cost_thesis_line_line)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_thesis_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_pair_cost_thesis_circle_circle)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_pair_cost_thesis_circle_circle)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_thesis_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_pair_cost_thesis_plane_plane)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_pair_cost_thesis_plane_plane)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_pair_cost_thesis_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_pair_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_pair_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_thesis_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_aligned_cost_thesis_point_point)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_aligned_cost_thesis_point_point)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_thesis_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_aligned_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_aligned_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_thesis_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    FN(cga3d_aligned_cost_thesis_line_line)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    FN(cga3d_aligned_cost_thesis_line_line)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_thesis_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    FN(cga3d_aligned_cost_thesis_circle_circle)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    FN(cga3d_aligned_cost_thesis_circle_circle)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_thesis_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    FN(cga3d_aligned_cost_thesis_plane_plane)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    FN(cga3d_aligned_cost_thesis_plane_plane)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_aligned_cost_thesis_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    FN(cga3d_aligned_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    FN(cga3d_aligned_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_agreement_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const reference_rows = (const S *)ins[1];
+  const ptrdiff_t reference_stride = strides[1];
+  V reference_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(reference_in, reference_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
+    FN(cga3d_agreement_point_point)(out, x_in, reference_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
+    FN(cga3d_agreement_point_point)(out, x_in, reference_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_agreement_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const reference_rows = (const S *)ins[1];
+  const ptrdiff_t reference_stride = strides[1];
+  V reference_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(reference_in, reference_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
+    FN(cga3d_agreement_point_pair_point_pair)(out, x_in, reference_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
+    FN(cga3d_agreement_point_pair_point_pair)(out, x_in, reference_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_agreement_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const reference_rows = (const S *)ins[1];
+  const ptrdiff_t reference_stride = strides[1];
+  V reference_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(reference_in, reference_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 6, 6);
+    FN(cga3d_agreement_line_line)(out, x_in, reference_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 6, 6, rows);
+    FN(cga3d_agreement_line_line)(out, x_in, reference_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_agreement_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const reference_rows = (const S *)ins[1];
+  const ptrdiff_t reference_stride = strides[1];
+  V reference_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(reference_in, reference_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
+    FN(cga3d_agreement_circle_circle)(out, x_in, reference_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
+    FN(cga3d_agreement_circle_circle)(out, x_in, reference_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_agreement_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const reference_rows = (const S *)ins[1];
+  const ptrdiff_t reference_stride = strides[1];
+  V reference_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(reference_in, reference_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 4, 4);
+    FN(cga3d_agreement_plane_plane)(out, x_in, reference_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 4, 4, rows);
+    FN(cga3d_agreement_plane_plane)(out, x_in, reference_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_agreement_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const reference_rows = (const S *)ins[1];
+  const ptrdiff_t reference_stride = strides[1];
+  V reference_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(reference_in, reference_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
+    FN(cga3d_agreement_sphere_sphere)(out, x_in, reference_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
+    FN(cga3d_agreement_sphere_sphere)(out, x_in, reference_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_cost_translator_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga3d_rotor_cost_translator)(out, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga3d_rotor_cost_translator)(out, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_cost_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(cga3d_rotor_cost_motor)(out, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(cga3d_rotor_cost_motor)(out, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_cost_rotor_conformal_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    FN(cga3d_rotor_cost_rotor_conformal)(out, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    FN(cga3d_rotor_cost_rotor_conformal)(out, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_cost_thesis_translator_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga3d_rotor_cost_thesis_translator)(out, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga3d_rotor_cost_thesis_translator)(out, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_cost_thesis_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(cga3d_rotor_cost_thesis_motor)(out, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(cga3d_rotor_cost_thesis_motor)(out, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
+static void FN(cga3d_rotor_cost_thesis_rotor_conformal_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    FN(cga3d_rotor_cost_thesis_rotor_conformal)(out, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    FN(cga3d_rotor_cost_thesis_rotor_conformal)(out, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga3d_geometric_dense_multivector_multivector_batch),
   FN(cga3d_geometric_motor_motor_batch),
@@ -3308,4 +7652,137 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_invariants_bivector_batch),
   FN(cga3d_invariants_trivector_batch),
   FN(cga3d_invariants_quadvector_batch),
+  FN(cga3d_screw_twist_batch),
+  FN(cga3d_screw_of_lines_line_line_number_batch),
+  FN(cga3d_screw_bivector_line_number_number_batch),
+  FN(cga3d_screw_motor_line_number_number_batch),
+  FN(cga3d_closest_point_line_line_batch),
+  FN(cga3d_line_equations_line_batch),
+  FN(cga3d_sphere_distance_vector_euclidean_batch),
+  FN(cga3d_circle_distances_vector_vector_euclidean_batch),
+  FN(cga3d_placed_plane_vector_euclidean_number_batch),
+  FN(cga3d_placed_sphere_vector_euclidean_number_batch),
+  FN(cga3d_placed_circle_vector_vector_euclidean_number_batch),
+  FN(cga3d_moved_vector_euclidean_batch),
+  FN(cga3d_enclosing_pair_euclidean_number_euclidean_number_batch),
+  FN(cga3d_rotor_between_point_pair_point_pair_batch),
+  FN(cga3d_rotor_between_line_line_batch),
+  FN(cga3d_rotor_between_circle_circle_batch),
+  FN(cga3d_rotor_between_line_circle_batch),
+  FN(cga3d_rotor_between_circle_line_batch),
+  FN(cga3d_rotor_between_plane_plane_batch),
+  FN(cga3d_rotor_between_sphere_sphere_batch),
+  FN(cga3d_rotor_between_plane_sphere_batch),
+  FN(cga3d_rotor_between_sphere_plane_batch),
+  FN(cga3d_mirror_between_point_pair_point_pair_batch),
+  FN(cga3d_mirror_between_line_line_batch),
+  FN(cga3d_mirror_between_circle_circle_batch),
+  FN(cga3d_mirror_between_line_circle_batch),
+  FN(cga3d_mirror_between_circle_line_batch),
+  FN(cga3d_mirror_between_plane_plane_batch),
+  FN(cga3d_mirror_between_sphere_sphere_batch),
+  FN(cga3d_mirror_between_plane_sphere_batch),
+  FN(cga3d_mirror_between_sphere_plane_batch),
+  FN(cga3d_refined_rotor_even_point_pair_point_pair_batch),
+  FN(cga3d_refined_rotor_even_circle_circle_batch),
+  FN(cga3d_refined_rotor_even_sphere_sphere_batch),
+  FN(cga3d_turned_rotor_point_pair_point_pair_batch),
+  FN(cga3d_turned_rotor_circle_circle_batch),
+  FN(cga3d_turned_rotor_sphere_sphere_batch),
+  FN(cga3d_trs_rotor_point_pair_point_pair_batch),
+  FN(cga3d_trs_rotor_line_line_batch),
+  FN(cga3d_trs_rotor_circle_circle_batch),
+  FN(cga3d_trs_rotor_plane_plane_batch),
+  FN(cga3d_trs_rotor_sphere_sphere_batch),
+  FN(cga3d_translation_between_point_point_batch),
+  FN(cga3d_anchor_point_batch),
+  FN(cga3d_anchor_point_pair_batch),
+  FN(cga3d_anchor_line_batch),
+  FN(cga3d_anchor_circle_batch),
+  FN(cga3d_anchor_plane_batch),
+  FN(cga3d_anchor_sphere_batch),
+  FN(cga3d_nearest_point_euclidean_batch),
+  FN(cga3d_nearest_point_pair_euclidean_batch),
+  FN(cga3d_nearest_line_euclidean_batch),
+  FN(cga3d_nearest_circle_euclidean_batch),
+  FN(cga3d_nearest_plane_euclidean_batch),
+  FN(cga3d_nearest_sphere_euclidean_batch),
+  FN(cga3d_inward_point_euclidean_batch),
+  FN(cga3d_inward_point_pair_euclidean_batch),
+  FN(cga3d_inward_line_euclidean_batch),
+  FN(cga3d_inward_circle_euclidean_batch),
+  FN(cga3d_inward_plane_euclidean_batch),
+  FN(cga3d_inward_sphere_euclidean_batch),
+  FN(cga3d_project_sum_any_point_any_point_batch),
+  FN(cga3d_project_sum_any_point_pair_any_point_pair_batch),
+  FN(cga3d_project_sum_any_line_any_line_batch),
+  FN(cga3d_project_sum_any_circle_any_circle_batch),
+  FN(cga3d_project_sum_any_plane_any_plane_batch),
+  FN(cga3d_project_sum_any_sphere_any_sphere_batch),
+  FN(cga3d_project_rate_any_point_any_point_batch),
+  FN(cga3d_project_rate_any_point_pair_any_point_pair_batch),
+  FN(cga3d_project_rate_any_line_any_line_batch),
+  FN(cga3d_project_rate_any_circle_any_circle_batch),
+  FN(cga3d_project_rate_any_plane_any_plane_batch),
+  FN(cga3d_project_rate_any_sphere_any_sphere_batch),
+  FN(cga3d_project_any_point_batch),
+  FN(cga3d_project_any_point_pair_batch),
+  FN(cga3d_project_any_line_batch),
+  FN(cga3d_project_any_circle_batch),
+  FN(cga3d_project_any_plane_batch),
+  FN(cga3d_project_any_sphere_batch),
+  FN(cga3d_interpolate_any_point_any_point_number_batch),
+  FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch),
+  FN(cga3d_interpolate_any_line_any_line_number_batch),
+  FN(cga3d_interpolate_any_circle_any_circle_number_batch),
+  FN(cga3d_interpolate_any_plane_any_plane_number_batch),
+  FN(cga3d_interpolate_any_sphere_any_sphere_number_batch),
+  FN(cga3d_interpolate_rate_any_point_any_point_number_batch),
+  FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number_batch),
+  FN(cga3d_interpolate_rate_any_line_any_line_number_batch),
+  FN(cga3d_interpolate_rate_any_circle_any_circle_number_batch),
+  FN(cga3d_interpolate_rate_any_plane_any_plane_number_batch),
+  FN(cga3d_interpolate_rate_any_sphere_any_sphere_number_batch),
+  FN(cga3d_orientation_any_point_any_point_batch),
+  FN(cga3d_orientation_any_point_pair_any_point_pair_batch),
+  FN(cga3d_orientation_any_line_any_line_batch),
+  FN(cga3d_orientation_any_circle_any_circle_batch),
+  FN(cga3d_orientation_any_plane_any_plane_batch),
+  FN(cga3d_orientation_any_sphere_any_sphere_batch),
+  FN(cga3d_pair_cost_point_point_batch),
+  FN(cga3d_pair_cost_point_pair_point_pair_batch),
+  FN(cga3d_pair_cost_line_line_batch),
+  FN(cga3d_pair_cost_circle_circle_batch),
+  FN(cga3d_pair_cost_plane_plane_batch),
+  FN(cga3d_pair_cost_sphere_sphere_batch),
+  FN(cga3d_aligned_cost_point_point_batch),
+  FN(cga3d_aligned_cost_point_pair_point_pair_batch),
+  FN(cga3d_aligned_cost_line_line_batch),
+  FN(cga3d_aligned_cost_circle_circle_batch),
+  FN(cga3d_aligned_cost_plane_plane_batch),
+  FN(cga3d_aligned_cost_sphere_sphere_batch),
+  FN(cga3d_pair_cost_thesis_point_point_batch),
+  FN(cga3d_pair_cost_thesis_point_pair_point_pair_batch),
+  FN(cga3d_pair_cost_thesis_line_line_batch),
+  FN(cga3d_pair_cost_thesis_circle_circle_batch),
+  FN(cga3d_pair_cost_thesis_plane_plane_batch),
+  FN(cga3d_pair_cost_thesis_sphere_sphere_batch),
+  FN(cga3d_aligned_cost_thesis_point_point_batch),
+  FN(cga3d_aligned_cost_thesis_point_pair_point_pair_batch),
+  FN(cga3d_aligned_cost_thesis_line_line_batch),
+  FN(cga3d_aligned_cost_thesis_circle_circle_batch),
+  FN(cga3d_aligned_cost_thesis_plane_plane_batch),
+  FN(cga3d_aligned_cost_thesis_sphere_sphere_batch),
+  FN(cga3d_agreement_point_point_batch),
+  FN(cga3d_agreement_point_pair_point_pair_batch),
+  FN(cga3d_agreement_line_line_batch),
+  FN(cga3d_agreement_circle_circle_batch),
+  FN(cga3d_agreement_plane_plane_batch),
+  FN(cga3d_agreement_sphere_sphere_batch),
+  FN(cga3d_rotor_cost_translator_batch),
+  FN(cga3d_rotor_cost_motor_batch),
+  FN(cga3d_rotor_cost_rotor_conformal_batch),
+  FN(cga3d_rotor_cost_thesis_translator_batch),
+  FN(cga3d_rotor_cost_thesis_motor_batch),
+  FN(cga3d_rotor_cost_thesis_rotor_conformal_batch),
 };

@@ -2078,6 +2078,166 @@ FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
   }
 }
 
+static void FN(pga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const s_rows = (const S *)ins[0];
+  const ptrdiff_t s_stride = strides[0];
+  V s_in[6];
+  S *const axis_rows = (S *)outs[0];
+  V axis[6];
+  S *const pitch_rows = (S *)outs[1];
+  V pitch[1];
+  S *const magnitude_rows = (S *)outs[2];
+  V magnitude[1];
+  unsigned char *const status_rows = (unsigned char *)outs[3];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(s_in, s_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
+    FN(pga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
+FN(store_rows)(axis_rows + i * 6, axis, 6);
+FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
+    FN(pga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
+FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const l1_rows = (const S *)ins[0];
+  const ptrdiff_t l1_stride = strides[0];
+  V l1_in[6];
+  const S *const l2_rows = (const S *)ins[1];
+  const ptrdiff_t l2_stride = strides[1];
+  V l2_in[6];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  S *const axis_rows = (S *)outs[0];
+  V axis[6];
+  S *const pitch_rows = (S *)outs[1];
+  V pitch[1];
+  S *const magnitude_rows = (S *)outs[2];
+  V magnitude[1];
+  S *const fraction_rows = (S *)outs[3];
+  V fraction[1];
+  unsigned char *const status_rows = (unsigned char *)outs[4];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(l1_in, l1_rows, 6);
+  FN(load_broadcast)(l2_in, l2_rows, 6);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
+    if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    FN(pga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
+FN(store_rows)(axis_rows + i * 6, axis, 6);
+FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+FN(store_rows)(fraction_rows + i * 1, fraction, 1);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
+    if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    FN(pga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
+FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+FN(store_tail)(fraction_rows + i * 1, fraction, 1, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const axis_rows = (const S *)ins[0];
+  const ptrdiff_t axis_stride = strides[0];
+  V axis_in[6];
+  const S *const pitch_rows = (const S *)ins[1];
+  const ptrdiff_t pitch_stride = strides[1];
+  V pitch_in[1];
+  const S *const magnitude_rows = (const S *)ins[2];
+  const ptrdiff_t magnitude_stride = strides[2];
+  V magnitude_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(axis_in, axis_rows, 6);
+  FN(load_broadcast)(pitch_in, pitch_rows, 1);
+  FN(load_broadcast)(magnitude_in, magnitude_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+    if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
+    FN(pga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+    if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
+    FN(pga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+  }
+}
+
+static void FN(pga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const axis_rows = (const S *)ins[0];
+  const ptrdiff_t axis_stride = strides[0];
+  V axis_in[6];
+  const S *const angle_rows = (const S *)ins[1];
+  const ptrdiff_t angle_stride = strides[1];
+  V angle_in[1];
+  const S *const pitch_rows = (const S *)ins[2];
+  const ptrdiff_t pitch_stride = strides[2];
+  V pitch_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(axis_in, axis_rows, 6);
+  FN(load_broadcast)(angle_in, angle_rows, 1);
+  FN(load_broadcast)(pitch_in, pitch_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+    FN(pga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+    FN(pga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(pga3d_geometric_multivector_multivector_batch),
   FN(pga3d_geometric_motor_motor_batch),
@@ -2148,4 +2308,8 @@ static const bs_batch FN(bs_table)[] = {
   FN(pga3d_direction_parameters_direction_batch),
   FN(pga3d_line_parameters_line_batch),
   FN(pga3d_plane_parameters_plane_batch),
+  FN(pga3d_screw_twist_batch),
+  FN(pga3d_screw_of_lines_line_line_number_batch),
+  FN(pga3d_screw_bivector_line_number_number_batch),
+  FN(pga3d_screw_motor_line_number_number_batch),
 };

@@ -27,7 +27,7 @@ DEMO_ALGEBRA = "cga3d"
 @click.option("--threads", default=None, type=click.IntRange(1), help="Threads of the renderer. Default: all.")
 @click.option("--quiet", is_flag=True, help="No progress bars.")
 def command(out: str, width: int | None, threads: int | None, quiet: bool) -> None:
-    """Derive an algebra, render a scene with it, and measure error against run time.
+    """Derive an algebra, render a scene with it, blend and cluster objects, and measure error against run time.
 
     Needs no input file and no network. Opens with bladesmith-demo/index.html.
     """
@@ -45,6 +45,7 @@ def command(out: str, width: int | None, threads: int | None, quiet: bool) -> No
     results: list[Any] = []
     stage(f"Deriving {DEMO_ALGEBRA} from its signature", lambda: _regenerate(quiet))
     stage("Rendering the scene", lambda: _render(folder, width, threads, quiet))
+    stage("Blending and clustering objects", lambda: _objects(folder))
     stage("Measuring error against run time", lambda: _studies(folder, results, quiet))
     page = _write(folder, stages, results, width)
     click.echo(f"Look at {page}")
@@ -86,6 +87,35 @@ def _render(folder: Path, width: int | None, threads: int | None, quiet: bool) -
     tracer.save_image(folder / "scene.png", image)
     rows, columns = image.shape[:2]
     return f"{columns} x {rows} pixels with {len(scene.kernels)} kernels"
+
+
+def _objects(folder: Path) -> str:
+    """A curve through circles, and clusters of lines: computed in batches, drawn without a window."""
+    import numpy as np
+
+    from .. import cga3d, curves, objects, plot
+
+    rings = cga3d.circle(
+        center=[[0, 0, 0], [0.3, 0, 1.2], [1.5, 0.4, 2.2], [2.9, 1, 1.9], [3.6, 1.4, 0.8]],
+        normal=[[0, 0, 1], [0.5, 0, 1], [1, 0.3, 0.2], [1, 0.5, -0.6], [0.3, 0.2, -1]],
+        radius=[0.9, 0.5, 0.8, 0.4, 0.7],
+    )
+    rng = np.random.default_rng(3)
+    axes = [([0, 0, 0], [0, 0, 1]), ([2, 0, 0], [0, 1, 0.3]), ([0, 2, 1], [1, 0, 0])]
+    lines = cga3d.line(
+        *(
+            np.concatenate([np.add(v, rng.normal(scale=0.12, size=(40, 3))) for v in column])
+            for column in zip(*axes, strict=True)
+        )
+    )
+    found = objects.kmeans(lines, len(axes), seed=1)
+    left, right = plot.panels(1, 2, size=(9.6, 4.2), frame=False)
+    plot.draw(curves.KochanekBartels(rings), ax=left, size=0.7, samples=40)
+    plot.draw(rings, ax=left, color=plot.palette.INK, size=2)
+    plot.draw(lines, ax=right, color=found.labels, extent=3)
+    plot.draw(found.centroids, ax=right, color=plot.palette.INK, size=2.5)
+    plot.save(folder / "objects.png", right)
+    return f"a tube through {len(rings)} circles; {len(lines)} lines in {len(axes)} clusters"
 
 
 def demo_scene_path() -> Path:

@@ -115,7 +115,7 @@ class Greedy:
         def part(begin: int, end: int) -> None:
             found.append(self._lib.bs_merge_find(self._state, begin, end))
 
-        parallel.run(part, self._state.count, threads, chunk=CHUNK)
+        parallel.run(part, self._state.built, threads, chunk=CHUNK)
         self._state.evaluations += sum(found)
         self._lib.bs_merge_queue(self._state)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..calls import invalidated
+from ..calls import finite, invalidated
 from ..checks import holds
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
 from ..codegen.kinds import Kind
@@ -39,7 +39,7 @@ def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2,
         raise InputError(f"{what} belong to {x.algebra.name}; objects are those of conformal geometry.")
     kind = object_kind(x, what, grades)
     if kind == x.kind:
-        return invalidated(x, ~np.isfinite(x._data).all(-1))
+        return finite(x)
     data = _embedded(x, kind)
     typed = x._make(x.algebra.type_of(kind, x.dtype), data, x.shape, x._status)
     return invalidated(typed, ~holds(kind, data))

@@ -76,6 +76,7 @@ def frame(*objects: Multivector, shared: bool = False, axis: int | None = None) 
         position = np.where(good, position, position.dtype.type(0))
     else:
         position = _middle([_some(x, axis) for x in objects] if len(objects) == 1 else objects, axis)
+    position = position.astype(np.result_type(*(x.dtype for x in objects)), copy=False)
     return Frame(position, algebra.translator(position))
 
 
@@ -105,16 +106,17 @@ def _middle(objects: Sequence[Multivector], axis: int | None) -> NDArray[Any]:
         over = tuple(range(position.ndim - 1)) if axis is None else axis % (position.ndim - 1)
         good = np.isfinite(position).all(-1, keepdims=True)
         total = np.sum(np.where(good, position, 0), over, keepdims=axis is not None)
-        return total / np.maximum(np.sum(good, over, keepdims=axis is not None), 1)  # type: ignore[no-any-return]
+        return np.asarray(total / np.maximum(np.sum(good, over, keepdims=axis is not None), 1))
 
     start = mean(None)
     step = np.maximum(np.linalg.norm(start, axis=-1, keepdims=True), 1)
     reached = mean(start)
     slope = np.stack([(mean(start + step * e) - reached) / step for e in np.eye(start.shape[-1])], -1)
+    slope = np.where(np.isfinite(slope), slope, 0)
     inverse = np.linalg.pinv(np.eye(start.shape[-1]) - slope, rcond=SAME_DIRECTION)
     place = start + (inverse @ (reached - start)[..., None])[..., 0]
     nearer = np.linalg.norm(mean(place) - place, axis=-1) < np.linalg.norm(reached - start, axis=-1)
-    return np.where(nearer[..., None], place, start)  # type: ignore[no-any-return]
+    return np.where(nearer[..., None], place, start)
 
 
 def _some(x: Multivector, axis: int | None) -> Multivector:
@@ -123,7 +125,7 @@ def _some(x: Multivector, axis: int | None) -> Multivector:
         x, axis = x.reshape(-1), 0
     axis %= x.ndim
     step = -(-x.shape[axis] // SOME)
-    return x[(slice(None),) * axis + (slice(None, None, step),)] if step > 1 else x  # type: ignore[no-any-return]
+    return x[(slice(None),) * axis + (slice(None, None, step),)] if step > 1 else x
 
 
 def _largest(x: Multivector) -> float:

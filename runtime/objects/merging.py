@@ -114,8 +114,8 @@ def merge_similar(
     Thesis 3.12.2 computes all costs again for each merge, O(n^3). Here the result is the same, from a tree over
     positions, directions and coefficients with proven lower bounds of the cost: about O(n log n) as long as objects
     are spread out at the scale of their nearest neighbours, which are all that is looked at. Pairs without a mean (for
-    example opposite lines with ``align=False``), or without a rotor, are never merged. Memory: about 0.25 kB
-    per flat or point, 0.5 kB per round.
+    example opposite lines with ``align=False``), or without a rotor, are never merged. Memory: about 0.3 kB
+    per flat or point, 0.6 kB per round.
 
     Examples
     --------

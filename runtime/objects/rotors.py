@@ -76,7 +76,7 @@ def rotor_between(x1: Any, x2: Any, strict: bool = False) -> Multivector:
     """
     a, b = pair(x1, x2)
     if a.grades == (1,):
-        return _finished(_formula("translation_between")(a, b), a, b, ROTOR, strict)
+        return _finished(finite(_formula("translation_between")(a, b)), a, b, ROTOR, strict)
     return _finished(_rotors(a, b), a, b, ROTOR, strict)
 
 
@@ -107,7 +107,7 @@ def mirror_between(x1: Any, x2: Any, strict: bool = False) -> Multivector:
         With ``strict``.
     """
     a, b = pair(x1, x2, (2, 3, 4))
-    return _finished(_seen_locally(_formula("mirror_between"), a, b), a, b, MIRROR, strict)
+    return _finished(finite(_seen_locally(_formula("mirror_between"), a, b)), a, b, MIRROR, strict)
 
 
 def trs_rotor(x1: Any, x2: Any, strict: bool = False) -> Multivector:
@@ -138,13 +138,14 @@ def trs_rotor(x1: Any, x2: Any, strict: bool = False) -> Multivector:
     """
     a, b = pair(x1, x2)
     formula = _formula("translation_between" if a.grades == (1,) else "trs_rotor")
-    return _finished(_as_rotor(formula(a, b)), a, b, SIMILARITY, strict)  # from parameters: good at any distance
+    found = _as_rotor(formula(a, b))
+    return _finished(finite(found), a, b, SIMILARITY, strict)  # from parameters: good at any distance
 
 
 def _finished(r: Multivector, a: Multivector, b: Multivector, name: str, strict: bool) -> Multivector:
-    """Statuses of the operands first; NaN where there is no answer."""
+    """Statuses of the operands first."""
     known = [None if x._status is None else np.broadcast_to(x._status, r.shape) for x in (a, b)]
-    result = finite(r._make(r._type, r._data, r.shape, merged(*known, r._status)))
+    result = r._make(r._type, r._data, r.shape, merged(*known, r._status))
     if strict:
         raise_first(result._status, name)
     return result
@@ -160,7 +161,7 @@ def _as_rotor(r: Multivector) -> Multivector:
 
 def _formula(name: str) -> Between:
     """A formula of two objects, by its name in `codegen.formulas.rotors`."""
-    return lambda x, y: call(x.algebra, f"rotors.{name}", x, y).value  # type: ignore[no-any-return]
+    return lambda x, y: call(x.algebra, f"rotors.{name}", x, y).value
 
 
 def _direct(a: Multivector, b: Multivector) -> tuple[Multivector, NDArray[Any], NDArray[Any]]:
@@ -175,7 +176,7 @@ def _rotors(a: Multivector, b: Multivector) -> Multivector:
     poor = ~np.asarray((margin > REFINED_BELOW) & (written < FAR))  # a singular margin is small too
     if not poor.any():
         return r
-    found = _seen_locally(_refined, _at(a, poor), _at(b, poor))
+    found = finite(_seen_locally(_refined, _at(a, poor), _at(b, poor)))  # the others are finite: NaN is below no bound
     r._data[poor] = embedded(found, r.kind)  # a new array, which nobody has seen yet
     status = _codes(r)
     status[poor] = _codes(found)

@@ -184,11 +184,11 @@ void bs_merge_begin(bs_merge *s)
   build_tree(s);
 }
 
+/* Objects of these places of the tree, right after bs_merge_begin. */
 int64_t bs_merge_find(const bs_merge *s, ptrdiff_t begin, ptrdiff_t end)
 {
   int64_t evaluations = 0;
-  for (ptrdiff_t slot = begin; slot < end; slot++)
-    if (s->versions[slot] >= 0) evaluations += ask(s, (int32_t)slot);
+  for (ptrdiff_t p = begin; p < end; p++) evaluations += ask(s, s->order[p]);
   return evaluations;
 }
 
