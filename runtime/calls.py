@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Items of a formula after which it is compiled: NumPy takes some microseconds for each, the compiler half a second.
 WORTH_COMPILING = 100_000
+#: The form of such a formula. A cheaper one takes up to a second to find: that is for kernels that are declared.
+AS_WRITTEN = {"form": "staged"}
 _log = logging.getLogger("bladesmith")
 
 
@@ -150,6 +152,7 @@ def _traced(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
     """The formula traced for these kinds, or for their layouts where it repairs what a kind already has."""
     from .codegen.declare import KernelFunction
     from .codegen.generator import formula_by_name
+    from .codegen.simplify import choose
 
     function = formula_by_name(formula)
     name = formula.rpartition(".")[2]
@@ -162,6 +165,7 @@ def _traced(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
             problem = problem or (error if isinstance(error, BladesmithError) else TraceError(str(error)))
             continue
         inputs = tuple(key if isinstance(key, int) else kind for key, kind in zip(keys, kinds, strict=True))
+        choose(kernel.traced, AS_WRITTEN)
         return Target(inputs, outputs, Warming(kernel))
     what = " and ".join(f"a {key.name}" for key in keys if isinstance(key, Kind))
     raise GradeError(f"{name} of {what} of {algebra.name}: {problem}")

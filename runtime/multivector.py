@@ -32,7 +32,7 @@ class Multivector(Operators):
     numbers broadcast over items, not over coefficients.
     """
 
-    __slots__ = ("_type", "_data", "_lead", "_pointer", "_status", "_is_open")
+    __slots__ = ("_type", "_data", "_lead", "_pointer", "_status", "_is_open", "_largest")
     __array_ufunc__ = None  # so that ndarray * multivector comes here
     __hash__ = None  # type: ignore[assignment]
 
@@ -42,6 +42,7 @@ class Multivector(Operators):
     _pointer: Any
     _status: NDArray[np.uint8] | None
     _is_open: bool
+    _largest: float
 
     def __init__(self, *_: Any) -> None:
         raise TypeError("multivectors are made by an algebra: alg.multivector({'e1': 1.0}), cga.point(xyz), ...")
@@ -86,6 +87,17 @@ class Multivector(Operators):
     @property
     def _is_writable(self) -> bool:
         return getattr(self, "_is_open", False)
+
+    def _reach(self) -> float:
+        """Largest absolute coefficient of all items, or NaN: looked for once, since nothing changes them."""
+        known: float | None = getattr(self, "_largest", None)
+        if known is not None:
+            return known
+        data = self._data
+        largest = max(float(data.max()), -float(data.min())) if data.size else 0.0
+        if not self._is_writable:
+            self._largest = largest
+        return largest
 
     @property
     def blades(self) -> tuple[Blade, ...]:

@@ -68,14 +68,15 @@ def project_sum(x: Multivector, written: Multivector) -> Checked:
     """
     regular, imaginary = cases_of_sum(x, written)
     value = project_to_blade(x) * only_if(regular, x.constant(1))
-    return value, sum_status(x, regular, imaginary)
+    return value, sum_status(x, regular, imaginary, value)
 
 
 def project_rate(x: Multivector, dx: Multivector) -> Checked:
     """Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`."""
     (rate,) = derivative_formula(project_to_blade, ["x"], "x", is_scalar=False)(x, dx)
     regular, imaginary = cases_of_sum(x, x)
-    return rate.value * only_if(regular, x.constant(1)), sum_status(x, regular, imaginary)
+    value = rate.value * only_if(regular, x.constant(1))
+    return value, sum_status(x, regular, imaginary, value)
 
 
 def written_size(*terms: Multivector) -> Multivector:
@@ -109,6 +110,12 @@ def cases_of_sum(x: Multivector, written: Multivector) -> tuple[Mask, Mask]:
     return (positive & isolated) | (~positive & resolved), negative & ~resolved
 
 
-def sum_status(x: Multivector, regular: Mask, imaginary: Mask) -> Result:
-    """Status of a projection from its cases."""
-    return outcome(x, (~is_finite(x), Status.INVALID), (imaginary, Status.IMAGINARY), (~regular, Status.SINGULAR))
+def sum_status(x: Multivector, regular: Mask, imaginary: Mask, value: Multivector) -> Result:
+    """Status of a projection from its cases. Every value that is not finite has one that says so."""
+    return outcome(
+        x,
+        (~is_finite(x), Status.INVALID),
+        (imaginary, Status.IMAGINARY),
+        (~regular, Status.SINGULAR),
+        (~is_finite(value), Status.INVALID),
+    )

@@ -26,7 +26,8 @@ def interpolate_rate(x1: Multivector, x2: Multivector, alpha: Multivector) -> Ch
     (rate,) = derivative_formula(interpolant, ["x1", "x2", "alpha"], "alpha", is_scalar=True)(x1, x2, alpha)
     a, b = alpha * x1, (1 - alpha) * x2
     regular, imaginary = cases_of_sum(a + b, written_size(a, b))
-    return rate.value * only_if(regular, x1.constant(1)), sum_status(a + b, regular, imaginary)
+    value = rate.value * only_if(regular, x1.constant(1))
+    return value, sum_status(a + b, regular, imaginary, value)
 
 
 def orientation(x1: Multivector, x2: Multivector) -> Result:

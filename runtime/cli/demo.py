@@ -102,12 +102,9 @@ def _objects(folder: Path) -> str:
     )
     rng = np.random.default_rng(3)
     axes = [([0, 0, 0], [0, 0, 1]), ([2, 0, 0], [0, 1, 0.3]), ([0, 2, 1], [1, 0, 0])]
-    lines = cga3d.line(
-        *(
-            np.concatenate([np.add(v, rng.normal(scale=0.12, size=(40, 3))) for v in column])
-            for column in zip(*axes, strict=True)
-        )
-    )
+    means = np.repeat(np.array(axes, float), 40, axis=0)
+    seen = means + rng.normal(scale=0.12, size=means.shape)
+    lines = cga3d.line(seen[:, 0], seen[:, 1])
     found = objects.kmeans(lines, len(axes), seed=1)
     left, right = plot.panels(1, 2, size=(9.6, 4.2), frame=False)
     plot.draw(curves.KochanekBartels(rings), ax=left, size=0.7, samples=40)

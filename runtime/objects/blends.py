@@ -63,7 +63,7 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
     x = free(X, X.kind)
     frame = local.frame(x)
     if frame is None:
-        return finished(call(X.algebra, "blades.project", x), (X,), "project_to_blade", strict)
+        return finished(call(X.algebra, "blades.project_sum", x, x), (X,), "project_to_blade", strict)
     written = x._make(x._type, np.abs(x._data), x.shape)
     outcome = call(X.algebra, "blades.project_sum", free(~frame.translator >> x, X.kind), written)
     return finished(outcome, (X,), "project_to_blade", strict, frame)
@@ -195,6 +195,8 @@ def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, str
     x = as_objects(X)
     place = checked_axis(x, axis)
     share = shares(weights, x.shape, place)
+    if share is None and x.shape[0] == 2 and place == 0:  # one pass over both, nothing copied
+        return interpolate(_part(x, 0), _part(x, 1), alpha=0.5, align=align, strict=strict)
     frame = local.frame(x, shared=True, axis=place)
     y = x if frame is None else frame.inward(x)
     if align:
@@ -247,6 +249,14 @@ def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
     frame = local.frame(first, x)
     flipped = opposed(first, x) if frame is None else opposed(frame.inward(first), frame.inward(x))
     return turned(x, flipped), flipped[()]
+
+
+def _part(x: Multivector, i: int) -> Multivector:
+    """Items i of the first axis, without a copy; what is known of all is known of them."""
+    status = None if x._status is None else x._status[i]
+    part = x._make(x._type, x._data[i], x.shape[1:], status)
+    part._largest = x._reach()
+    return part
 
 
 def _operands(x1: Any, x2: Any, alpha: Any) -> tuple[Multivector, Multivector, Any]:

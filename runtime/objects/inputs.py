@@ -6,6 +6,7 @@ items that are no unit blades become NaN with `Status.INVALID`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -39,7 +40,7 @@ def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2,
         raise InputError(f"{what} belong to {x.algebra.name}; objects are those of conformal geometry.")
     kind = object_kind(x, what, grades)
     if kind == x.kind:
-        return finite(x)
+        return x if x._status is None and math.isfinite(x._reach()) else finite(x)
     data = _embedded(x, kind)
     typed = x._make(x.algebra.type_of(kind, x.dtype), data, x.shape, x._status)
     return invalidated(typed, ~holds(kind, data))

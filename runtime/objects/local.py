@@ -130,9 +130,7 @@ def _some(x: Multivector, axis: int | None) -> Multivector:
 
 def _largest(x: Multivector) -> float:
     """Largest finite coefficient."""
-    if not math.prod(x.shape):
-        return 0.0
-    largest = max(float(x._data.max()), -float(x._data.min()))
+    largest = x._reach()
     return largest if math.isfinite(largest) else float(np.max(np.abs(x._data), initial=0, where=np.isfinite(x._data)))
 
 

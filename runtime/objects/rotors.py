@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calls import call, finite, merged, raise_first
+from ..calls import Numbers, call, finite, merged, raise_first
 from ..multivector import Multivector
 from ..rows import embedded
 from ..status import Status
@@ -25,6 +25,8 @@ REFINED_BELOW = 1 / 32
 #: Above this product of the objects' sizes (sums of absolute coefficients) they are brought to a local origin: rounding
 #: errors of rotors grow with it.
 FAR = 1024.0
+#: By how much larger the margin after a quarter turn must be for it to be taken instead of half a turn.
+HALF_TURN_PREFERRED = 4
 
 Between = Callable[[Multivector, Multivector], Multivector]
 #: Kind of unit rotors of every sort.
@@ -137,9 +139,10 @@ def trs_rotor(x1: Any, x2: Any, strict: bool = False) -> Multivector:
         With ``strict``.
     """
     a, b = pair(x1, x2)
-    formula = _formula("translation_between" if a.grades == (1,) else "trs_rotor")
-    found = _as_rotor(formula(a, b))
-    return _finished(finite(found), a, b, SIMILARITY, strict)  # from parameters: good at any distance
+    if a.grades == (1,):
+        return _finished(finite(_formula("translation_between")(a, b)), a, b, SIMILARITY, strict)
+    found = _signed(call(a.algebra, "placement.similarity", *_located(a), *_located(b)).value)
+    return _finished(finite(_as_rotor(found)), a, b, SIMILARITY, strict)  # from parameters: good at any distance
 
 
 def _finished(r: Multivector, a: Multivector, b: Multivector, name: str, strict: bool) -> Multivector:
@@ -189,16 +192,58 @@ def _refined(a: Multivector, b: Multivector) -> Multivector:
     data, status = r._data, _codes(r)
     singular = status == Status.SINGULAR
     weak = ~(margin > REFINED_BELOW) & ~singular
+    a, b = _widened(a), _widened(b)
     if weak.any():
         flipped = (status == Status.NOT_UNIQUE)[:, None]
         target = b._make(b._type, np.where(flipped, -b._data, b._data), b.shape)
-        operands = (_at(_widened(x), weak) for x in (r, a, target))
-        data[weak] = embedded(call(a.algebra, "rotors.refined_rotor", *operands).value, r.kind)
+        first = call(a.algebra, "rotors.unit_rotor", _at(_widened(r), weak)).value
+        second, _, _ = _direct(_led(first, _at(a, weak)), _at(target, weak))
+        data[weak] = embedded(_composed(second, first), r.kind)
     if singular.any():
-        operands = (_at(_widened(x), singular) for x in (a, b))
-        turned: Multivector = call(a.algebra, "rotors.turned_rotor", *operands).value
+        turned = _turned(_at(a, singular), _at(b, singular))
         data[singular], status[singular] = embedded(turned, r.kind), _codes(turned)
     return r._make(r._type, data, r.shape, status)
+
+
+def _turned(a: Multivector, b: Multivector) -> Multivector:
+    """Rotors from objects that are turned first, by half a turn or, where that is as singular, by a quarter.
+
+    The half turn, about an axis perpendicular to that of a and through its centre, leads to -a; from there is a rotor
+    to b unless every object near is as singular (a circle and its own axis). The quarter takes the axis of a into its
+    plane.
+    """
+    center, axis, _ = _located(a)
+    half, quarter = (_widened(x) for x in call(a.algebra, "placement.turns", center, axis).values)
+    by_half, margin, _ = _direct(_led(half, a), b)
+    by_quarter, other, _ = _direct(_led(quarter, a), b)
+    take_other = HALF_TURN_PREFERRED * margin < other
+    second, first = _chosen(take_other, by_quarter, by_half), _chosen(take_other, quarter, half)
+    r = _composed(second, first)
+    lost = _codes(second) == Status.SINGULAR
+    return r._make(r._type, r._data, r.shape, np.where(lost, Status.SINGULAR, Status.NOT_UNIQUE).astype(np.uint8))
+
+
+def _located(x: Multivector) -> tuple[Multivector, Multivector, Numbers]:
+    """Centres, axes and 1/radii of objects, as operands."""
+    center, axis, curvature = call(x.algebra, "placement.located", _widened(x)).values
+    return center, axis, Numbers(curvature._data[..., 0], 0, "curvature")
+
+
+def _led(r: Multivector, x: Multivector) -> Multivector:
+    """Objects where rotors lead them, trusted to be of their kind."""
+    found = call(x.algebra, "rotors.led", r, x).value
+    return x._make(x._type, embedded(found, x.kind), x.shape)
+
+
+def _composed(second: Multivector, first: Multivector) -> Multivector:
+    """A rotor after another."""
+    return _signed(call(first.algebra, "products.geometric", _widened(second), _widened(first)).value)
+
+
+def _signed(r: Multivector) -> Multivector:
+    """Rotors with the documented one of their two signs."""
+    found = call(r.algebra, "rotors.signed", _widened(r)).value
+    return r._make(found._type, found._data, r.shape, r._status)
 
 
 def _widened(x: Multivector) -> Multivector:
@@ -249,6 +294,12 @@ def _at(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
     """Items of a batch that broadcasts with a mask, where it holds: (n,)."""
     data = np.broadcast_to(x._data, (*where.shape, x._type.size))[where]
     return x._make(x._type, data, data.shape[:-1])
+
+
+def _chosen(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
+    """One of two batches, item by item."""
+    data = np.where(where[..., None], inside._data, outside._data)
+    return outside._make(outside._type, data, outside.shape, np.where(where, _codes(inside), _codes(outside)))
 
 
 def _joined(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:

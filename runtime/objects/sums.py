@@ -99,6 +99,8 @@ def finished(
 ) -> Multivector:
     """A formula's result, seen from the world's origin: NaN where there is nothing; operands' reasons come first."""
     value: Multivector = outcome.value if frame is None else frame.outward(outcome.value)
+    if frame is None and outcome.status is not None and not outcome.status.any():
+        return value  # the formulas of sums give whatever is not finite a status
     known = [_reasons(x, value.shape) for x in operands]
     result = finite(value._make(value._type, value._data, value.shape, merged(*known, outcome.status)))
     if strict:

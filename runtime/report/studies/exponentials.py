@@ -168,7 +168,7 @@ def _attempt(call: Callable[[Any], Any], x: Any, layout: Any) -> Any:
 
 def methods(function: str, textbook: Callable[[Motions, str], Array]) -> tuple[Method, ...]:
     """Ours and theirs; `clifford` where it is installed, in full runs (it compiles for some seconds)."""
-    found = (
+    found: tuple[Method, ...] = (
         Method("bladesmith", kernels(function), "precision", ("float32", "float64")),
         Method("textbook", textbook, "precision", ("float32", "float64")),
     )

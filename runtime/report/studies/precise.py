@@ -42,7 +42,7 @@ def made(maker: str, *parameters: Any) -> Any:
     from ...codegen.formulas import conformal
 
     kinds = {3: cga3d.kind("euclidean"), 1: cga3d.kind("scalar")}
-    rows = [np.atleast_1d(p) for p in parameters]
+    rows = [list(np.atleast_1d(p)) for p in parameters]
     x = getattr(conformal, maker)(*(multivector(kinds[len(row)], row) for row in rows))[0]
     return x.new({b: x.terms[b] for b in cga3d.kind(maker).blades if b in x.terms})  # the rest is rounding noise
 

@@ -1,0 +1,162 @@
+"""Where objects are (centre, axis, size), turns about there, and similarities from one place to another (thesis 4.10).
+
+Objects are unit blades, rounds and flats alike. `located` reads them; the other formulas take what it gives.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Mask, Multivector, absolute, select, sqrt
+from ..status import Status
+from ..trace import Result, named
+from .conformal import Checked, infinity, origin, round_center
+from .euclidean import attached_part, axes, cross, euclidean_part, space
+from .motions import translator
+from .outcome import NOISE, epsilon, only_if, outcome
+
+Place = tuple[Multivector, Multivector, Multivector]
+
+
+def is_hyper(x: Multivector) -> bool:
+    """Whether x is the dual of a vector: planes and spheres; in the plane lines and circles."""
+    return x.grades == (len(x.algebra.vectors) - 1,)
+
+
+def is_round(x: Multivector) -> Mask:
+    """Whether a plane or sphere is a sphere, to rounding."""
+    return _is_round_vector(x.dual())
+
+
+# -- centre, axis and size -----------------------------------------------------------------------------------
+
+
+def located(x: Multivector) -> tuple[Result, Result, Result]:
+    """Centre (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object.
+
+    The axis is the normal of a circle or plane, the direction of a line or of a point pair. Spheres (e1 is given)
+    and flat points (0) have none. 1/radius is negative for a sphere that is inside out.
+    """
+    if is_hyper(x):
+        center, axis, curvature = _vector_place(x.dual())
+    else:
+        center, axis, curvature = _bivector_place(x, x if x.grades == (2,) else x.dual())
+    return named("center", center), named("axis", axis), named("curvature", curvature)
+
+
+def _is_round_vector(d: Multivector) -> Mask:
+    """Whether d is a sphere (C - r^2/2 n_inf)/r, not a plane n + d n_inf."""
+    u, weight = euclidean_part(d), d | infinity(d)
+    noise = NOISE * epsilon(d)
+    return weight * weight > noise * noise * (u * u).grade(0)
+
+
+def _vector_place(d: Multivector) -> Place:
+    """Of a plane n + d n_inf or a sphere (C - r^2/2 n_inf)/r."""
+    u, first = euclidean_part(d), axes(d)[0]
+    weight = -(d | infinity(d))
+    foot = u * attached_part(d)
+    if not weight.terms:
+        return foot, u, d.constant(0)
+    is_round = _is_round_vector(d)
+    axis = select(is_round, first, u / sqrt(only_if(~is_round, (u * u).grade(0))))
+    center = select(is_round, u / only_if(is_round, weight), foot)
+    return center, axis, select(is_round, weight, d.constant(0))
+
+
+def _bivector_place(x: Multivector, d: Multivector) -> Place:
+    """Of a point pair d, or of a line or circle x with the dual d."""
+    if x.grades == (2,):
+        foot, axis = euclidean_part(attached_part(d)), d.new({})
+        weight = -d.scalar_product(infinity(d) ^ origin(d))
+        foot = foot / only_if(absolute(weight) > 0, weight)
+    else:
+        axis = -(euclidean_part(d) * space(d)).grade(1)
+        foot = cross(axis, attached_part(d))
+    if not euclidean_part(d | infinity(d)).terms:
+        return foot, axis, d.constant(0)
+    center, u, _ = round_center(d)
+    square, flat = (u * u).grade(0), euclidean_part(d)
+    noise = NOISE * epsilon(d)
+    is_round = square > noise * noise * flat.scalar_product(~flat)
+    curvature = sqrt(square)
+    return (
+        select(is_round, center, foot),
+        select(is_round, u / only_if(is_round, curvature), axis),
+        select(is_round, curvature, d.constant(0)),
+    )
+
+
+def _is_there(axis: Multivector) -> Mask:
+    """Whether a unit vector or 0 is a unit vector."""
+    return (axis * axis).grade(0) > 0
+
+
+def _upright(axis: Multivector) -> Multivector:
+    """A unit vector perpendicular to a unit vector: the part of the basis vector that is least along it, normalised."""
+    candidates = axes(axis)
+    best, least = candidates[0], absolute(axis | candidates[0])
+    for e in candidates[1:]:
+        along = absolute(axis | e)
+        nearer = along < least
+        best, least = select(nearer, e, best), select(nearer, along, least)
+    part = best - (best | axis) * axis
+    return part / sqrt((part * part).grade(0))
+
+
+# -- from one place to another -------------------------------------------------------------------------------
+
+
+def turns(center: Multivector, axis: Multivector) -> tuple[Result, Result]:
+    """Half a turn that takes the object there to its negative, and a quarter turn in the same plane.
+
+    In the plane of its axis and an `upright`, about its centre. Without an axis (flat points) the half turn is the
+    inversion in the unit sphere about it, with the reflection in e1.
+    """
+    plane = _upright(axis) ^ axis
+    inversion = (origin(center) - infinity(center) / 2) ^ axes(center)[0]
+    half = select(_is_there(axis), plane, inversion)
+    quarter = (1 + plane) / sqrt(center.constant(2))
+    move = translator(center)
+    return named("half", move >> half), named("quarter", move >> quarter)
+
+
+def similarity(
+    center1: Multivector,
+    axis1: Multivector,
+    curvature1: Multivector,
+    center2: Multivector,
+    axis2: Multivector,
+    curvature2: Multivector,
+) -> Checked:
+    """Translation, rotation and scaling from one place to another (4.10, dilation exp(-g/2 E0), g = ln(r2/r1)).
+
+    T(c2) D R ~T(c1): the centres c, the scaling by r2/r1, the rotation R between the axes by the smallest angle.
+    Flats are moved by their points nearest the origin, without scaling. NOT_UNIQUE: axes that are opposite (half a
+    turn about the `upright` of the second); a sphere and one that is inside out (x1 goes to -x2). SINGULAR: a round
+    and a flat.
+    """
+    one = center1.constant(1)
+    first, second = absolute(curvature1) > 0, absolute(curvature2) > 0
+    same = (first & second) | (~first & ~second)
+    ratio = select(first, curvature1, one) / select(second, curvature2, one)
+    root = sqrt(only_if(same, absolute(ratio)))
+    scaling = (root + 1 / root - (root - 1 / root) * (infinity(center1) ^ origin(center1))) / 2
+    turned = _is_there(axis1) & _is_there(axis2)
+    turn, opposite = _turn(axis1, axis2)
+    r = translator(center2) * (scaling * select(turned, turn, one)) * translator(-center1)
+    code = outcome(center1, (~same, Status.SINGULAR), ((turned & opposite) | (ratio < 0), Status.NOT_UNIQUE))
+    return r, code
+
+
+def _turn(a: Multivector, b: Multivector) -> tuple[Multivector, Mask]:
+    """Rotation of the unit vector a to b by the smallest angle, and whether they are opposite to rounding.
+
+    b (a + b)/|a + b|, twice: a second time from where the first one led, for small |a + b| keep few digits.
+    """
+    sum_square = ((a + b) * (a + b)).grade(0)
+    noise = NOISE * epsilon(a)
+    opposite = sum_square <= noise * noise
+    first = (1 + b * a) / sqrt(only_if(~opposite, sum_square))
+    led = (first >> a).grade(1)
+    second_sum = ((led + b) * (led + b)).grade(0)
+    turn = (1 + b * led) / sqrt(second_sum) * first
+    return select(opposite, _upright(b) ^ b, turn), opposite
