@@ -196,7 +196,7 @@ def _refined(a: Multivector, b: Multivector) -> Multivector:
     if weak.any():
         flipped = (status == Status.NOT_UNIQUE)[:, None]
         target = b._make(b._type, np.where(flipped, -b._data, b._data), b.shape)
-        first = call(a.algebra, "rotors.unit_rotor", _at(_widened(r), weak)).value
+        first = call(a.algebra, "rotors.unit_rotor", _at(_even(r), weak)).value
         second, _, _ = _direct(_led(first, _at(a, weak)), _at(target, weak))
         data[weak] = embedded(_composed(second, first), r.kind)
     if singular.any():
@@ -213,7 +213,7 @@ def _turned(a: Multivector, b: Multivector) -> Multivector:
     plane.
     """
     center, axis, _ = _located(a)
-    half, quarter = (_widened(x) for x in call(a.algebra, "placement.turns", center, axis).values)
+    half, quarter = (_even(x) for x in call(a.algebra, "placement.turns", center, axis).values)
     by_half, margin, _ = _direct(_led(half, a), b)
     by_quarter, other, _ = _direct(_led(quarter, a), b)
     take_other = HALF_TURN_PREFERRED * margin < other
@@ -237,18 +237,26 @@ def _led(r: Multivector, x: Multivector) -> Multivector:
 
 def _composed(second: Multivector, first: Multivector) -> Multivector:
     """A rotor after another."""
-    return _signed(call(first.algebra, "products.geometric", _widened(second), _widened(first)).value)
+    return _signed(call(first.algebra, "products.geometric", _even(second), _even(first)).value)
 
 
 def _signed(r: Multivector) -> Multivector:
     """Rotors with the documented one of their two signs."""
-    found = call(r.algebra, "rotors.signed", _widened(r)).value
+    found = call(r.algebra, "rotors.signed", _even(r)).value
     return r._make(found._type, found._data, r.shape, r._status)
 
 
 def _widened(x: Multivector) -> Multivector:
-    """x on all blades of its sort, as a round if it is an object: what is rare shares its kernels."""
-    name = "even" if 0 in x.grades else next(n for n in reversed(OBJECTS[x.grades[0]]) if n in x.algebra.kinds)
+    """Objects as rounds, of which flats are special: what is rare shares its kernels."""
+    return _of_kind(x, next(name for name in reversed(OBJECTS[x.grades[0]]) if name in x.algebra.kinds))
+
+
+def _even(x: Multivector) -> Multivector:
+    """x on all even blades."""
+    return _of_kind(x, "even")
+
+
+def _of_kind(x: Multivector, name: str) -> Multivector:
     kind = x.algebra.kind(name)
     return x._make(x.algebra.type_of(kind, x.dtype), embedded(x, kind), x.shape)
 
