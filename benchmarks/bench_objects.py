@@ -1,7 +1,7 @@
 """Objects: rotors, blends, exponentials, costs, clusters, merging, beside `clifford` in the same process.
 
 One thread and float64 unless said, everything warm, the best of several runs; the package `clifford` runs its compiled
-functions one pair at a time, as it must. Whole algorithms (k-means, merging) are timed once.
+functions one pair at a time, as it must. Whole algorithms (k-means, merging) are timed once, after a small run.
 
     python benchmarks/bench_objects.py
     python benchmarks/bench_objects.py --skip-clifford --items 10000
@@ -25,6 +25,7 @@ REPEATS = 7
 PEER_ITEMS = 200  # one call of `clifford` takes some ten microseconds
 MATRIX = 1000
 CLUSTERS = 50
+LEAST_ITEMS = 1000
 Row = dict[str, Any]
 
 
@@ -39,8 +40,9 @@ def best(run: Callable[[], Any], items: int, repeats: int = REPEATS) -> float:
     return min(times) / items * 1e9
 
 
-def once(run: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds of one run, and its result."""
+def once(run: Callable[[], Any], small: Callable[[], Any]) -> tuple[float, Any]:
+    """Seconds of one run, and its result; a small one goes first, so that nothing is loaded or compiled meanwhile."""
+    small()
     start = time.perf_counter()
     result = run()
     return time.perf_counter() - start, result
@@ -81,20 +83,20 @@ def elementwise(items: int, peer: Any) -> Iterator[Row]:
     a, b = circles(items, 1), circles(items, 2)
     m = motors(items, 3)
     twist = m.log()
-    rows: list[tuple[str, Callable[[], Any], Callable[[], Any] | None]] = [
-        ("rotor between circles", lambda: objects.rotor_between(a, b), None),
-        ("average of two circles", lambda: objects.interpolate(a, b, alpha=0.5), None),
-        ("rotor between lines", lambda: objects.rotor_between(lines_a, lines_b), None),
-        ("motor exp", lambda: twist.exp(), None),
-        ("motor log", lambda: m.log(), None),
-        ("conformal rotor exp", lambda: general.exp(), None),
-        ("conformal rotor log", lambda: rotors.log(), None),
+    rows: list[tuple[str, Callable[[], Any]]] = [
+        ("rotor between circles", lambda: objects.rotor_between(a, b)),
+        ("average of two circles", lambda: objects.interpolate(a, b, alpha=0.5)),
+        ("rotor between lines", lambda: objects.rotor_between(lines_a, lines_b)),
+        ("motor exp", lambda: twist.exp()),
+        ("motor log", lambda: m.log()),
+        ("conformal rotor exp", lambda: general.exp()),
+        ("conformal rotor log", lambda: rotors.log()),
     ]
     lines_a, lines_b = lines(items, 4), lines(items, 5)
     rotors = objects.rotor_between(a, b)
     general = rotors.log()
     theirs = peer_calls(peer, a, b, m, lines_a, lines_b) if peer else {}
-    for name, run, _ in rows:
+    for name, run in rows:
         row: Row = {"what": name, "ns": best(run, items)}
         if name in theirs:
             row["clifford_ns"] = best(theirs[name], PEER_ITEMS, 3)
@@ -142,16 +144,23 @@ def matrices(peer: Any) -> Iterator[Row]:
 
 def algorithms(items: int) -> Iterator[Row]:
     """k-means of circles, and merging of lines at growing size."""
-    scene = clustered(circles, items, CLUSTERS, 0.05, 10)
-    taken, found = once(lambda: objects.kmeans(scene, CLUSTERS, seed=0, threads=2))
-    yield {"what": f"k-means of {items} circles, k = {CLUSTERS}", "s": taken, "iterations": found.iterations}
-    loose = circles(items, 11, 3.0)
-    taken, found = once(lambda: objects.kmeans(loose, CLUSTERS, seed=0, threads=2))
-    yield {"what": f"k-means of {items} unclustered circles", "s": taken, "iterations": found.iterations}
+
+    def cluster(x: bs.Multivector) -> Any:
+        return objects.kmeans(x, CLUSTERS, seed=0, threads=2)
+
+    def merge(x: bs.Multivector) -> Any:
+        return objects.merge_similar(x, 1e-3, threads=1)
+
+    scenes = {"clustered": clustered(circles, items, CLUSTERS, 0.05, 10), "random": circles(items, 11, 3.0)}
+    for name, scene in scenes.items():
+        taken, found = once(lambda x=scene: cluster(x), lambda x=scene: cluster(x[:LEAST_ITEMS]))  # type: ignore[misc]
+        what = f"k-means of {items} {name} circles, 2 threads"
+        yield {"what": what, "s": taken, "iterations": found.iterations, "converged": found.converged}
     for count in (items // 10, items // 5, items // 2, items):
         near = clustered(lines, count, max(1, count // 10), 1e-3, 12)
-        taken, (merged, _) = once(lambda near=near: objects.merge_similar(near, 1e-3))  # type: ignore[misc]
-        yield {"what": f"merging of {count} lines", "s": taken, "left": len(merged)}
+        taken, found = once(lambda x=near: merge(x), lambda x=near: merge(x[:LEAST_ITEMS]))  # type: ignore[misc]
+        per_item = taken / count * 1e6
+        yield {"what": f"merging of {count} lines", "s": taken, "us per line": per_item, "left": len(found.objects)}
 
 
 def main() -> None:
@@ -160,6 +169,8 @@ def main() -> None:
     parser.add_argument("--skip-clifford", action="store_true", help="do not import and compile clifford.tools (20 s)")
     parser.add_argument("--json", help="write the rows to this file")
     options = parser.parse_args()
+    if options.items < LEAST_ITEMS:
+        parser.error(f"--items is {options.items}; at least {LEAST_ITEMS} are needed.")
     peer = None
     if not options.skip_clifford:
         import clifford.tools.g3c as peer

@@ -425,6 +425,25 @@ def test_pieces_as_bezier_curves(name: str, shift: float) -> None:
         assert piece.raw(u).isclose(curve.raw(t), rtol=1e-12).all()
 
 
+def test_the_lightest_weights_that_are_taken_have_derivatives() -> None:
+    for weights in ([1e-60, 1, 1, 1e-60], [1, 1e-60, 1e-60, 1]):
+        curve = curves.RationalBezier(near_objects("circle", 4), weights)
+        t = np.linspace(0, 1, 5)
+        assert (curve(t).status == bs.Status.OK).all() and (curve.derivative(t).status == bs.Status.OK).all()
+        assert curve.to_bezier()(t).isclose(curve(t)).all()
+
+
+def test_rational_curves_of_many_controls() -> None:
+    n = 800  # binomials of it are no floating-point numbers: C(1598, 799) is about 1e479
+    angle = np.linspace(0, 3, n + 1)
+    xyz = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    weights = 1 + 0.5 * np.cos(7 * angle)
+    curve = curves.RationalBezier(cga.point(xyz), weights)
+    h, t = 1e-5, np.array([0.2, 0.5, 0.9])
+    slope = (curve.raw(t + h) - curve.raw(t - h)) / (2 * h)
+    assert slope.isclose(curve.raw_derivative(t), rtol=1e-6).all()
+
+
 def test_hermite_and_bezier_are_one_curve() -> None:
     x = near_objects("circle", 4)
     hermite = curves.Hermite(x[0], 3 * (x[1] - x[0]), x[3], 3 * (x[3] - x[2]))
@@ -599,6 +618,12 @@ BAD = [
     (lambda: curves.Interpolating(POINTS, [0, 1, 2, 2, 3, 4]), errors.InputError, r"knots\[3\] is 2"),
     (lambda: curves.Interpolating(POINTS, [0, 1, 2, np.nan, 3, 4]), errors.InputError, r"knots\[3\] is not finite"),
     (lambda: curves.Interpolating(POINTS, [0, 1]), errors.ShapeError, "knots"),
+    (lambda: curves.Interpolating(POINTS, np.arange(6) * 5e-324), errors.InputError, r"knots\[1\] - knots\[0\]"),
+    (lambda: curves.Interpolating(POINTS, [-1.7e308, 0, 1, 2, 3, 4]), errors.InputError, "another unit"),
+    (lambda: curves.KochanekBartels(POINTS, 1e200, 1e200)(0.0), errors.InputError, "KochanekBartels overflow"),
+    (lambda: curves.Bezier([1.7e308 * CIRCLE, -1.7e308 * CIRCLE], raw=True)(0), errors.InputError, "overflow"),
+    (lambda: curves.RationalBezier(POINTS, [1, 1, 1e-61, 1, 1, 1]), errors.InputError, r"weights\[2\] is 1e-61"),
+    (lambda: curves.Bezier([((0, 0, np.nan), (0, 0, 1), 0.4)] * 2), errors.InputError, "not finite"),
     (lambda: curves.Interpolating(POINTS, degree=4), errors.InputError, "degree is 4"),
     (lambda: curves.Interpolating(POINTS, ends="clamped"), errors.InputError, "clamped"),
 ]

@@ -64,6 +64,8 @@ def test_round_trip_into_the_null_basis(tmp_path):
         {"dataset": {"data": [[1, 2, 3, float("nan")]], "transpose": False, "sparse": False}},
         {"dataset": {"data": [[1, 2], [3]], "transpose": False, "sparse": False}},
         {"dataset": {"data": [[1, 2, 3, 4]], "transpose": False, "sparse": True}},
+        {"dataset": {"data": [[10**400, 0, 0, 0]], "transpose": False, "sparse": False}},
+        {"dataset": {"data": None, "transpose": False, "sparse": False}},
         {"dataset": 7},
     ],
 )
@@ -82,12 +84,25 @@ def test_damaged_files_are_refused_with_their_name(tmp_path, change):
         clifford_json.load_json(path)
 
 
+def test_a_batch_of_no_items_comes_back(tmp_path):
+    clifford_json.save_json(tmp_path / "x.json", circles(np.random.default_rng(4), 4)[:0])
+    assert clifford_json.load_json(tmp_path / "x.json", cga).shape == (0,)
+
+
 def test_what_cannot_be_a_file(tmp_path):
     with pytest.raises(errors.InputError, match="cannot be read"):
         clifford_json.load_json(tmp_path / "none.json")
     (tmp_path / "text.json").write_text("{not json")
     with pytest.raises(errors.InputError, match="text.json"):
         clifford_json.load_json(tmp_path / "text.json")
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    with pytest.raises(errors.InputError, match="deep.json"):
+        clifford_json.load_json(tmp_path / "deep.json")
+    for call in (clifford_json.load_json, lambda path: clifford_json.save_json(path, cga.e1)):
+        with pytest.raises(errors.InputError, match="path is a NoneType"):
+            call(None)
+    with pytest.raises(errors.InputError, match="algebra is a str"):
+        clifford_json.load_json(tmp_path / "none.json", algebra="cga3d")
     with pytest.raises(errors.InputError, match="reshape"):
         clifford_json.save_json(tmp_path / "x.json", circles(np.random.default_rng(4), 4).reshape(2, 2))
     with pytest.raises(errors.InputError, match="not finite"):

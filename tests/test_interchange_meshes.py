@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import runpy
 import struct
 import sys
@@ -13,7 +14,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
-from bladesmith.errors import InputError, MissingExtraError
+from bladesmith.errors import InputError, MissingExtraError, ShapeError
 from bladesmith.interchange import meshes
 from bladesmith.interchange.meshes import Mesh, load_mesh, mesh_lines
 
@@ -110,6 +111,53 @@ def test_triangles_without_area_are_left_out(tmp_path, caplog):
         load_mesh(write_ply(tmp_path / "flat.ply", vertices, faces[12:]))
 
 
+def test_names_of_any_kind(tmp_path):
+    for name in ("two words.obj", "Größe 立方.obj", "a.b.OBJ"):
+        path = write_obj(tmp_path / name, CUBE, TRIANGLES)
+        for given in (path, str(path), os.fsencode(path)):
+            assert load_mesh(given).faces.shape == (12, 3)
+
+
+def test_comments_of_another_encoding(tmp_path):
+    path = write_obj(tmp_path / "cube.obj", CUBE, TRIANGLES)
+    path.write_bytes("# Würfel\no Größe\n".encode("latin-1") + path.read_bytes())
+    assert load_mesh(path).faces.shape == (12, 3)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("unit", [1e-300, 1e-170, 1e100, 1e200, 1e300])
+def test_in_any_unit(unit, tmp_path):
+    mesh = load_mesh(write_ply(tmp_path / "cube.ply", CUBE * unit, TRIANGLES))
+    assert mesh.faces.shape == (12, 3)
+    np.testing.assert_allclose(np.sort(mesh.edge_angles), [0.0] * 6 + [np.pi / 2] * 12, atol=1e-7)
+
+
+def test_meshes_from_arrays():
+    mesh = Mesh(CUBE.tolist(), TRIANGLES.tolist())
+    assert mesh.edges.shape == (18, 2, 3) and mesh_lines(mesh, sharp=1.0)[0].shape == (12,)
+    empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    assert mesh_lines(empty)[0].shape == (0,) and mesh_lines(empty, sharp=1.0)[0].shape == (0,)
+    for vertices, faces, error, message in (
+        (CUBE[:, :2], TRIANGLES, ShapeError, r"vertices have shape \(8, 2\)"),
+        (CUBE, TRIANGLES[:, :2], ShapeError, r"faces have shape \(12, 2\)"),
+        (CUBE, TRIANGLES + 0.5, InputError, "faces hold float64"),
+        (CUBE, TRIANGLES - 1, InputError, "not there"),
+        (CUBE, TRIANGLES + 1, InputError, "not there"),
+        (np.where(CUBE, np.nan, 0), TRIANGLES, InputError, "vertex 1 is not finite"),
+        ("cube", TRIANGLES, InputError, "real numbers"),
+    ):
+        with pytest.raises(error, match=message):
+            Mesh(vertices, faces)
+
+
+@pytest.mark.filterwarnings("error")
+def test_sides_without_length_have_no_line_and_no_angle():
+    mesh = Mesh(CUBE, np.array([(0, 0, 1), (0, 0, 2)]))
+    lines, _ = mesh_lines(mesh)
+    assert (lines.status != bs.Status.OK).sum() == 1
+    assert not np.isnan(mesh.edge_angles).any()
+
+
 def damaged(tmp_path):
     """Name of a file, its bytes, and what is said of it."""
     cube = write_ply(tmp_path / "whole.ply", CUBE, TRIANGLES).read_bytes()
@@ -145,7 +193,12 @@ def test_what_is_no_mesh_file_is_named(tmp_path):
         load_mesh(tmp_path / "picture.png")
     with pytest.raises(InputError, match="a name without an ending"):
         load_mesh(tmp_path)
-    for sharp in (-0.1, 4.0, np.nan):
+    with pytest.raises(InputError, match="no such file"):
+        load_mesh("x" * 5000 + ".ply")
+    for path in (None, 3, [], np.zeros(3)):
+        with pytest.raises(InputError, match="names none"):
+            load_mesh(path)
+    for sharp in (-0.1, 4.0, np.nan, "much", 1j, np.zeros(2)):
         with pytest.raises(InputError, match="sharp"):
             mesh_lines(Mesh(CUBE, TRIANGLES), sharp=sharp)
 

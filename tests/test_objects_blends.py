@@ -566,3 +566,25 @@ def test_orthogonal_spheres() -> None:
     p = found.parameters()
     assert np.allclose(p.center, [1.5, 0, 0], atol=1e-14) and np.isclose(p.radius, np.sqrt(1.25))
     assert found.kind == cga.kind("sphere") and p.orientation == 1
+
+
+@pytest.mark.parametrize(("distance", "radius"), [(30, 0.01), (1e3, 1.0), (1e5, 5.0)])
+def test_imaginary_interpolants_far_away_are_no_noise(distance: float, radius: float) -> None:
+    """Circles on a sphere, disjoint and opposed: their places are rounded, and that makes no real circle of the sum."""
+    rng = np.random.default_rng(17)
+    n, m = 200, rng.normal(size=(200, 3))
+    m /= np.linalg.norm(m, axis=-1, keepdims=True)
+    tilt = m + 0.2 * rng.normal(size=(n, 3))
+    tilt /= np.linalg.norm(tilt, axis=-1, keepdims=True)
+    place = distance * rng.normal(size=(n, 3))
+    h, r = 0.95 * radius, np.sqrt(1 - 0.95**2) * radius
+    a, b = cga.circle(place + h * m, m, r), cga.circle(place - h * tilt, tilt, r)
+    # sphere* ^ plane*: -<a ~b>_0 is the product of unit planes about the sphere, n.n' - h h' over both radii
+    product = ((m * tilt).sum(-1) + 0.95**2) / (1 - 0.95**2)
+    assert np.all(product > 1)
+    middle = objects.interpolate(a, -b, alpha=0.5)
+    assert np.all(middle.status == Status.IMAGINARY)
+    assert np.all(objects.interpolate_derivative(a, -b, alpha=0.5).status == Status.IMAGINARY)
+    three = cga.multivector(np.stack([a.values, -b.values, a.values, -b.values]), kind="circle")
+    assert np.all(objects.average(three).status == Status.IMAGINARY)
+    assert np.all(objects.interpolate(a, b, alpha=0.5).status == Status.OK)

@@ -158,6 +158,26 @@ def test_weights() -> None:
     assert weighted.cost == pytest.approx(repeated.cost, rel=1e-9)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("unit", [1e-320, 1e-300, 2.0**-40, 1e300, 1e308])
+def test_the_unit_of_weights_does_not_matter(unit: float) -> None:
+    x, _ = noisy("circle", 60, 6)
+    one, other = kmeans(x, 4), kmeans(x, 4, weights=np.full(60, unit))
+    np.testing.assert_array_equal(one.labels, other.labels)
+    np.testing.assert_allclose(one.centroids.values, other.centroids.values, rtol=1e-12, atol=1e-12)
+    if 1e-300 < unit < 1e300:
+        assert other.cost == pytest.approx(one.cost * unit, rel=1e-12)
+
+
+@pytest.mark.filterwarnings("error")
+def test_objects_without_weight_that_no_centroid_reaches() -> None:
+    x, _ = noisy("circle", 6)
+    run = clusters.Clustering(x, 3, np.array([0.0, 1, 1, 1, 1, 1]), "positive", True, 1)
+    new = x.values[:3].copy()
+    run._reseed(new, np.zeros(6, np.int64), np.array([np.inf, 1.0, 5.0, 2.0, 3.0, 4.0]))
+    np.testing.assert_array_equal(new, x.values[[0, 2, 5]])  # the two empty ones: the costliest that count
+
+
 def test_the_same_for_any_number_of_threads_and_any_run() -> None:
     x, _ = noisy("circle", 3000, 2)
     one, two, again = (kmeans(x, 7, seed=3, threads=t) for t in (1, 2, 2))
@@ -242,6 +262,14 @@ LINES = cga.line(np.eye(3), np.eye(3)[::-1])
         ({"weights": [1, 1]}, errors.ShapeError, "weights have shape"),
         ({"weights": [1, -1, 1]}, errors.InputError, "weight 1 is -1.0"),
         ({"weights": [0, 0, 0]}, errors.InputError, "all weights are zero"),
+        ({"init": np.zeros(2)}, errors.InputError, "it is one of k-means"),
+        ({"kind": ["positive"]}, errors.InputError, "it is one of positive, thesis"),
+        ({"tolerance": "small"}, errors.InputError, "tolerance is 'small'; one real number"),
+        ({"tolerance": None}, errors.InputError, "tolerance is None"),
+        ({"tolerance": np.nan}, errors.InputError, "tolerance is nan"),
+        ({"tolerance": 10**400}, errors.InputError, "greater than any"),
+        ({"align": np.zeros(2)}, errors.InputError, "align is a ndarray"),
+        ({"progress": np.zeros(2)}, errors.InputError, "progress is a ndarray"),
         ({"init": "kmeans++"}, errors.InputError, "did you mean 'k-means\\+\\+'"),
         ({"kind": "printed"}, errors.InputError, "positive, thesis"),
         ({"max_iterations": 0}, errors.InputError, "max_iterations is 0"),

@@ -18,6 +18,7 @@ from bladesmith import cga3d as cga
 from bladesmith import errors
 from bladesmith.codegen.formulas.costs import pair_cost
 from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.objects import pairwise
 from bladesmith.objects.costs import cost_matrix, rotor_cost
 from bladesmith.objects.pairwise import nearest, pair_values
 from bladesmith.objects.rotors import rotor_between
@@ -278,6 +279,21 @@ def test_threads_give_the_same_bits() -> None:
     np.testing.assert_array_equal(cost_matrix(x, y, threads=1), cost_matrix(x, y, threads=2))
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_long_loops_look_up_between_chunks(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An interrupt is seen within some hundred milliseconds, and chunks change nothing."""
+    monkeypatch.setattr(pairwise, "MOST_PAIRS", 1000)
+    monkeypatch.setattr(pairwise.parallel, "GRAIN", 100)
+    parts: list[tuple[int, int]] = []
+    pairwise.over_rows(100, threads)(lambda begin, end: parts.append((begin, end)), 95)
+    assert max(end - begin for begin, end in parts) * 100 <= 1000
+    assert sorted(i for part in parts for i in range(*part)) == [*range(95)]
+    x, y = objects("line", 95, 18), objects("line", 100, 19)
+    chunks = cost_matrix(x, y, threads=threads)
+    monkeypatch.undo()
+    np.testing.assert_array_equal(chunks, cost_matrix(x, y, threads=threads))
+
+
 # -- singular, extreme and bad input -----------------------------------------------------------------------
 
 
@@ -355,6 +371,14 @@ def test_what_is_refused() -> None:
         cost_matrix(line, plane)
     with pytest.raises(errors.InputError, match="did you mean 'thesis'"):
         cost_matrix(line, line, kind="thesys")
+    for kind in (["thesis"], None, np.zeros(2)):
+        with pytest.raises(errors.InputError, match="it is one of positive, thesis"):
+            cost_matrix(line, line, kind=kind)
+        with pytest.raises(errors.InputError, match="it is one of positive, thesis"):
+            rotor_cost(cga.rotor((0, 0, 1), 1.0), kind=kind)
+    for name in ("align", "status"):
+        with pytest.raises(errors.InputError, match=f"{name} is a ndarray; True or False"):
+            cost_matrix(line, line, **{name: np.zeros(2)})
     with pytest.raises(errors.InputError, match="at least one"):
         cost_matrix(line, line, threads=0)
     with pytest.raises(errors.InputError, match="ndarray"):

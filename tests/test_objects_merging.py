@@ -183,6 +183,24 @@ def test_and_with_weights():
     assert len(spent) > 5
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("unit", [5e-324, 1e-300, 1e300, 1.7e308])
+def test_the_unit_of_weights_does_not_matter(kind, unit):
+    x = mixed(kind, 30, seed=4)
+    one, other = merge_similar(x, 0.2), merge_similar(x, 0.2, weights=np.full(30, unit))
+    np.testing.assert_array_equal(one.objects.values, other.objects.values)
+    assert len(one.merges) > 3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_weights_of_the_greatest_range(kind):
+    x = mixed(kind, 30, seed=4)
+    light = np.append(np.full(29, 1e-59), 1.0)
+    one, other = merge_similar(x[:29], 0.2, origin=WORLD), merge_similar(x, 0.2, weights=light, origin=WORLD)
+    first, second = ({tuple(p) for p in m.pairs.tolist() if 29 not in p} for m in (one, other))
+    assert len(first) > 3 and len(first - second) <= 2  # what the heavy one takes away
+
+
 @settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(KINDS), st.sampled_from([1e-3, 0.05, 1.0]))
 def test_afterwards_no_pair_is_within_the_threshold(seed, kind, threshold):
@@ -382,6 +400,14 @@ def test_nothing_gives_nothing():
         ({"threshold": -1.0}, InputError, "threshold is -1.0"),
         ({"threshold": np.nan}, InputError, "threshold is nan"),
         ({"threshold": "low"}, InputError, "threshold is 'low'"),
+        ({"threshold": 10**400}, InputError, "threshold is greater than any"),
+        ({"threshold": np.zeros(3)}, InputError, "one real number"),
+        ({"weights": [1, 1j, 1]}, InputError, "weights holds complex128"),
+        ({"weights": [1, 10**400, 1]}, InputError, "weights holds object"),
+        ({"weights": [1, 1e-70, 1]}, InputError, r"weight of object \(1,\) is 1e-70, that of another 1.0"),
+        ({"align": np.zeros(3)}, InputError, "align is a ndarray"),
+        ({"strict": np.zeros(3)}, InputError, "strict is a ndarray"),
+        ({"progress": np.zeros(3)}, InputError, "progress is a ndarray"),
         ({"weights": [1, 1, 0]}, InputError, r"weight of object \(2,\) is 0.0"),
         ({"weights": [1, np.nan, 1]}, InputError, r"weight of object \(1,\) is nan"),
         ({"weights": [1, 1]}, ShapeError, r"objects of shape \(3,\)"),

@@ -20,6 +20,7 @@ import bladesmith as bs
 from bladesmith import Status, objects
 from bladesmith import cga2d as plane_cga
 from bladesmith import cga3d as cga
+from bladesmith.calls import call
 from bladesmith.codegen.multivector import Multivector, from_values, sqrt
 from bladesmith.codegen.rings import PrecisionRing
 
@@ -290,6 +291,10 @@ TURNED = {
     "circle reversed": (CIRCLE, negative(CIRCLE)),
     "plane reversed": (PLANE, negative(PLANE)),
     "flat point reversed": (FLAT_POINT, (-FLAT_POINT).as_kind("bivector")),
+    "flat point far away reversed": (
+        cga.flat_point((1.0, 2.0, 300.0)),
+        (-cga.flat_point((1.0, 2.0, 300.0))).as_kind("bivector"),
+    ),
     "flat point reversed, elsewhere": (FLAT_POINT, (-cga.flat_point((1.0, 0.0, 3.0))).as_kind("bivector")),
     "opposite lines apart": (LINE, cga.line((1.0, 1.0, 1.0), (-1.0, -0.4, 2.0))),
     "opposite planes apart": (PLANE, cga.plane((-1.0, -2.0, -3.0), 4.0)),
@@ -352,6 +357,17 @@ def test_spheres_that_touch_from_inside_and_planes_that_enter_are_regular() -> N
         r = objects.rotor_between(x, y)
         assert r.status == Status.OK
         assert_takes(r, x, y)
+
+
+def test_what_is_nearly_a_rotor_becomes_one() -> None:
+    """R ~R = 1 to rounding, also where the error is of grade 4, which does not commute with R."""
+    rng = np.random.default_rng(14)
+    x, y = random_objects("circle", rng, 500), random_objects("circle", rng, 500)
+    even = objects.rotor_between(x, y).as_kind("even")
+    near = even + cga.multivector(1e-3 * rng.normal(size=even.values.shape), blades=even.blades)
+    r = call(cga, "rotors.unit_rotor", near.as_kind("even")).value
+    assert np.max(np.abs((r * ~r - 1.0).values).max(-1) / square(r)) <= 1e-14
+    assert np.max(np.abs((r - even).values).max(-1) / square(r)) <= 0.1
 
 
 coordinate = st.floats(-3, 3)

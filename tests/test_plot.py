@@ -14,7 +14,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
-from bladesmith import errors, plot
+from bladesmith import curves, errors, plot
 from bladesmith import pga3d as pga
 from bladesmith.plot import palette, shapes
 from bladesmith.plot.shapes import Box
@@ -441,6 +441,40 @@ def test_fields_are_one_collection_of_arrows() -> None:
 # -- what is refused -------------------------------------------------------------------------------------------
 
 
+SPIN, CIRCLE = cga.line([0, 0, 0], [0, 0, 1]).dual(), cga.circle([0, 0, 0], [0, 0, 1], 1.0)
+
+
+def test_what_is_too_far_is_counted_and_draws_nothing() -> None:
+    far = np.array([[1e300, 0, 0], [-1.7e308, 0, 0], [np.inf, 0, 0], [1.0, 2, 3]])
+    ax = plot.draw(far, cga.sphere([0, 0, 0], 1e100), np.empty((0, 3)))
+    assert plot.skipped(ax) == {"too far": 3, "not finite": 1}
+    assert np.allclose(marks(ax)[0], [1, 2, 3])
+    assert plot.skipped(plot.paths(np.array([[0, 0, 0], [1e200, 0, 0], [1, 1, 1]]))) == {}
+    assert not list(plot.paths(np.empty((4, 0, 3))).collections)
+
+
+def test_numbers_of_any_size_are_parameters_of_colours() -> None:
+    rows = plot.palette.ramp([1.7e308, -1.7e308, 0.0])
+    assert np.allclose(rows, plot.palette.ramp([1.0, -1.0, 0.0]))
+
+
+def test_fields_of_any_strength_look_alike() -> None:
+    points = np.append(rng().normal(size=(5, 3)), [[np.nan, 0, 0]], axis=0)
+    expected = strokes(plot.twist_field(SPIN, points[:5]))[0]
+    for strength in (1e-200, 1.0, 1e200):
+        assert np.allclose(strokes(plot.twist_field(strength * SPIN, points))[0], expected)
+
+
+def test_straight_orbits_are_as_fine_however_long() -> None:
+    assert plot.orbit_paths(cga.direction([0, 0, 1.0]), [1, 0, 0], turns=1e9).shape == (1, 129, 3)
+    assert plot.orbit_paths(SPIN, [1, 0, 0], turns=3).shape == (1, 385, 3)
+
+
+def test_a_tuple_of_labels_is_a_list() -> None:
+    legend = plot.draw(CIRCLE, SPIN.undual(), label=("a", "b")).get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["a", "b"]
+
+
 @pytest.mark.parametrize(
     ("call", "error", "text"),
     [
@@ -471,7 +505,33 @@ def test_fields_are_one_collection_of_arrows() -> None:
         (lambda: plot.orbit(cga.direction([1, 0, 0]), turns=0), errors.InputError, "turns"),
         (lambda: plot.screw(cga.direction([1, 0, 0])), errors.InputError, "no rotation"),
         (lambda: plot.twist_field(cga.direction([1, 0, 0]), pga.point([0, 0, 0])), errors.InputError, "pga3d"),
-        (lambda: plot.twist_field(cga.direction([1, 0, 0]), count=0), errors.InputError, "empty"),
+        (lambda: plot.twist_field(cga.direction([1, 0, 0]), count=0), errors.InputError, "count is 0"),
+        (lambda: plot.twist_field(SPIN, count=2.5), errors.InputError, "count is 2.5"),
+        (lambda: plot.twist_field(SPIN, count=10**6), errors.InputError, "count"),
+        (lambda: plot.twist_field(SPIN, reach=np.inf), errors.InputError, "reach is inf"),
+        (lambda: plot.orbit(SPIN, "abc"), errors.InputError, "points holds"),
+        (lambda: plot.orbit(SPIN, turns="a"), errors.InputError, "turns holds"),
+        (lambda: plot.orbit(SPIN, turns=1e12), errors.InputError, "positions"),
+        (lambda: plot.orbit_paths(SPIN, samples=2.5), errors.InputError, "samples is 2.5"),
+        (lambda: plot.draw(CIRCLE, size="a"), errors.InputError, "size holds"),
+        (lambda: plot.draw(CIRCLE, size=[1, 2]), errors.InputError, "size is"),
+        (lambda: plot.draw(CIRCLE, opacity=2), errors.InputError, "opacity is 2"),
+        (lambda: plot.draw(CIRCLE, opacity=None), errors.InputError, "opacity"),
+        (lambda: plot.draw(CIRCLE, samples=0), errors.InputError, "samples is 0"),
+        (lambda: plot.draw(CIRCLE, view=5), errors.InputError, "view is 5"),
+        (lambda: plot.draw(CIRCLE, view=("a", "b")), errors.InputError, "view holds"),
+        (lambda: plot.draw(CIRCLE, extent=1e300), errors.InputError, "extent"),
+        (lambda: plot.draw(CIRCLE, extent=1j), errors.InputError, "extent"),
+        (lambda: plot.draw(CIRCLE, color=[[1, 0, 0], "red"]), errors.InputError, "2 entries for 1 items"),
+        (lambda: plot.draw(curves.Bezier), errors.InputError, "cannot be drawn"),
+        (lambda: plot.paths([[0, 0, 0], [0, 0]]), errors.InputError, "ragged"),
+        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions holds a point"),
+        (lambda: plot.panels(1.5, 1), errors.InputError, "rows of panels"),
+        (lambda: plot.panels(1, 1, size=(np.nan, 1)), errors.InputError, "size"),
+        (lambda: plot.axes(size=(0, 1)), errors.InputError, "size"),
+        (lambda: plot.axes(view=5), errors.InputError, "view is 5"),
+        (lambda: plot.save(None, plot.axes()), errors.InputError, "path is a NoneType"),
+        (lambda: plot.save("x.png", plot.axes(), dpi=0), errors.InputError, "dpi is 0"),
     ],
 )
 def test_bad_input_is_refused(call: Any, error: type[Exception], text: str) -> None:

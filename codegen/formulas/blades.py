@@ -7,7 +7,7 @@ from ..multivector import Mask, Multivector, absolute, select, sqrt
 from ..status import Status
 from ..trace import Result
 from .outcome import NOISE, epsilon, is_finite, only_if, outcome
-from .sizes import product_sizes, sizes
+from .sizes import displaced, product_sizes, sizes
 
 Checked = tuple[Multivector, Result]
 
@@ -71,6 +71,13 @@ def project_sum(x: Multivector, written: Multivector) -> Checked:
     return value, sum_status(x, regular, imaginary, value)
 
 
+def project_far_sum(x: Multivector, written: Multivector, distance: Multivector) -> Checked:
+    """`project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given."""
+    regular, imaginary = cases_of_sum(x, written, distance)
+    value = project_to_blade(x) * only_if(regular, x.constant(1))
+    return value, sum_status(x, regular, imaginary, value)
+
+
 def project_rate(x: Multivector, dx: Multivector) -> Checked:
     """Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`."""
     (rate,) = derivative_formula(project_to_blade, ["x"], "x", is_scalar=False)(x, dx)
@@ -85,7 +92,7 @@ def written_size(*terms: Multivector) -> Multivector:
     return first.sum(x.new({b: x.ring.apply("abs", c) for b, c in x.terms.items()}) for x in terms)
 
 
-def cases_of_sum(x: Multivector, written: Multivector) -> tuple[Mask, Mask]:
+def cases_of_sum(x: Multivector, written: Multivector, distance: Multivector | None = None) -> tuple[Mask, Mask]:
     """Where x has a projection, and where it is imaginary: decided on what rounding may have left of each sum.
 
     x = X1 + X2 with commuting blades of squares a >= b: s0 = a + b, s4^2 = 4 a b, norm = a - b. The projection is
@@ -98,7 +105,7 @@ def cases_of_sum(x: Multivector, written: Multivector) -> tuple[Mask, Mask]:
         return weight > unit * terms[0], weight < 0  # the mean of points is never imaginary
     sigma = -(x * ~x)
     s0, s4 = sigma.grade(0), sigma.grade(4)
-    noise = product_sizes(sizes(x, unit, terms), terms)
+    noise = product_sizes(sizes(x, unit, terms), terms if distance is None else displaced(terms, distance))
     noise0 = unit * noise[1]
     positive, negative = s0 > noise0, s0 < -noise0
     square = (s4 * s4).grade(0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..differentiate import derivative_formula
 from ..multivector import Multivector, select
 from ..trace import Result, named
-from .blades import Checked, cases_of_sum, project_sum, project_to_blade, sum_status, written_size
+from .blades import Checked, cases_of_sum, project_far_sum, project_sum, project_to_blade, sum_status, written_size
 from .outcome import NOISE, epsilon, only_if
 from .sizes import product_sizes, sizes
 
@@ -21,11 +21,26 @@ def interpolate(x1: Multivector, x2: Multivector, alpha: Multivector) -> Checked
     return project_sum(a + b, written_size(a, b))
 
 
+def interpolate_far(x1: Multivector, x2: Multivector, alpha: Multivector, distance: Multivector) -> Checked:
+    """`interpolate` in coordinates about a local origin: ``distance`` is how far away the objects were given."""
+    a, b = alpha * x1, (1 - alpha) * x2
+    return project_far_sum(a + b, written_size(a, b), distance)
+
+
 def interpolate_rate(x1: Multivector, x2: Multivector, alpha: Multivector) -> Checked:
     """Derivative of the interpolant with respect to alpha, generated from `interpolant`; its statuses."""
+    return _rate(x1, x2, alpha, None)
+
+
+def interpolate_far_rate(x1: Multivector, x2: Multivector, alpha: Multivector, distance: Multivector) -> Checked:
+    """`interpolate_rate` in coordinates about a local origin."""
+    return _rate(x1, x2, alpha, distance)
+
+
+def _rate(x1: Multivector, x2: Multivector, alpha: Multivector, distance: Multivector | None) -> Checked:
     (rate,) = derivative_formula(interpolant, ["x1", "x2", "alpha"], "alpha", is_scalar=True)(x1, x2, alpha)
     a, b = alpha * x1, (1 - alpha) * x2
-    regular, imaginary = cases_of_sum(a + b, written_size(a, b))
+    regular, imaginary = cases_of_sum(a + b, written_size(a, b), distance)
     value = rate.value * only_if(regular, x1.constant(1))
     return value, sum_status(a + b, regular, imaginary, value)
 

@@ -20,6 +20,9 @@ from .turns import turn_plane
 
 #: Invariant decomposition needs B^2 = scalar + grade 4 whose square is a scalar: so in five dimensions and fewer.
 MOST_DIMENSIONS = 5
+#: Squares of two simple parts that differ by less than this many roots of the rounding unit, relative to their sum:
+#: the difference is noise below one of them, and above as many its cube is no error.
+NEARLY_EQUAL = 32
 
 
 def decomposes(like: Multivector, invertibly: bool = False) -> bool:
@@ -72,7 +75,8 @@ def exp_bivector(b: Multivector) -> Multivector:
 
     B1 - B2 = 2 F/(l2 - l1) with F = q B/2 - s B/2, so that the product is C1 C2 + S1 S2 q/2 + B (f1 + f2)/2
     + F (f1 - f2)/(l2 - l1), f1 = S1 C2, f2 = C1 S2. Errors of the last quotient are eps/(l2 - l1), and multiply an F
-    of size l2 - l1: it is good also where the planes of B are not determined.
+    of size l2 - l1: it is good also where the planes of B are not determined. Where l2 - l1 is rounding noise F need
+    not be as small, and the quotient is its limit.
 
     Raises
     ------
@@ -87,8 +91,16 @@ def exp_bivector(b: Multivector) -> Multivector:
     regular = c1 * c2 + b * ((f1 + f2) / 2)
     if not q.terms:
         return regular - b * (s * slope / 2)
+    slope = select(d > NEARLY_EQUAL * sqrt(epsilon(b)) * absolute(s), slope, _slope_of_equal(s / 2))
     difference = (q * b).grade(2) / 2 - b * (s / 2)
     return regular + q * (s1 * s2 / 2) + difference * slope
+
+
+def _slope_of_equal(level: Multivector) -> Multivector:
+    """Limit of (S1 C2 - C1 S2)/(l2 - l1) for l1, l2 towards one level l: (S^2 - C (C - S)/l)/2."""
+    c, s = stumpff0(-level), stumpff1(-level)
+    bent = select(absolute(level) > _least(level), (c - s) / level, level.constant(1) / 3)
+    return (s * s - c * bent) / 2
 
 
 class Parts(NamedTuple):
@@ -178,7 +190,7 @@ def halves(r: Multivector, known: Squares) -> tuple[Mask, list[Half]]:
     r0, v, r4 = r.grade(0), r.grade(2), r.grade(4)
     r4_squared = (r4 * r4).grade(0)
     least = epsilon(r) * epsilon(r)  # a square that can be squared
-    double = (known.s <= 0) & ((2 * known.d < -known.s) & (known.s < -least) | (2 * r4_squared > 1))
+    double = (2 * known.d < -known.s) & (known.s < -least) | (2 * r4_squared > 1)  # there s may be noise above zero
     by_r4 = 4 * r0 * r0 < 1
     both = select(by_r4, r4, known.q)
     j = both / sqrt(select(by_r4, r4_squared, (known.q * known.q).grade(0)))

@@ -56,10 +56,10 @@ def _vector_place(d: Multivector) -> Place:
     foot = u * attached_part(d)
     if not weight.terms:
         return foot, u, d.constant(0)
-    is_round = _is_round_vector(d)
-    axis = select(is_round, first, u / sqrt(only_if(~is_round, (u * u).grade(0))))
-    center = select(is_round, u / only_if(is_round, weight), foot)
-    return center, axis, select(is_round, weight, d.constant(0))
+    curved = _is_round_vector(d)
+    axis = select(curved, first, u / sqrt(only_if(~curved, (u * u).grade(0))))
+    center = select(curved, u / only_if(curved, weight), foot)
+    return center, axis, select(curved, weight, d.constant(0))
 
 
 def _bivector_place(x: Multivector, d: Multivector) -> Place:
@@ -76,12 +76,12 @@ def _bivector_place(x: Multivector, d: Multivector) -> Place:
     center, u, _ = round_center(d)
     square, flat = (u * u).grade(0), euclidean_part(d)
     noise = NOISE * epsilon(d)
-    is_round = square > noise * noise * flat.scalar_product(~flat)
+    curved = square > noise * noise * flat.scalar_product(~flat)
     curvature = sqrt(square)
     return (
-        select(is_round, center, foot),
-        select(is_round, u / only_if(is_round, curvature), axis),
-        select(is_round, curvature, d.constant(0)),
+        select(curved, center, foot),
+        select(curved, u / only_if(curved, curvature), axis),
+        select(curved, curvature, d.constant(0)),
     )
 
 
@@ -106,17 +106,15 @@ def _upright(axis: Multivector) -> Multivector:
 
 
 def turns(center: Multivector, axis: Multivector) -> tuple[Result, Result]:
-    """Half a turn that takes the object there to its negative, and a quarter turn in the same plane.
+    """Half a turn that takes the object there to its negative, and half of that.
 
     In the plane of its axis and an `upright`, about its centre. Without an axis (flat points) the half turn is the
     inversion in the unit sphere about it, with the reflection in e1.
     """
-    plane = _upright(axis) ^ axis
     inversion = (origin(center) - infinity(center) / 2) ^ axes(center)[0]
-    half = select(_is_there(axis), plane, inversion)
-    quarter = (1 + plane) / sqrt(center.constant(2))
-    move = translator(center)
-    return named("half", move >> half), named("quarter", move >> quarter)
+    plane = select(_is_there(axis), _upright(axis) ^ axis, inversion)
+    half = translator(center) >> plane
+    return named("half", half), named("quarter", (1 + half) / sqrt(center.constant(2)))
 
 
 def similarity(
@@ -137,13 +135,13 @@ def similarity(
     one = center1.constant(1)
     first, second = absolute(curvature1) > 0, absolute(curvature2) > 0
     same = (first & second) | (~first & ~second)
-    ratio = select(first, curvature1, one) / select(second, curvature2, one)
-    root = sqrt(only_if(same, absolute(ratio)))
-    scaling = (root + 1 / root - (root - 1 / root) * (infinity(center1) ^ origin(center1))) / 2
+    inside_out = ((curvature1 < 0) & (curvature2 > 0)) | ((curvature1 > 0) & (curvature2 < 0))
+    a, b = select(first, absolute(curvature1), one), select(second, absolute(curvature2), one)
+    scaling = (a + b - (a - b) * (infinity(center1) ^ origin(center1))) / (2 * sqrt(only_if(same, a)) * sqrt(b))
     turned = _is_there(axis1) & _is_there(axis2)
     turn, opposite = _turn(axis1, axis2)
     r = translator(center2) * (scaling * select(turned, turn, one)) * translator(-center1)
-    code = outcome(center1, (~same, Status.SINGULAR), ((turned & opposite) | (ratio < 0), Status.NOT_UNIQUE))
+    code = outcome(center1, (~same, Status.SINGULAR), ((turned & opposite) | inside_out, Status.NOT_UNIQUE))
     return r, code
 
 

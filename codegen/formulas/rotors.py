@@ -114,16 +114,19 @@ def mirror_between(x1: Multivector, x2: Multivector) -> Checked:
 
 
 def unit_rotor(r: Multivector) -> Multivector:
-    """r (r ~r)^(-1/2), the root on the principal branch: the unit rotor at r, for r ~r near 1."""
+    """(r ~r)^(-1/2) r, the root on the principal branch: the unit rotor at r, for r ~r near 1.
+
+    In this order: the grade 4 in r ~r does not commute with r in five dimensions.
+    """
     square = r * ~r
     s0, s4 = square.grade(0), square.grade(4)
     if not s4.terms:
         return r / sqrt(s0)
     if not (s4 * s4).terms:
-        return r * (1 - s4 / (2 * s0)) / sqrt(s0)
+        return (1 - s4 / (2 * s0)) * r / sqrt(s0)
     norm = sqrt(s0 * s0 - (s4 * s4).grade(0))
     p, q = principal_root(s0, s4, norm)
-    return r * (p - q * s4) / norm
+    return (p - q * s4) * r / norm
 
 
 def led(r: Multivector, x: Multivector) -> Multivector:

@@ -28,6 +28,11 @@ def sizes(x: Multivector, unit: Multivector | None = None, written: Sizes | None
     return own[0], own[1], own[2]
 
 
+def displaced(x: Sizes, distance: Multivector) -> Sizes:
+    """Sizes of x with its positions known to rounding at a distance: a move adds so much of the next lower weight."""
+    return x[0], x[1] + distance * x[0], x[2] + distance * x[1]
+
+
 def product_sizes(x: Sizes, y: Sizes) -> Sizes:
     """Bounds of any coefficient of a product, by its weight."""
     return (

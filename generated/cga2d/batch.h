@@ -1092,6 +1092,86 @@ FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
   }
 }
 
+static void FN(cga2d_exp_bivector_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const b_rows = (const S *)ins[0];
+  const ptrdiff_t b_stride = strides[0];
+  V b_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(b_in, b_rows, 6);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+    FN(cga2d_exp_bivector_bivector)(out, b_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
+    FN(cga2d_exp_bivector_bivector)(out, b_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+  }
+}
+
+static void FN(cga2d_log_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(cga2d_log_rotor_even)(out, status, r_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(cga2d_log_rotor_even)(out, status, r_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga2d_sqrt_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[8];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 8);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    FN(cga2d_sqrt_rotor_even)(out, status, r_in);
+FN(store_rows)(out_rows + i * 8, out, 8);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    FN(cga2d_sqrt_rotor_even)(out, status, r_in);
+FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga2d_geometric_multivector_multivector_batch),
   FN(cga2d_geometric_motor_motor_batch),
@@ -1130,4 +1210,7 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga2d_invariants_vector_batch),
   FN(cga2d_invariants_bivector_batch),
   FN(cga2d_invariants_trivector_batch),
+  FN(cga2d_exp_bivector_bivector_batch),
+  FN(cga2d_log_rotor_even_batch),
+  FN(cga2d_sqrt_rotor_even_batch),
 };

@@ -2032,6 +2032,34 @@ FN(store_status)(status_rows + i, status, rows);
   }
 }
 
+static void FN(cga3d_log_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga3d_log_motor_transversor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 3, out, 3);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga3d_log_motor_transversor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 3, out, 3, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static void FN(cga3d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -2084,6 +2112,34 @@ FN(store_status)(status_rows + i, status, W);
     if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
     FN(cga3d_sqrt_motor_any_motor)(out, status, r_in);
 FN(store_tail)(out_rows + i * 8, out, 8, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_sqrt_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[4];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 4);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    FN(cga3d_sqrt_motor_transversor)(out, status, r_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    FN(cga3d_sqrt_motor_transversor)(out, status, r_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
 FN(store_status)(status_rows + i, status, rows);
   }
 }
@@ -3814,82 +3870,6 @@ FN(store_status)(status_rows + i, status, rows);
   }
 }
 
-static void FN(cga3d_rotor_between_line_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[6];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  S *const quality_rows = (S *)outs[1];
-  V quality[2];
-  unsigned char *const status_rows = (unsigned char *)outs[2];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 6);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_rotor_between_line_circle)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_rotor_between_line_circle)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_rotor_between_circle_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[6];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  S *const quality_rows = (S *)outs[1];
-  V quality[2];
-  unsigned char *const status_rows = (unsigned char *)outs[2];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    FN(cga3d_rotor_between_circle_line)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_rotor_between_circle_line)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
 static void FN(cga3d_rotor_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -3960,82 +3940,6 @@ FN(store_status)(status_rows + i, status, W);
     if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
     if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     FN(cga3d_rotor_between_sphere_sphere)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_rotor_between_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[4];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  S *const quality_rows = (S *)outs[1];
-  V quality[2];
-  unsigned char *const status_rows = (unsigned char *)outs[2];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 4);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_rotor_between_plane_sphere)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_rotor_between_plane_sphere)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_rotor_between_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[4];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  S *const quality_rows = (S *)outs[1];
-  V quality[2];
-  unsigned char *const status_rows = (unsigned char *)outs[2];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    FN(cga3d_rotor_between_sphere_plane)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_rotor_between_sphere_plane)(out, quality, status, x1_in, x2_in);
 FN(store_tail)(out_rows + i * 16, out, 16, rows);
 FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
 FN(store_status)(status_rows + i, status, rows);
@@ -4144,74 +4048,6 @@ FN(store_status)(status_rows + i, status, rows);
   }
 }
 
-static void FN(cga3d_mirror_between_line_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[6];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[10];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 6);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_mirror_between_line_circle)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_mirror_between_line_circle)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_mirror_between_circle_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[6];
-  S *const out_rows = (S *)outs[0];
-  V out[10];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    FN(cga3d_mirror_between_circle_line)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_mirror_between_circle_line)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
 static void FN(cga3d_mirror_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -4280,454 +4116,6 @@ FN(store_status)(status_rows + i, status, rows);
   }
 }
 
-static void FN(cga3d_mirror_between_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[4];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[5];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 4);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_mirror_between_plane_sphere)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_mirror_between_plane_sphere)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_mirror_between_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[4];
-  S *const out_rows = (S *)outs[0];
-  V out[5];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    FN(cga3d_mirror_between_sphere_plane)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_mirror_between_sphere_plane)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_refined_rotor_even_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const r_rows = (const S *)ins[0];
-  const ptrdiff_t r_stride = strides[0];
-  V r_in[16];
-  const S *const x1_rows = (const S *)ins[1];
-  const ptrdiff_t x1_stride = strides[1];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[2];
-  const ptrdiff_t x2_stride = strides[2];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  if (begin >= end) return;
-  FN(load_broadcast)(r_in, r_rows, 16);
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_refined_rotor_even_point_pair_point_pair)(out, r_in, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_refined_rotor_even_point_pair_point_pair)(out, r_in, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-  }
-}
-
-static void FN(cga3d_refined_rotor_even_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const r_rows = (const S *)ins[0];
-  const ptrdiff_t r_stride = strides[0];
-  V r_in[16];
-  const S *const x1_rows = (const S *)ins[1];
-  const ptrdiff_t x1_stride = strides[1];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[2];
-  const ptrdiff_t x2_stride = strides[2];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  if (begin >= end) return;
-  FN(load_broadcast)(r_in, r_rows, 16);
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_refined_rotor_even_circle_circle)(out, r_in, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_refined_rotor_even_circle_circle)(out, r_in, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-  }
-}
-
-static void FN(cga3d_refined_rotor_even_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const r_rows = (const S *)ins[0];
-  const ptrdiff_t r_stride = strides[0];
-  V r_in[16];
-  const S *const x1_rows = (const S *)ins[1];
-  const ptrdiff_t x1_stride = strides[1];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[2];
-  const ptrdiff_t x2_stride = strides[2];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  if (begin >= end) return;
-  FN(load_broadcast)(r_in, r_rows, 16);
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_refined_rotor_even_sphere_sphere)(out, r_in, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_refined_rotor_even_sphere_sphere)(out, r_in, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-  }
-}
-
-static void FN(cga3d_turned_rotor_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_turned_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_turned_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_turned_rotor_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_turned_rotor_circle_circle)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_turned_rotor_circle_circle)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_turned_rotor_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[16];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_turned_rotor_sphere_sphere)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_turned_rotor_sphere_sphere)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_trs_rotor_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[12];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_trs_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 12, out, 12);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_trs_rotor_point_pair_point_pair)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 12, out, 12, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_trs_rotor_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[6];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[6];
-  S *const out_rows = (S *)outs[0];
-  V out[12];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 6);
-  FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    FN(cga3d_trs_rotor_line_line)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 12, out, 12);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_trs_rotor_line_line)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 12, out, 12, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_trs_rotor_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[12];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_trs_rotor_circle_circle)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 12, out, 12);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_trs_rotor_circle_circle)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 12, out, 12, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_trs_rotor_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[4];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[4];
-  S *const out_rows = (S *)outs[0];
-  V out[12];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 4);
-  FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    FN(cga3d_trs_rotor_plane_plane)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 12, out, 12);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_trs_rotor_plane_plane)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 12, out, 12, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_trs_rotor_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[12];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_trs_rotor_sphere_sphere)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 12, out, 12);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_trs_rotor_sphere_sphere)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 12, out, 12, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
 static void FN(cga3d_translation_between_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -4758,6 +4146,332 @@ FN(store_status)(status_rows + i, status, W);
     if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
     FN(cga3d_translation_between_point_point)(out, status, x1_in, x2_in);
 FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_unit_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    FN(cga3d_unit_rotor_even)(out, r_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    FN(cga3d_unit_rotor_even)(out, r_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(cga3d_led_even_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  const S *const x_rows = (const S *)ins[1];
+  const ptrdiff_t x_stride = strides[1];
+  V x_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_led_even_point_pair)(out, r_in, x_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_led_even_point_pair)(out, r_in, x_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+  }
+}
+
+static void FN(cga3d_led_even_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  const S *const x_rows = (const S *)ins[1];
+  const ptrdiff_t x_stride = strides[1];
+  V x_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_led_even_circle)(out, r_in, x_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_led_even_circle)(out, r_in, x_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+  }
+}
+
+static void FN(cga3d_led_even_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  const S *const x_rows = (const S *)ins[1];
+  const ptrdiff_t x_stride = strides[1];
+  V x_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  FN(load_broadcast)(x_in, x_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    FN(cga3d_led_even_sphere)(out, r_in, x_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    FN(cga3d_led_even_sphere)(out, r_in, x_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+  }
+}
+
+static void FN(cga3d_signed_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    FN(cga3d_signed_even)(out, r_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    FN(cga3d_signed_even)(out, r_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(cga3d_located_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  S *const center_rows = (S *)outs[0];
+  V center[3];
+  S *const axis_rows = (S *)outs[1];
+  V axis[3];
+  S *const curvature_rows = (S *)outs[2];
+  V curvature[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_located_point_pair)(center, axis, curvature, x_in);
+FN(store_rows)(center_rows + i * 3, center, 3);
+FN(store_rows)(axis_rows + i * 3, axis, 3);
+FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_located_point_pair)(center, axis, curvature, x_in);
+FN(store_tail)(center_rows + i * 3, center, 3, rows);
+FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
+FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+  }
+}
+
+static void FN(cga3d_located_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  S *const center_rows = (S *)outs[0];
+  V center[3];
+  S *const axis_rows = (S *)outs[1];
+  V axis[3];
+  S *const curvature_rows = (S *)outs[2];
+  V curvature[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    FN(cga3d_located_circle)(center, axis, curvature, x_in);
+FN(store_rows)(center_rows + i * 3, center, 3);
+FN(store_rows)(axis_rows + i * 3, axis, 3);
+FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    FN(cga3d_located_circle)(center, axis, curvature, x_in);
+FN(store_tail)(center_rows + i * 3, center, 3, rows);
+FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
+FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+  }
+}
+
+static void FN(cga3d_located_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  S *const center_rows = (S *)outs[0];
+  V center[3];
+  S *const axis_rows = (S *)outs[1];
+  V axis[3];
+  S *const curvature_rows = (S *)outs[2];
+  V curvature[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    FN(cga3d_located_sphere)(center, axis, curvature, x_in);
+FN(store_rows)(center_rows + i * 3, center, 3);
+FN(store_rows)(axis_rows + i * 3, axis, 3);
+FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    FN(cga3d_located_sphere)(center, axis, curvature, x_in);
+FN(store_tail)(center_rows + i * 3, center, 3, rows);
+FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
+FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+  }
+}
+
+static void FN(cga3d_turns_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const center_rows = (const S *)ins[0];
+  const ptrdiff_t center_stride = strides[0];
+  V center_in[3];
+  const S *const axis_rows = (const S *)ins[1];
+  const ptrdiff_t axis_stride = strides[1];
+  V axis_in[3];
+  S *const half_rows = (S *)outs[0];
+  V half[8];
+  S *const quarter_rows = (S *)outs[1];
+  V quarter[9];
+  if (begin >= end) return;
+  FN(load_broadcast)(center_in, center_rows, 3);
+  FN(load_broadcast)(axis_in, axis_rows, 3);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+    FN(cga3d_turns_euclidean_euclidean)(half, quarter, center_in, axis_in);
+FN(store_rows)(half_rows + i * 8, half, 8);
+FN(store_rows)(quarter_rows + i * 9, quarter, 9);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+    FN(cga3d_turns_euclidean_euclidean)(half, quarter, center_in, axis_in);
+FN(store_tail)(half_rows + i * 8, half, 8, rows);
+FN(store_tail)(quarter_rows + i * 9, quarter, 9, rows);
+  }
+}
+
+static void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const center1_rows = (const S *)ins[0];
+  const ptrdiff_t center1_stride = strides[0];
+  V center1_in[3];
+  const S *const axis1_rows = (const S *)ins[1];
+  const ptrdiff_t axis1_stride = strides[1];
+  V axis1_in[3];
+  const S *const curvature1_rows = (const S *)ins[2];
+  const ptrdiff_t curvature1_stride = strides[2];
+  V curvature1_in[1];
+  const S *const center2_rows = (const S *)ins[3];
+  const ptrdiff_t center2_stride = strides[3];
+  V center2_in[3];
+  const S *const axis2_rows = (const S *)ins[4];
+  const ptrdiff_t axis2_stride = strides[4];
+  V axis2_in[3];
+  const S *const curvature2_rows = (const S *)ins[5];
+  const ptrdiff_t curvature2_stride = strides[5];
+  V curvature2_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[12];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(center1_in, center1_rows, 3);
+  FN(load_broadcast)(axis1_in, axis1_rows, 3);
+  FN(load_broadcast)(curvature1_in, curvature1_rows, 1);
+  FN(load_broadcast)(center2_in, center2_rows, 3);
+  FN(load_broadcast)(axis2_in, axis2_rows, 3);
+  FN(load_broadcast)(curvature2_in, curvature2_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (center1_stride) FN(load_rows)(center1_in, center1_rows + i * 3, 3);
+    if (axis1_stride) FN(load_rows)(axis1_in, axis1_rows + i * 3, 3);
+    if (curvature1_stride) FN(load_rows)(curvature1_in, curvature1_rows + i * 1, 1);
+    if (center2_stride) FN(load_rows)(center2_in, center2_rows + i * 3, 3);
+    if (axis2_stride) FN(load_rows)(axis2_in, axis2_rows + i * 3, 3);
+    if (curvature2_stride) FN(load_rows)(curvature2_in, curvature2_rows + i * 1, 1);
+    FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(out, status, center1_in, axis1_in, curvature1_in, center2_in, axis2_in, curvature2_in);
+FN(store_rows)(out_rows + i * 12, out, 12);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (center1_stride) FN(load_tail)(center1_in, center1_rows + i * 3, 3, rows);
+    if (axis1_stride) FN(load_tail)(axis1_in, axis1_rows + i * 3, 3, rows);
+    if (curvature1_stride) FN(load_tail)(curvature1_in, curvature1_rows + i * 1, 1, rows);
+    if (center2_stride) FN(load_tail)(center2_in, center2_rows + i * 3, 3, rows);
+    if (axis2_stride) FN(load_tail)(axis2_in, axis2_rows + i * 3, 3, rows);
+    if (curvature2_stride) FN(load_tail)(curvature2_in, curvature2_rows + i * 1, 1, rows);
+    FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(out, status, center1_in, axis1_in, curvature1_in, center2_in, axis2_in, curvature2_in);
+FN(store_tail)(out_rows + i * 12, out, 12, rows);
 FN(store_status)(status_rows + i, status, rows);
   }
 }
@@ -5674,174 +5388,6 @@ FN(store_status)(status_rows + i, status, rows);
   }
 }
 
-static void FN(cga3d_project_any_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x_rows = (const S *)ins[0];
-  const ptrdiff_t x_stride = strides[0];
-  V x_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[5];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    FN(cga3d_project_any_point)(out, status, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_project_any_point)(out, status, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_project_any_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x_rows = (const S *)ins[0];
-  const ptrdiff_t x_stride = strides[0];
-  V x_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[10];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    FN(cga3d_project_any_point_pair)(out, status, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_project_any_point_pair)(out, status, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_project_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x_rows = (const S *)ins[0];
-  const ptrdiff_t x_stride = strides[0];
-  V x_in[6];
-  S *const out_rows = (S *)outs[0];
-  V out[6];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    FN(cga3d_project_any_line)(out, status, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_project_any_line)(out, status, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_project_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x_rows = (const S *)ins[0];
-  const ptrdiff_t x_stride = strides[0];
-  V x_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[10];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    FN(cga3d_project_any_circle)(out, status, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_project_any_circle)(out, status, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_project_any_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x_rows = (const S *)ins[0];
-  const ptrdiff_t x_stride = strides[0];
-  V x_in[4];
-  S *const out_rows = (S *)outs[0];
-  V out[4];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    FN(cga3d_project_any_plane)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_project_any_plane)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
-static void FN(cga3d_project_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x_rows = (const S *)ins[0];
-  const ptrdiff_t x_stride = strides[0];
-  V x_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[5];
-  unsigned char *const status_rows = (unsigned char *)outs[1];
-  V status[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    FN(cga3d_project_any_sphere)(out, status, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_project_any_sphere)(out, status, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
-  }
-}
-
 static void FN(cga3d_interpolate_any_point_any_point_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -6502,6 +6048,166 @@ FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
   }
 }
 
+static void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_common_sphere_any_line_any_line_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_common_sphere_any_line_any_line_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_common_sphere_any_line_any_line_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_common_sphere_any_circle_any_circle_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_common_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_common_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static void FN(cga3d_pair_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -7042,186 +6748,6 @@ FN(store_tail)(out_rows + i * 1, out, 1, rows);
   }
 }
 
-static void FN(cga3d_aligned_cost_thesis_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_aligned_cost_thesis_point_point)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_aligned_cost_thesis_point_point)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-  }
-}
-
-static void FN(cga3d_aligned_cost_thesis_point_pair_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_aligned_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_aligned_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-  }
-}
-
-static void FN(cga3d_aligned_cost_thesis_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[6];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[6];
-  S *const out_rows = (S *)outs[0];
-  V out[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 6);
-  FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    FN(cga3d_aligned_cost_thesis_line_line)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_aligned_cost_thesis_line_line)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-  }
-}
-
-static void FN(cga3d_aligned_cost_thesis_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[10];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[10];
-  S *const out_rows = (S *)outs[0];
-  V out[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 10);
-  FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    FN(cga3d_aligned_cost_thesis_circle_circle)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_aligned_cost_thesis_circle_circle)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-  }
-}
-
-static void FN(cga3d_aligned_cost_thesis_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[4];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[4];
-  S *const out_rows = (S *)outs[0];
-  V out[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 4);
-  FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    FN(cga3d_aligned_cost_thesis_plane_plane)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_aligned_cost_thesis_plane_plane)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-  }
-}
-
-static void FN(cga3d_aligned_cost_thesis_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
-    const ptrdiff_t *strides)
-{
-  const S *const x1_rows = (const S *)ins[0];
-  const ptrdiff_t x1_stride = strides[0];
-  V x1_in[5];
-  const S *const x2_rows = (const S *)ins[1];
-  const ptrdiff_t x2_stride = strides[1];
-  V x2_in[5];
-  S *const out_rows = (S *)outs[0];
-  V out[1];
-  if (begin >= end) return;
-  FN(load_broadcast)(x1_in, x1_rows, 5);
-  FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    FN(cga3d_aligned_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_aligned_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-  }
-}
-
 static void FN(cga3d_agreement_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
@@ -7546,6 +7072,198 @@ FN(store_tail)(out_rows + i * 1, out, 1, rows);
   }
 }
 
+static void FN(cga3d_exp_bivector_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const b_rows = (const S *)ins[0];
+  const ptrdiff_t b_stride = strides[0];
+  V b_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  if (begin >= end) return;
+  FN(load_broadcast)(b_in, b_rows, 10);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (b_stride) FN(load_rows)(b_in, b_rows + i * 10, 10);
+    FN(cga3d_exp_bivector_bivector)(out, b_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (b_stride) FN(load_tail)(b_in, b_rows + i * 10, 10, rows);
+    FN(cga3d_exp_bivector_bivector)(out, b_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+  }
+}
+
+static void FN(cga3d_log_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    FN(cga3d_log_rotor_even)(out, status, r_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    FN(cga3d_log_rotor_even)(out, status, r_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_log_rotor_dilator_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
+    FN(cga3d_log_rotor_dilator)(out, status, r_in);
+FN(store_rows)(out_rows + i * 1, out, 1);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
+    FN(cga3d_log_rotor_dilator)(out, status, r_in);
+FN(store_tail)(out_rows + i * 1, out, 1, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_log_rotor_homothety_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
+    FN(cga3d_log_rotor_homothety)(out, status, r_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
+    FN(cga3d_log_rotor_homothety)(out, status, r_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_sqrt_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[16];
+  S *const out_rows = (S *)outs[0];
+  V out[16];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 16);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    FN(cga3d_sqrt_rotor_even)(out, status, r_in);
+FN(store_rows)(out_rows + i * 16, out, 16);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    FN(cga3d_sqrt_rotor_even)(out, status, r_in);
+FN(store_tail)(out_rows + i * 16, out, 16, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_sqrt_rotor_dilator_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[2];
+  S *const out_rows = (S *)outs[0];
+  V out[2];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 2);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
+    FN(cga3d_sqrt_rotor_dilator)(out, status, r_in);
+FN(store_rows)(out_rows + i * 2, out, 2);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
+    FN(cga3d_sqrt_rotor_dilator)(out, status, r_in);
+FN(store_tail)(out_rows + i * 2, out, 2, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_sqrt_rotor_homothety_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const r_rows = (const S *)ins[0];
+  const ptrdiff_t r_stride = strides[0];
+  V r_in[5];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(r_in, r_rows, 5);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
+    FN(cga3d_sqrt_rotor_homothety)(out, status, r_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
+    FN(cga3d_sqrt_rotor_homothety)(out, status, r_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga3d_geometric_dense_multivector_multivector_batch),
   FN(cga3d_geometric_motor_motor_batch),
@@ -7614,8 +7332,10 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_exp_bivector_twist_batch),
   FN(cga3d_log_motor_motor_batch),
   FN(cga3d_log_motor_any_motor_batch),
+  FN(cga3d_log_motor_transversor_batch),
   FN(cga3d_sqrt_motor_motor_batch),
   FN(cga3d_sqrt_motor_any_motor_batch),
+  FN(cga3d_sqrt_motor_transversor_batch),
   FN(cga3d_point_euclidean_batch),
   FN(cga3d_direction_euclidean_batch),
   FN(cga3d_flat_point_euclidean_batch),
@@ -7668,33 +7388,24 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_rotor_between_point_pair_point_pair_batch),
   FN(cga3d_rotor_between_line_line_batch),
   FN(cga3d_rotor_between_circle_circle_batch),
-  FN(cga3d_rotor_between_line_circle_batch),
-  FN(cga3d_rotor_between_circle_line_batch),
   FN(cga3d_rotor_between_plane_plane_batch),
   FN(cga3d_rotor_between_sphere_sphere_batch),
-  FN(cga3d_rotor_between_plane_sphere_batch),
-  FN(cga3d_rotor_between_sphere_plane_batch),
   FN(cga3d_mirror_between_point_pair_point_pair_batch),
   FN(cga3d_mirror_between_line_line_batch),
   FN(cga3d_mirror_between_circle_circle_batch),
-  FN(cga3d_mirror_between_line_circle_batch),
-  FN(cga3d_mirror_between_circle_line_batch),
   FN(cga3d_mirror_between_plane_plane_batch),
   FN(cga3d_mirror_between_sphere_sphere_batch),
-  FN(cga3d_mirror_between_plane_sphere_batch),
-  FN(cga3d_mirror_between_sphere_plane_batch),
-  FN(cga3d_refined_rotor_even_point_pair_point_pair_batch),
-  FN(cga3d_refined_rotor_even_circle_circle_batch),
-  FN(cga3d_refined_rotor_even_sphere_sphere_batch),
-  FN(cga3d_turned_rotor_point_pair_point_pair_batch),
-  FN(cga3d_turned_rotor_circle_circle_batch),
-  FN(cga3d_turned_rotor_sphere_sphere_batch),
-  FN(cga3d_trs_rotor_point_pair_point_pair_batch),
-  FN(cga3d_trs_rotor_line_line_batch),
-  FN(cga3d_trs_rotor_circle_circle_batch),
-  FN(cga3d_trs_rotor_plane_plane_batch),
-  FN(cga3d_trs_rotor_sphere_sphere_batch),
   FN(cga3d_translation_between_point_point_batch),
+  FN(cga3d_unit_rotor_even_batch),
+  FN(cga3d_led_even_point_pair_batch),
+  FN(cga3d_led_even_circle_batch),
+  FN(cga3d_led_even_sphere_batch),
+  FN(cga3d_signed_even_batch),
+  FN(cga3d_located_point_pair_batch),
+  FN(cga3d_located_circle_batch),
+  FN(cga3d_located_sphere_batch),
+  FN(cga3d_turns_euclidean_euclidean_batch),
+  FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number_batch),
   FN(cga3d_anchor_point_batch),
   FN(cga3d_anchor_point_pair_batch),
   FN(cga3d_anchor_line_batch),
@@ -7725,12 +7436,6 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_project_rate_any_circle_any_circle_batch),
   FN(cga3d_project_rate_any_plane_any_plane_batch),
   FN(cga3d_project_rate_any_sphere_any_sphere_batch),
-  FN(cga3d_project_any_point_batch),
-  FN(cga3d_project_any_point_pair_batch),
-  FN(cga3d_project_any_line_batch),
-  FN(cga3d_project_any_circle_batch),
-  FN(cga3d_project_any_plane_batch),
-  FN(cga3d_project_any_sphere_batch),
   FN(cga3d_interpolate_any_point_any_point_number_batch),
   FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch),
   FN(cga3d_interpolate_any_line_any_line_number_batch),
@@ -7749,6 +7454,10 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_orientation_any_circle_any_circle_batch),
   FN(cga3d_orientation_any_plane_any_plane_batch),
   FN(cga3d_orientation_any_sphere_any_sphere_batch),
+  FN(cga3d_common_sphere_any_point_pair_any_point_pair_number_batch),
+  FN(cga3d_common_sphere_any_line_any_line_number_batch),
+  FN(cga3d_common_sphere_any_circle_any_circle_number_batch),
+  FN(cga3d_orthogonal_sphere_any_circle_any_circle_number_batch),
   FN(cga3d_pair_cost_point_point_batch),
   FN(cga3d_pair_cost_point_pair_point_pair_batch),
   FN(cga3d_pair_cost_line_line_batch),
@@ -7767,12 +7476,6 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_pair_cost_thesis_circle_circle_batch),
   FN(cga3d_pair_cost_thesis_plane_plane_batch),
   FN(cga3d_pair_cost_thesis_sphere_sphere_batch),
-  FN(cga3d_aligned_cost_thesis_point_point_batch),
-  FN(cga3d_aligned_cost_thesis_point_pair_point_pair_batch),
-  FN(cga3d_aligned_cost_thesis_line_line_batch),
-  FN(cga3d_aligned_cost_thesis_circle_circle_batch),
-  FN(cga3d_aligned_cost_thesis_plane_plane_batch),
-  FN(cga3d_aligned_cost_thesis_sphere_sphere_batch),
   FN(cga3d_agreement_point_point_batch),
   FN(cga3d_agreement_point_pair_point_pair_batch),
   FN(cga3d_agreement_line_line_batch),
@@ -7785,4 +7488,11 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_rotor_cost_thesis_translator_batch),
   FN(cga3d_rotor_cost_thesis_motor_batch),
   FN(cga3d_rotor_cost_thesis_rotor_conformal_batch),
+  FN(cga3d_exp_bivector_bivector_batch),
+  FN(cga3d_log_rotor_even_batch),
+  FN(cga3d_log_rotor_dilator_batch),
+  FN(cga3d_log_rotor_homothety_batch),
+  FN(cga3d_sqrt_rotor_even_batch),
+  FN(cga3d_sqrt_rotor_dilator_batch),
+  FN(cga3d_sqrt_rotor_homothety_batch),
 };

@@ -39,7 +39,7 @@ BS_INLINE void FN(cga3d_aligned_cost_point)(V *RESTRICT out, const V *RESTRICT x
   out[0] = t6; /* 1 */
 }
 
-/* cga3d_mean_point: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 34 mul, 13 add, 22 other. */
+/* cga3d_mean_point: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 34 mul, 18 add, 31 other. */
 BS_INLINE void FN(cga3d_mean_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e1 = x1_in[0];
@@ -68,31 +68,46 @@ BS_INLINE void FN(cga3d_mean_point)(V *RESTRICT out, V *RESTRICT status, const V
   const M t11 = LT(K(64.0) * (t6 * t9), t10);
   const V t12 = SPLAT(BS_NOT_A_NUMBER);
   const V t13 = SELECT(t11, SPLAT(1.0), t12);
-  const V t14 = x1_e2 * w1_s + x2_e2 * w2_s;
-  const V t15 = x1_e3 * w1_s + x2_e3 * w2_s;
-  const V t16 = ABS(t0);
-  const V t17 = ABS(t14);
-  const V t18 = ABS(t15);
-  const V t19 = ABS(t3);
-  const V t20 = ABS(x1_ni * w1_s + x2_ni * w2_s);
-  const V t21 = t16 + t17 + t18 + t19 + t20;
-  const V t22 = t21;
-  const M t23 = LE(t21 - t22, SPLAT(0.0));
-  const M t24 = NOT(t23);
-  const M t25 = LT(t10, SPLAT(0.0));
-  const M t26 = NOT(t11);
-  const V t27 = SELECT(t26, SPLAT(1.0), SPLAT(0.0));
-  const V t28 = SELECT(t25, SPLAT(2.0), t27);
-  const V t29 = SELECT(t24, SPLAT(6.0), t28);
-  out[0] = K(2.0) * (t0 * t3 * t5 * t13); /* e1 */
-  out[1] = K(2.0) * (t14 * t3 * t5 * t13); /* e2 */
-  out[2] = K(2.0) * (t15 * t3 * t5 * t13); /* e3 */
-  out[3] = K(2.0) * (t4 * t5 * t13); /* no */
-  out[4] = -(-t0 * t0 - t14 * t14 - t15 * t15) * t5 * t13; /* ni */
-  status[0] = t29; /* 1 */
+  const V t14 = K(2.0) * (t0 * t3 * t5 * t13);
+  const V t15 = x1_e2 * w1_s + x2_e2 * w2_s;
+  const V t16 = K(2.0) * (t15 * t3 * t5 * t13);
+  const V t17 = x1_e3 * w1_s + x2_e3 * w2_s;
+  const V t18 = K(2.0) * (t17 * t3 * t5 * t13);
+  const V t19 = K(2.0) * (t4 * t5 * t13);
+  const V t20 = -(-t0 * t0 - t15 * t15 - t17 * t17) * t5 * t13;
+  const V t21 = ABS(t0);
+  const V t22 = ABS(t15);
+  const V t23 = ABS(t17);
+  const V t24 = ABS(t3);
+  const V t25 = ABS(x1_ni * w1_s + x2_ni * w2_s);
+  const V t26 = t21 + t22 + t23 + t24 + t25;
+  const V t27 = t26;
+  const M t28 = LE(t26 - t27, SPLAT(0.0));
+  const M t29 = NOT(t28);
+  const M t30 = LT(t10, SPLAT(0.0));
+  const M t31 = NOT(t11);
+  const V t32 = ABS(t14);
+  const V t33 = ABS(t16);
+  const V t34 = ABS(t18);
+  const V t35 = ABS(t19);
+  const V t36 = ABS(t20);
+  const V t37 = t32 + t33 + t34 + t35 + t36;
+  const V t38 = t37;
+  const M t39 = LE(t37 - t38, SPLAT(0.0));
+  const M t40 = NOT(t39);
+  const V t41 = SELECT(t40, SPLAT(6.0), SPLAT(0.0));
+  const V t42 = SELECT(t31, SPLAT(1.0), t41);
+  const V t43 = SELECT(t30, SPLAT(2.0), t42);
+  const V t44 = SELECT(t29, SPLAT(6.0), t43);
+  out[0] = t14; /* e1 */
+  out[1] = t16; /* e2 */
+  out[2] = t18; /* e3 */
+  out[3] = t19; /* no */
+  out[4] = t20; /* ni */
+  status[0] = t44; /* 1 */
 }
 
-/* cga3d_aligned_mean_point: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 34 mul, 13 add, 22 other. */
+/* cga3d_aligned_mean_point: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 34 mul, 18 add, 31 other. */
 BS_INLINE void FN(cga3d_aligned_mean_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e1 = x1_in[0];
@@ -121,28 +136,43 @@ BS_INLINE void FN(cga3d_aligned_mean_point)(V *RESTRICT out, V *RESTRICT status,
   const M t11 = LT(K(64.0) * (t6 * t9), t10);
   const V t12 = SPLAT(BS_NOT_A_NUMBER);
   const V t13 = SELECT(t11, SPLAT(1.0), t12);
-  const V t14 = x1_e2 * w1_s + x2_e2 * w2_s;
-  const V t15 = x1_e3 * w1_s + x2_e3 * w2_s;
-  const V t16 = ABS(t0);
-  const V t17 = ABS(t14);
-  const V t18 = ABS(t15);
-  const V t19 = ABS(t3);
-  const V t20 = ABS(x1_ni * w1_s + x2_ni * w2_s);
-  const V t21 = t16 + t17 + t18 + t19 + t20;
-  const V t22 = t21;
-  const M t23 = LE(t21 - t22, SPLAT(0.0));
-  const M t24 = NOT(t23);
-  const M t25 = LT(t10, SPLAT(0.0));
-  const M t26 = NOT(t11);
-  const V t27 = SELECT(t26, SPLAT(1.0), SPLAT(0.0));
-  const V t28 = SELECT(t25, SPLAT(2.0), t27);
-  const V t29 = SELECT(t24, SPLAT(6.0), t28);
-  out[0] = K(2.0) * (t0 * t3 * t5 * t13); /* e1 */
-  out[1] = K(2.0) * (t14 * t3 * t5 * t13); /* e2 */
-  out[2] = K(2.0) * (t15 * t3 * t5 * t13); /* e3 */
-  out[3] = K(2.0) * (t4 * t5 * t13); /* no */
-  out[4] = -(-t0 * t0 - t14 * t14 - t15 * t15) * t5 * t13; /* ni */
-  status[0] = t29; /* 1 */
+  const V t14 = K(2.0) * (t0 * t3 * t5 * t13);
+  const V t15 = x1_e2 * w1_s + x2_e2 * w2_s;
+  const V t16 = K(2.0) * (t15 * t3 * t5 * t13);
+  const V t17 = x1_e3 * w1_s + x2_e3 * w2_s;
+  const V t18 = K(2.0) * (t17 * t3 * t5 * t13);
+  const V t19 = K(2.0) * (t4 * t5 * t13);
+  const V t20 = -(-t0 * t0 - t15 * t15 - t17 * t17) * t5 * t13;
+  const V t21 = ABS(t0);
+  const V t22 = ABS(t15);
+  const V t23 = ABS(t17);
+  const V t24 = ABS(t3);
+  const V t25 = ABS(x1_ni * w1_s + x2_ni * w2_s);
+  const V t26 = t21 + t22 + t23 + t24 + t25;
+  const V t27 = t26;
+  const M t28 = LE(t26 - t27, SPLAT(0.0));
+  const M t29 = NOT(t28);
+  const M t30 = LT(t10, SPLAT(0.0));
+  const M t31 = NOT(t11);
+  const V t32 = ABS(t14);
+  const V t33 = ABS(t16);
+  const V t34 = ABS(t18);
+  const V t35 = ABS(t19);
+  const V t36 = ABS(t20);
+  const V t37 = t32 + t33 + t34 + t35 + t36;
+  const V t38 = t37;
+  const M t39 = LE(t37 - t38, SPLAT(0.0));
+  const M t40 = NOT(t39);
+  const V t41 = SELECT(t40, SPLAT(6.0), SPLAT(0.0));
+  const V t42 = SELECT(t31, SPLAT(1.0), t41);
+  const V t43 = SELECT(t30, SPLAT(2.0), t42);
+  const V t44 = SELECT(t29, SPLAT(6.0), t43);
+  out[0] = t14; /* e1 */
+  out[1] = t16; /* e2 */
+  out[2] = t18; /* e3 */
+  out[3] = t19; /* no */
+  out[4] = t20; /* ni */
+  status[0] = t44; /* 1 */
 }
 
 /* cga3d_landmark_point: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 0 mul, 0 add. */
@@ -461,7 +491,7 @@ BS_INLINE void FN(cga3d_aligned_cost_point_pair)(V *RESTRICT out, const V *RESTR
   out[0] = -t125 - t130; /* 1 */
 }
 
-/* cga3d_mean_point_pair: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 157 mul, 108 add, 76 other. */
+/* cga3d_mean_point_pair: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 157 mul, 118 add, 90 other. */
 BS_INLINE void FN(cga3d_mean_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e12 = x1_in[0];
@@ -605,33 +635,58 @@ BS_INLINE void FN(cga3d_mean_point_pair)(V *RESTRICT out, V *RESTRICT status, co
   const M t116 = OR(t112, t115);
   const V t117 = SPLAT(BS_NOT_A_NUMBER);
   const V t118 = SELECT(t116, SPLAT(1.0), t117);
-  const V t119 = t36 * t50 * t46;
-  const V t120 = t37 * t50 * t46;
-  const V t121 = t96 + t97 + t65 + t79 + t98 + t66 + t80 + t67 + t81 + t99;
-  const V t122 = t121;
-  const M t123 = LE(t121 - t122, SPLAT(0.0));
-  const M t124 = NOT(t123);
-  const M t125 = LT(t31, -K(64.0) * t102);
-  const M t126 = NOT(t114);
-  const M t127 = AND(t125, t126);
-  const M t128 = NOT(t116);
-  const V t129 = SELECT(t128, SPLAT(1.0), SPLAT(0.0));
-  const V t130 = SELECT(t127, SPLAT(2.0), t129);
-  const V t131 = SELECT(t124, SPLAT(6.0), t130);
-  out[0] = (t2 * t47 + t26 * t51 + t23 * t52 + t29 * t53) * t118; /* e12 */
-  out[1] = (t5 * t47 - t20 * t51 - t17 * t52 + t29 * t119) * t118; /* e13 */
-  out[2] = (t8 * t47 - t14 * t51 - t17 * t53 - t23 * t119) * t118; /* e1no */
-  out[3] = (t11 * t47 - t14 * t52 + t20 * t53 + t26 * t119) * t118; /* e1ni */
-  out[4] = (t14 * t47 + t11 * t51 + t8 * t52 + t29 * t120) * t118; /* e23 */
-  out[5] = (t17 * t47 + t5 * t51 + t8 * t53 - t23 * t120) * t118; /* e2no */
-  out[6] = (t20 * t47 + t5 * t52 - t11 * t53 + t26 * t120) * t118; /* e2ni */
-  out[7] = (t23 * t47 - t2 * t51 + t8 * t119 + t17 * t120) * t118; /* e3no */
-  out[8] = (t26 * t47 - t2 * t52 - t11 * t119 - t20 * t120) * t118; /* e3ni */
-  out[9] = (t29 * t47 - t2 * t53 - t5 * t119 - t14 * t120) * t118; /* noni */
-  status[0] = t131; /* 1 */
+  const V t119 = (t2 * t47 + t26 * t51 + t23 * t52 + t29 * t53) * t118;
+  const V t120 = t36 * t50 * t46;
+  const V t121 = (t5 * t47 - t20 * t51 - t17 * t52 + t29 * t120) * t118;
+  const V t122 = (t8 * t47 - t14 * t51 - t17 * t53 - t23 * t120) * t118;
+  const V t123 = (t11 * t47 - t14 * t52 + t20 * t53 + t26 * t120) * t118;
+  const V t124 = t37 * t50 * t46;
+  const V t125 = (t14 * t47 + t11 * t51 + t8 * t52 + t29 * t124) * t118;
+  const V t126 = (t17 * t47 + t5 * t51 + t8 * t53 - t23 * t124) * t118;
+  const V t127 = (t20 * t47 + t5 * t52 - t11 * t53 + t26 * t124) * t118;
+  const V t128 = (t23 * t47 - t2 * t51 + t8 * t120 + t17 * t124) * t118;
+  const V t129 = (t26 * t47 - t2 * t52 - t11 * t120 - t20 * t124) * t118;
+  const V t130 = (t29 * t47 - t2 * t53 - t5 * t120 - t14 * t124) * t118;
+  const V t131 = t96 + t97 + t65 + t79 + t98 + t66 + t80 + t67 + t81 + t99;
+  const V t132 = t131;
+  const M t133 = LE(t131 - t132, SPLAT(0.0));
+  const M t134 = NOT(t133);
+  const M t135 = LT(t31, -K(64.0) * t102);
+  const M t136 = NOT(t114);
+  const M t137 = AND(t135, t136);
+  const M t138 = NOT(t116);
+  const V t139 = ABS(t119);
+  const V t140 = ABS(t121);
+  const V t141 = ABS(t122);
+  const V t142 = ABS(t123);
+  const V t143 = ABS(t125);
+  const V t144 = ABS(t126);
+  const V t145 = ABS(t127);
+  const V t146 = ABS(t128);
+  const V t147 = ABS(t129);
+  const V t148 = ABS(t130);
+  const V t149 = t139 + t140 + t141 + t142 + t143 + t144 + t145 + t146 + t147 + t148;
+  const V t150 = t149;
+  const M t151 = LE(t149 - t150, SPLAT(0.0));
+  const M t152 = NOT(t151);
+  const V t153 = SELECT(t152, SPLAT(6.0), SPLAT(0.0));
+  const V t154 = SELECT(t138, SPLAT(1.0), t153);
+  const V t155 = SELECT(t137, SPLAT(2.0), t154);
+  const V t156 = SELECT(t134, SPLAT(6.0), t155);
+  out[0] = t119; /* e12 */
+  out[1] = t121; /* e13 */
+  out[2] = t122; /* e1no */
+  out[3] = t123; /* e1ni */
+  out[4] = t125; /* e23 */
+  out[5] = t126; /* e2no */
+  out[6] = t127; /* e2ni */
+  out[7] = t128; /* e3no */
+  out[8] = t129; /* e3ni */
+  out[9] = t130; /* noni */
+  status[0] = t156; /* 1 */
 }
 
-/* cga3d_aligned_mean_point_pair: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 177 mul, 117 add, 78 other. */
+/* cga3d_aligned_mean_point_pair: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 177 mul, 127 add, 92 other. */
 BS_INLINE void FN(cga3d_aligned_mean_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e12 = x1_in[0];
@@ -778,30 +833,55 @@ BS_INLINE void FN(cga3d_aligned_mean_point_pair)(V *RESTRICT out, V *RESTRICT st
   const M t119 = OR(t115, t118);
   const V t120 = SPLAT(BS_NOT_A_NUMBER);
   const V t121 = SELECT(t119, SPLAT(1.0), t120);
-  const V t122 = t39 * t53 * t49;
-  const V t123 = t40 * t53 * t49;
-  const V t124 = t99 + t100 + t68 + t82 + t101 + t69 + t83 + t70 + t84 + t102;
-  const V t125 = t124;
-  const M t126 = LE(t124 - t125, SPLAT(0.0));
-  const M t127 = NOT(t126);
-  const M t128 = LT(t34, -K(64.0) * t105);
-  const M t129 = NOT(t117);
-  const M t130 = AND(t128, t129);
-  const M t131 = NOT(t119);
-  const V t132 = SELECT(t131, SPLAT(1.0), SPLAT(0.0));
-  const V t133 = SELECT(t130, SPLAT(2.0), t132);
-  const V t134 = SELECT(t127, SPLAT(6.0), t133);
-  out[0] = (t5 * t50 + t29 * t54 + t26 * t55 + t32 * t56) * t121; /* e12 */
-  out[1] = (t8 * t50 - t23 * t54 - t20 * t55 + t32 * t122) * t121; /* e13 */
-  out[2] = (t11 * t50 - t17 * t54 - t20 * t56 - t26 * t122) * t121; /* e1no */
-  out[3] = (t14 * t50 - t17 * t55 + t23 * t56 + t29 * t122) * t121; /* e1ni */
-  out[4] = (t17 * t50 + t14 * t54 + t11 * t55 + t32 * t123) * t121; /* e23 */
-  out[5] = (t20 * t50 + t8 * t54 + t11 * t56 - t26 * t123) * t121; /* e2no */
-  out[6] = (t23 * t50 + t8 * t55 - t14 * t56 + t29 * t123) * t121; /* e2ni */
-  out[7] = (t26 * t50 - t5 * t54 + t11 * t122 + t20 * t123) * t121; /* e3no */
-  out[8] = (t29 * t50 - t5 * t55 - t14 * t122 - t23 * t123) * t121; /* e3ni */
-  out[9] = (t32 * t50 - t5 * t56 - t8 * t122 - t17 * t123) * t121; /* noni */
-  status[0] = t134; /* 1 */
+  const V t122 = (t5 * t50 + t29 * t54 + t26 * t55 + t32 * t56) * t121;
+  const V t123 = t39 * t53 * t49;
+  const V t124 = (t8 * t50 - t23 * t54 - t20 * t55 + t32 * t123) * t121;
+  const V t125 = (t11 * t50 - t17 * t54 - t20 * t56 - t26 * t123) * t121;
+  const V t126 = (t14 * t50 - t17 * t55 + t23 * t56 + t29 * t123) * t121;
+  const V t127 = t40 * t53 * t49;
+  const V t128 = (t17 * t50 + t14 * t54 + t11 * t55 + t32 * t127) * t121;
+  const V t129 = (t20 * t50 + t8 * t54 + t11 * t56 - t26 * t127) * t121;
+  const V t130 = (t23 * t50 + t8 * t55 - t14 * t56 + t29 * t127) * t121;
+  const V t131 = (t26 * t50 - t5 * t54 + t11 * t123 + t20 * t127) * t121;
+  const V t132 = (t29 * t50 - t5 * t55 - t14 * t123 - t23 * t127) * t121;
+  const V t133 = (t32 * t50 - t5 * t56 - t8 * t123 - t17 * t127) * t121;
+  const V t134 = t99 + t100 + t68 + t82 + t101 + t69 + t83 + t70 + t84 + t102;
+  const V t135 = t134;
+  const M t136 = LE(t134 - t135, SPLAT(0.0));
+  const M t137 = NOT(t136);
+  const M t138 = LT(t34, -K(64.0) * t105);
+  const M t139 = NOT(t117);
+  const M t140 = AND(t138, t139);
+  const M t141 = NOT(t119);
+  const V t142 = ABS(t122);
+  const V t143 = ABS(t124);
+  const V t144 = ABS(t125);
+  const V t145 = ABS(t126);
+  const V t146 = ABS(t128);
+  const V t147 = ABS(t129);
+  const V t148 = ABS(t130);
+  const V t149 = ABS(t131);
+  const V t150 = ABS(t132);
+  const V t151 = ABS(t133);
+  const V t152 = t142 + t143 + t144 + t145 + t146 + t147 + t148 + t149 + t150 + t151;
+  const V t153 = t152;
+  const M t154 = LE(t152 - t153, SPLAT(0.0));
+  const M t155 = NOT(t154);
+  const V t156 = SELECT(t155, SPLAT(6.0), SPLAT(0.0));
+  const V t157 = SELECT(t141, SPLAT(1.0), t156);
+  const V t158 = SELECT(t140, SPLAT(2.0), t157);
+  const V t159 = SELECT(t137, SPLAT(6.0), t158);
+  out[0] = t122; /* e12 */
+  out[1] = t124; /* e13 */
+  out[2] = t125; /* e1no */
+  out[3] = t126; /* e1ni */
+  out[4] = t128; /* e23 */
+  out[5] = t129; /* e2no */
+  out[6] = t130; /* e2ni */
+  out[7] = t131; /* e3no */
+  out[8] = t132; /* e3ni */
+  out[9] = t133; /* noni */
+  status[0] = t159; /* 1 */
 }
 
 /* cga3d_landmark_point_pair: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 53 mul, 27 add, 16 other. */
@@ -963,7 +1043,7 @@ BS_INLINE void FN(cga3d_aligned_cost_line)(V *RESTRICT out, const V *RESTRICT x1
   out[0] = -t37 - (-t27 - t31 - t34 - t36); /* 1 */
 }
 
-/* cga3d_mean_line: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 45 mul, 27 add, 30 other. */
+/* cga3d_mean_line: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 45 mul, 33 add, 40 other. */
 BS_INLINE void FN(cga3d_mean_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e12ni = x1_in[0];
@@ -1016,28 +1096,45 @@ BS_INLINE void FN(cga3d_mean_line)(V *RESTRICT out, V *RESTRICT status, const V 
   const M t33 = LT(K(64.0) * t32, t11);
   const V t34 = SPLAT(BS_NOT_A_NUMBER);
   const V t35 = SELECT(t33, SPLAT(1.0), t34);
-  const V t36 = ABS(t0);
-  const V t37 = ABS(t14);
-  const V t38 = ABS(t15);
-  const V t39 = t36 + t37 + t29 + t38 + t30 + t31;
-  const V t40 = t39;
-  const M t41 = LE(t39 - t40, SPLAT(0.0));
-  const M t42 = NOT(t41);
-  const M t43 = LT(t11, -K(64.0) * t32);
-  const M t44 = NOT(t33);
-  const V t45 = SELECT(t44, SPLAT(1.0), SPLAT(0.0));
-  const V t46 = SELECT(t43, SPLAT(2.0), t45);
-  const V t47 = SELECT(t42, SPLAT(6.0), t46);
-  out[0] = (t0 * t13 + t9 * t17) * t35; /* e12ni */
-  out[1] = (t14 * t13 - t6 * t17) * t35; /* e13ni */
-  out[2] = t3 * t13 * t35; /* e1noni */
-  out[3] = (t15 * t13 + t3 * t17) * t35; /* e23ni */
-  out[4] = t6 * t13 * t35; /* e2noni */
-  out[5] = t9 * t13 * t35; /* e3noni */
-  status[0] = t47; /* 1 */
+  const V t36 = (t0 * t13 + t9 * t17) * t35;
+  const V t37 = (t14 * t13 - t6 * t17) * t35;
+  const V t38 = t3 * t13 * t35;
+  const V t39 = (t15 * t13 + t3 * t17) * t35;
+  const V t40 = t6 * t13 * t35;
+  const V t41 = t9 * t13 * t35;
+  const V t42 = ABS(t0);
+  const V t43 = ABS(t14);
+  const V t44 = ABS(t15);
+  const V t45 = t42 + t43 + t29 + t44 + t30 + t31;
+  const V t46 = t45;
+  const M t47 = LE(t45 - t46, SPLAT(0.0));
+  const M t48 = NOT(t47);
+  const M t49 = LT(t11, -K(64.0) * t32);
+  const M t50 = NOT(t33);
+  const V t51 = ABS(t36);
+  const V t52 = ABS(t37);
+  const V t53 = ABS(t38);
+  const V t54 = ABS(t39);
+  const V t55 = ABS(t40);
+  const V t56 = ABS(t41);
+  const V t57 = t51 + t52 + t53 + t54 + t55 + t56;
+  const V t58 = t57;
+  const M t59 = LE(t57 - t58, SPLAT(0.0));
+  const M t60 = NOT(t59);
+  const V t61 = SELECT(t60, SPLAT(6.0), SPLAT(0.0));
+  const V t62 = SELECT(t50, SPLAT(1.0), t61);
+  const V t63 = SELECT(t49, SPLAT(2.0), t62);
+  const V t64 = SELECT(t48, SPLAT(6.0), t63);
+  out[0] = t36; /* e12ni */
+  out[1] = t37; /* e13ni */
+  out[2] = t38; /* e1noni */
+  out[3] = t39; /* e23ni */
+  out[4] = t40; /* e2noni */
+  out[5] = t41; /* e3noni */
+  status[0] = t64; /* 1 */
 }
 
-/* cga3d_aligned_mean_line: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 54 mul, 29 add, 32 other. */
+/* cga3d_aligned_mean_line: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 54 mul, 35 add, 42 other. */
 BS_INLINE void FN(cga3d_aligned_mean_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e12ni = x1_in[0];
@@ -1092,25 +1189,42 @@ BS_INLINE void FN(cga3d_aligned_mean_line)(V *RESTRICT out, V *RESTRICT status, 
   const M t35 = LT(K(64.0) * t34, t13);
   const V t36 = SPLAT(BS_NOT_A_NUMBER);
   const V t37 = SELECT(t35, SPLAT(1.0), t36);
-  const V t38 = ABS(t2);
-  const V t39 = ABS(t16);
-  const V t40 = ABS(t17);
-  const V t41 = t38 + t39 + t31 + t40 + t32 + t33;
-  const V t42 = t41;
-  const M t43 = LE(t41 - t42, SPLAT(0.0));
-  const M t44 = NOT(t43);
-  const M t45 = LT(t13, -K(64.0) * t34);
-  const M t46 = NOT(t35);
-  const V t47 = SELECT(t46, SPLAT(1.0), SPLAT(0.0));
-  const V t48 = SELECT(t45, SPLAT(2.0), t47);
-  const V t49 = SELECT(t44, SPLAT(6.0), t48);
-  out[0] = (t2 * t15 + t11 * t19) * t37; /* e12ni */
-  out[1] = (t16 * t15 - t8 * t19) * t37; /* e13ni */
-  out[2] = t5 * t15 * t37; /* e1noni */
-  out[3] = (t17 * t15 + t5 * t19) * t37; /* e23ni */
-  out[4] = t8 * t15 * t37; /* e2noni */
-  out[5] = t11 * t15 * t37; /* e3noni */
-  status[0] = t49; /* 1 */
+  const V t38 = (t2 * t15 + t11 * t19) * t37;
+  const V t39 = (t16 * t15 - t8 * t19) * t37;
+  const V t40 = t5 * t15 * t37;
+  const V t41 = (t17 * t15 + t5 * t19) * t37;
+  const V t42 = t8 * t15 * t37;
+  const V t43 = t11 * t15 * t37;
+  const V t44 = ABS(t2);
+  const V t45 = ABS(t16);
+  const V t46 = ABS(t17);
+  const V t47 = t44 + t45 + t31 + t46 + t32 + t33;
+  const V t48 = t47;
+  const M t49 = LE(t47 - t48, SPLAT(0.0));
+  const M t50 = NOT(t49);
+  const M t51 = LT(t13, -K(64.0) * t34);
+  const M t52 = NOT(t35);
+  const V t53 = ABS(t38);
+  const V t54 = ABS(t39);
+  const V t55 = ABS(t40);
+  const V t56 = ABS(t41);
+  const V t57 = ABS(t42);
+  const V t58 = ABS(t43);
+  const V t59 = t53 + t54 + t55 + t56 + t57 + t58;
+  const V t60 = t59;
+  const M t61 = LE(t59 - t60, SPLAT(0.0));
+  const M t62 = NOT(t61);
+  const V t63 = SELECT(t62, SPLAT(6.0), SPLAT(0.0));
+  const V t64 = SELECT(t52, SPLAT(1.0), t63);
+  const V t65 = SELECT(t51, SPLAT(2.0), t64);
+  const V t66 = SELECT(t50, SPLAT(6.0), t65);
+  out[0] = t38; /* e12ni */
+  out[1] = t39; /* e13ni */
+  out[2] = t40; /* e1noni */
+  out[3] = t41; /* e23ni */
+  out[4] = t42; /* e2noni */
+  out[5] = t43; /* e3noni */
+  status[0] = t66; /* 1 */
 }
 
 /* cga3d_landmark_line: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 12 mul, 5 add, 1 other. */
@@ -1433,7 +1547,7 @@ BS_INLINE void FN(cga3d_aligned_cost_circle)(V *RESTRICT out, const V *RESTRICT 
   out[0] = -t125 - t130; /* 1 */
 }
 
-/* cga3d_mean_circle: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 157 mul, 108 add, 76 other. */
+/* cga3d_mean_circle: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 157 mul, 118 add, 90 other. */
 BS_INLINE void FN(cga3d_mean_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e123 = x1_in[0];
@@ -1577,33 +1691,58 @@ BS_INLINE void FN(cga3d_mean_circle)(V *RESTRICT out, V *RESTRICT status, const 
   const M t116 = OR(t112, t115);
   const V t117 = SPLAT(BS_NOT_A_NUMBER);
   const V t118 = SELECT(t116, SPLAT(1.0), t117);
-  const V t119 = t33 * t50 * t46;
-  const V t120 = t34 * t50 * t46;
-  const V t121 = t96 + t65 + t79 + t66 + t80 + t97 + t67 + t81 + t98 + t99;
-  const V t122 = t121;
-  const M t123 = LE(t121 - t122, SPLAT(0.0));
-  const M t124 = NOT(t123);
-  const M t125 = LT(t31, -K(64.0) * t102);
-  const M t126 = NOT(t114);
-  const M t127 = AND(t125, t126);
-  const M t128 = NOT(t116);
-  const V t129 = SELECT(t128, SPLAT(1.0), SPLAT(0.0));
-  const V t130 = SELECT(t127, SPLAT(2.0), t129);
-  const V t131 = SELECT(t124, SPLAT(6.0), t130);
-  out[0] = (t2 * t47 + t29 * t51 - t26 * t52 + t17 * t53) * t118; /* e123 */
-  out[1] = (t5 * t47 - t29 * t119 + t20 * t52 - t11 * t53) * t118; /* e12no */
-  out[2] = (t8 * t47 + t29 * t120 - t23 * t52 + t14 * t53) * t118; /* e12ni */
-  out[3] = (t11 * t47 + t26 * t119 - t20 * t51 + t5 * t53) * t118; /* e13no */
-  out[4] = (t14 * t47 - t26 * t120 + t23 * t51 - t8 * t53) * t118; /* e13ni */
-  out[5] = (t17 * t47 - t23 * t119 + t20 * t120 - t2 * t53) * t118; /* e1noni */
-  out[6] = (t20 * t47 - t17 * t119 + t11 * t51 - t5 * t52) * t118; /* e23no */
-  out[7] = (t23 * t47 + t17 * t120 - t14 * t51 + t8 * t52) * t118; /* e23ni */
-  out[8] = (t26 * t47 + t14 * t119 - t11 * t120 + t2 * t52) * t118; /* e2noni */
-  out[9] = (t29 * t47 - t8 * t119 + t5 * t120 - t2 * t51) * t118; /* e3noni */
-  status[0] = t131; /* 1 */
+  const V t119 = (t2 * t47 + t29 * t51 - t26 * t52 + t17 * t53) * t118;
+  const V t120 = t33 * t50 * t46;
+  const V t121 = (t5 * t47 - t29 * t120 + t20 * t52 - t11 * t53) * t118;
+  const V t122 = t34 * t50 * t46;
+  const V t123 = (t8 * t47 + t29 * t122 - t23 * t52 + t14 * t53) * t118;
+  const V t124 = (t11 * t47 + t26 * t120 - t20 * t51 + t5 * t53) * t118;
+  const V t125 = (t14 * t47 - t26 * t122 + t23 * t51 - t8 * t53) * t118;
+  const V t126 = (t17 * t47 - t23 * t120 + t20 * t122 - t2 * t53) * t118;
+  const V t127 = (t20 * t47 - t17 * t120 + t11 * t51 - t5 * t52) * t118;
+  const V t128 = (t23 * t47 + t17 * t122 - t14 * t51 + t8 * t52) * t118;
+  const V t129 = (t26 * t47 + t14 * t120 - t11 * t122 + t2 * t52) * t118;
+  const V t130 = (t29 * t47 - t8 * t120 + t5 * t122 - t2 * t51) * t118;
+  const V t131 = t96 + t65 + t79 + t66 + t80 + t97 + t67 + t81 + t98 + t99;
+  const V t132 = t131;
+  const M t133 = LE(t131 - t132, SPLAT(0.0));
+  const M t134 = NOT(t133);
+  const M t135 = LT(t31, -K(64.0) * t102);
+  const M t136 = NOT(t114);
+  const M t137 = AND(t135, t136);
+  const M t138 = NOT(t116);
+  const V t139 = ABS(t119);
+  const V t140 = ABS(t121);
+  const V t141 = ABS(t123);
+  const V t142 = ABS(t124);
+  const V t143 = ABS(t125);
+  const V t144 = ABS(t126);
+  const V t145 = ABS(t127);
+  const V t146 = ABS(t128);
+  const V t147 = ABS(t129);
+  const V t148 = ABS(t130);
+  const V t149 = t139 + t140 + t141 + t142 + t143 + t144 + t145 + t146 + t147 + t148;
+  const V t150 = t149;
+  const M t151 = LE(t149 - t150, SPLAT(0.0));
+  const M t152 = NOT(t151);
+  const V t153 = SELECT(t152, SPLAT(6.0), SPLAT(0.0));
+  const V t154 = SELECT(t138, SPLAT(1.0), t153);
+  const V t155 = SELECT(t137, SPLAT(2.0), t154);
+  const V t156 = SELECT(t134, SPLAT(6.0), t155);
+  out[0] = t119; /* e123 */
+  out[1] = t121; /* e12no */
+  out[2] = t123; /* e12ni */
+  out[3] = t124; /* e13no */
+  out[4] = t125; /* e13ni */
+  out[5] = t126; /* e1noni */
+  out[6] = t127; /* e23no */
+  out[7] = t128; /* e23ni */
+  out[8] = t129; /* e2noni */
+  out[9] = t130; /* e3noni */
+  status[0] = t156; /* 1 */
 }
 
-/* cga3d_aligned_mean_circle: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 177 mul, 117 add, 78 other. */
+/* cga3d_aligned_mean_circle: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 177 mul, 127 add, 92 other. */
 BS_INLINE void FN(cga3d_aligned_mean_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e123 = x1_in[0];
@@ -1750,30 +1889,55 @@ BS_INLINE void FN(cga3d_aligned_mean_circle)(V *RESTRICT out, V *RESTRICT status
   const M t119 = OR(t115, t118);
   const V t120 = SPLAT(BS_NOT_A_NUMBER);
   const V t121 = SELECT(t119, SPLAT(1.0), t120);
-  const V t122 = t36 * t53 * t49;
-  const V t123 = t37 * t53 * t49;
-  const V t124 = t99 + t68 + t82 + t69 + t83 + t100 + t70 + t84 + t101 + t102;
-  const V t125 = t124;
-  const M t126 = LE(t124 - t125, SPLAT(0.0));
-  const M t127 = NOT(t126);
-  const M t128 = LT(t34, -K(64.0) * t105);
-  const M t129 = NOT(t117);
-  const M t130 = AND(t128, t129);
-  const M t131 = NOT(t119);
-  const V t132 = SELECT(t131, SPLAT(1.0), SPLAT(0.0));
-  const V t133 = SELECT(t130, SPLAT(2.0), t132);
-  const V t134 = SELECT(t127, SPLAT(6.0), t133);
-  out[0] = (t5 * t50 + t32 * t54 - t29 * t55 + t20 * t56) * t121; /* e123 */
-  out[1] = (t8 * t50 - t32 * t122 + t23 * t55 - t14 * t56) * t121; /* e12no */
-  out[2] = (t11 * t50 + t32 * t123 - t26 * t55 + t17 * t56) * t121; /* e12ni */
-  out[3] = (t14 * t50 + t29 * t122 - t23 * t54 + t8 * t56) * t121; /* e13no */
-  out[4] = (t17 * t50 - t29 * t123 + t26 * t54 - t11 * t56) * t121; /* e13ni */
-  out[5] = (t20 * t50 - t26 * t122 + t23 * t123 - t5 * t56) * t121; /* e1noni */
-  out[6] = (t23 * t50 - t20 * t122 + t14 * t54 - t8 * t55) * t121; /* e23no */
-  out[7] = (t26 * t50 + t20 * t123 - t17 * t54 + t11 * t55) * t121; /* e23ni */
-  out[8] = (t29 * t50 + t17 * t122 - t14 * t123 + t5 * t55) * t121; /* e2noni */
-  out[9] = (t32 * t50 - t11 * t122 + t8 * t123 - t5 * t54) * t121; /* e3noni */
-  status[0] = t134; /* 1 */
+  const V t122 = (t5 * t50 + t32 * t54 - t29 * t55 + t20 * t56) * t121;
+  const V t123 = t36 * t53 * t49;
+  const V t124 = (t8 * t50 - t32 * t123 + t23 * t55 - t14 * t56) * t121;
+  const V t125 = t37 * t53 * t49;
+  const V t126 = (t11 * t50 + t32 * t125 - t26 * t55 + t17 * t56) * t121;
+  const V t127 = (t14 * t50 + t29 * t123 - t23 * t54 + t8 * t56) * t121;
+  const V t128 = (t17 * t50 - t29 * t125 + t26 * t54 - t11 * t56) * t121;
+  const V t129 = (t20 * t50 - t26 * t123 + t23 * t125 - t5 * t56) * t121;
+  const V t130 = (t23 * t50 - t20 * t123 + t14 * t54 - t8 * t55) * t121;
+  const V t131 = (t26 * t50 + t20 * t125 - t17 * t54 + t11 * t55) * t121;
+  const V t132 = (t29 * t50 + t17 * t123 - t14 * t125 + t5 * t55) * t121;
+  const V t133 = (t32 * t50 - t11 * t123 + t8 * t125 - t5 * t54) * t121;
+  const V t134 = t99 + t68 + t82 + t69 + t83 + t100 + t70 + t84 + t101 + t102;
+  const V t135 = t134;
+  const M t136 = LE(t134 - t135, SPLAT(0.0));
+  const M t137 = NOT(t136);
+  const M t138 = LT(t34, -K(64.0) * t105);
+  const M t139 = NOT(t117);
+  const M t140 = AND(t138, t139);
+  const M t141 = NOT(t119);
+  const V t142 = ABS(t122);
+  const V t143 = ABS(t124);
+  const V t144 = ABS(t126);
+  const V t145 = ABS(t127);
+  const V t146 = ABS(t128);
+  const V t147 = ABS(t129);
+  const V t148 = ABS(t130);
+  const V t149 = ABS(t131);
+  const V t150 = ABS(t132);
+  const V t151 = ABS(t133);
+  const V t152 = t142 + t143 + t144 + t145 + t146 + t147 + t148 + t149 + t150 + t151;
+  const V t153 = t152;
+  const M t154 = LE(t152 - t153, SPLAT(0.0));
+  const M t155 = NOT(t154);
+  const V t156 = SELECT(t155, SPLAT(6.0), SPLAT(0.0));
+  const V t157 = SELECT(t141, SPLAT(1.0), t156);
+  const V t158 = SELECT(t140, SPLAT(2.0), t157);
+  const V t159 = SELECT(t137, SPLAT(6.0), t158);
+  out[0] = t122; /* e123 */
+  out[1] = t124; /* e12no */
+  out[2] = t126; /* e12ni */
+  out[3] = t127; /* e13no */
+  out[4] = t128; /* e13ni */
+  out[5] = t129; /* e1noni */
+  out[6] = t130; /* e23no */
+  out[7] = t131; /* e23ni */
+  out[8] = t132; /* e2noni */
+  out[9] = t133; /* e3noni */
+  status[0] = t159; /* 1 */
 }
 
 /* cga3d_landmark_circle: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 55 mul, 29 add, 19 other. */
@@ -1918,7 +2082,7 @@ BS_INLINE void FN(cga3d_aligned_cost_plane)(V *RESTRICT out, const V *RESTRICT x
   out[0] = -t30 - (-t24 - t27 - t29); /* 1 */
 }
 
-/* cga3d_mean_plane: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 25 mul, 18 add, 27 other. */
+/* cga3d_mean_plane: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 25 mul, 22 add, 35 other. */
 BS_INLINE void FN(cga3d_mean_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e123ni = x1_in[0];
@@ -1962,24 +2126,37 @@ BS_INLINE void FN(cga3d_mean_plane)(V *RESTRICT out, V *RESTRICT status, const V
   const M t28 = LT(K(64.0) * t27, t10);
   const V t29 = SPLAT(BS_NOT_A_NUMBER);
   const V t30 = SELECT(t28, SPLAT(1.0), t29);
-  const V t31 = ABS(t0);
-  const V t32 = t31 + t24 + t25 + t26;
-  const V t33 = t32;
-  const M t34 = LE(t32 - t33, SPLAT(0.0));
-  const M t35 = NOT(t34);
-  const M t36 = LT(t10, -K(64.0) * t27);
-  const M t37 = NOT(t28);
-  const V t38 = SELECT(t37, SPLAT(1.0), SPLAT(0.0));
-  const V t39 = SELECT(t36, SPLAT(2.0), t38);
-  const V t40 = SELECT(t35, SPLAT(6.0), t39);
-  out[0] = t0 * t12 * t30; /* e123ni */
-  out[1] = t3 * t12 * t30; /* e12noni */
-  out[2] = t6 * t12 * t30; /* e13noni */
-  out[3] = t9 * t12 * t30; /* e23noni */
-  status[0] = t40; /* 1 */
+  const V t31 = t0 * t12 * t30;
+  const V t32 = t3 * t12 * t30;
+  const V t33 = t6 * t12 * t30;
+  const V t34 = t9 * t12 * t30;
+  const V t35 = ABS(t0);
+  const V t36 = t35 + t24 + t25 + t26;
+  const V t37 = t36;
+  const M t38 = LE(t36 - t37, SPLAT(0.0));
+  const M t39 = NOT(t38);
+  const M t40 = LT(t10, -K(64.0) * t27);
+  const M t41 = NOT(t28);
+  const V t42 = ABS(t31);
+  const V t43 = ABS(t32);
+  const V t44 = ABS(t33);
+  const V t45 = ABS(t34);
+  const V t46 = t42 + t43 + t44 + t45;
+  const V t47 = t46;
+  const M t48 = LE(t46 - t47, SPLAT(0.0));
+  const M t49 = NOT(t48);
+  const V t50 = SELECT(t49, SPLAT(6.0), SPLAT(0.0));
+  const V t51 = SELECT(t41, SPLAT(1.0), t50);
+  const V t52 = SELECT(t40, SPLAT(2.0), t51);
+  const V t53 = SELECT(t39, SPLAT(6.0), t52);
+  out[0] = t31; /* e123ni */
+  out[1] = t32; /* e12noni */
+  out[2] = t33; /* e13noni */
+  out[3] = t34; /* e23noni */
+  status[0] = t53; /* 1 */
 }
 
-/* cga3d_aligned_mean_plane: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 32 mul, 20 add, 29 other. */
+/* cga3d_aligned_mean_plane: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 32 mul, 24 add, 37 other. */
 BS_INLINE void FN(cga3d_aligned_mean_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e123ni = x1_in[0];
@@ -2026,21 +2203,34 @@ BS_INLINE void FN(cga3d_aligned_mean_plane)(V *RESTRICT out, V *RESTRICT status,
   const M t31 = LT(K(64.0) * t30, t13);
   const V t32 = SPLAT(BS_NOT_A_NUMBER);
   const V t33 = SELECT(t31, SPLAT(1.0), t32);
-  const V t34 = ABS(t3);
-  const V t35 = t34 + t27 + t28 + t29;
-  const V t36 = t35;
-  const M t37 = LE(t35 - t36, SPLAT(0.0));
-  const M t38 = NOT(t37);
-  const M t39 = LT(t13, -K(64.0) * t30);
-  const M t40 = NOT(t31);
-  const V t41 = SELECT(t40, SPLAT(1.0), SPLAT(0.0));
-  const V t42 = SELECT(t39, SPLAT(2.0), t41);
-  const V t43 = SELECT(t38, SPLAT(6.0), t42);
-  out[0] = t3 * t15 * t33; /* e123ni */
-  out[1] = t6 * t15 * t33; /* e12noni */
-  out[2] = t9 * t15 * t33; /* e13noni */
-  out[3] = t12 * t15 * t33; /* e23noni */
-  status[0] = t43; /* 1 */
+  const V t34 = t3 * t15 * t33;
+  const V t35 = t6 * t15 * t33;
+  const V t36 = t9 * t15 * t33;
+  const V t37 = t12 * t15 * t33;
+  const V t38 = ABS(t3);
+  const V t39 = t38 + t27 + t28 + t29;
+  const V t40 = t39;
+  const M t41 = LE(t39 - t40, SPLAT(0.0));
+  const M t42 = NOT(t41);
+  const M t43 = LT(t13, -K(64.0) * t30);
+  const M t44 = NOT(t31);
+  const V t45 = ABS(t34);
+  const V t46 = ABS(t35);
+  const V t47 = ABS(t36);
+  const V t48 = ABS(t37);
+  const V t49 = t45 + t46 + t47 + t48;
+  const V t50 = t49;
+  const M t51 = LE(t49 - t50, SPLAT(0.0));
+  const M t52 = NOT(t51);
+  const V t53 = SELECT(t52, SPLAT(6.0), SPLAT(0.0));
+  const V t54 = SELECT(t44, SPLAT(1.0), t53);
+  const V t55 = SELECT(t43, SPLAT(2.0), t54);
+  const V t56 = SELECT(t42, SPLAT(6.0), t55);
+  out[0] = t34; /* e123ni */
+  out[1] = t35; /* e12noni */
+  out[2] = t36; /* e13noni */
+  out[3] = t37; /* e23noni */
+  status[0] = t56; /* 1 */
 }
 
 /* cga3d_landmark_plane: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 9 mul, 2 add, 1 other. */
@@ -2176,7 +2366,7 @@ BS_INLINE void FN(cga3d_aligned_cost_sphere)(V *RESTRICT out, const V *RESTRICT 
   out[0] = -t42 - (-t43 * t43 - t44 * t44 - t45 * t45 - t24 * t24); /* 1 */
 }
 
-/* cga3d_mean_sphere: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 37 mul, 27 add, 34 other. */
+/* cga3d_mean_sphere: S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`. 37 mul, 32 add, 43 other. */
 BS_INLINE void FN(cga3d_mean_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e123no = x1_in[0];
@@ -2236,24 +2426,39 @@ BS_INLINE void FN(cga3d_mean_sphere)(V *RESTRICT out, V *RESTRICT status, const 
   const M t42 = LT(K(64.0) * t41, t15);
   const V t43 = SPLAT(BS_NOT_A_NUMBER);
   const V t44 = SELECT(t42, SPLAT(1.0), t43);
-  const V t45 = t22 + t26 + t38 + t39 + t40;
-  const V t46 = t45;
-  const M t47 = LE(t45 - t46, SPLAT(0.0));
-  const M t48 = NOT(t47);
-  const M t49 = LT(t15, -K(64.0) * t41);
-  const M t50 = NOT(t42);
-  const V t51 = SELECT(t50, SPLAT(1.0), SPLAT(0.0));
-  const V t52 = SELECT(t49, SPLAT(2.0), t51);
-  const V t53 = SELECT(t48, SPLAT(6.0), t52);
-  out[0] = t2 * t17 * t44; /* e123no */
-  out[1] = t5 * t17 * t44; /* e123ni */
-  out[2] = t8 * t17 * t44; /* e12noni */
-  out[3] = t11 * t17 * t44; /* e13noni */
-  out[4] = t14 * t17 * t44; /* e23noni */
-  status[0] = t53; /* 1 */
+  const V t45 = t2 * t17 * t44;
+  const V t46 = t5 * t17 * t44;
+  const V t47 = t8 * t17 * t44;
+  const V t48 = t11 * t17 * t44;
+  const V t49 = t14 * t17 * t44;
+  const V t50 = t22 + t26 + t38 + t39 + t40;
+  const V t51 = t50;
+  const M t52 = LE(t50 - t51, SPLAT(0.0));
+  const M t53 = NOT(t52);
+  const M t54 = LT(t15, -K(64.0) * t41);
+  const M t55 = NOT(t42);
+  const V t56 = ABS(t45);
+  const V t57 = ABS(t46);
+  const V t58 = ABS(t47);
+  const V t59 = ABS(t48);
+  const V t60 = ABS(t49);
+  const V t61 = t56 + t57 + t58 + t59 + t60;
+  const V t62 = t61;
+  const M t63 = LE(t61 - t62, SPLAT(0.0));
+  const M t64 = NOT(t63);
+  const V t65 = SELECT(t64, SPLAT(6.0), SPLAT(0.0));
+  const V t66 = SELECT(t55, SPLAT(1.0), t65);
+  const V t67 = SELECT(t54, SPLAT(2.0), t66);
+  const V t68 = SELECT(t53, SPLAT(6.0), t67);
+  out[0] = t45; /* e123no */
+  out[1] = t46; /* e123ni */
+  out[2] = t47; /* e12noni */
+  out[3] = t48; /* e13noni */
+  out[4] = t49; /* e23noni */
+  status[0] = t68; /* 1 */
 }
 
-/* cga3d_aligned_mean_sphere: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 47 mul, 31 add, 36 other. */
+/* cga3d_aligned_mean_sphere: `mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned. 47 mul, 36 add, 45 other. */
 BS_INLINE void FN(cga3d_aligned_mean_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in, const V *RESTRICT w1_in, const V *RESTRICT w2_in)
 {
   const V x1_e123no = x1_in[0];
@@ -2316,21 +2521,36 @@ BS_INLINE void FN(cga3d_aligned_mean_sphere)(V *RESTRICT out, V *RESTRICT status
   const M t45 = LT(K(64.0) * t44, t18);
   const V t46 = SPLAT(BS_NOT_A_NUMBER);
   const V t47 = SELECT(t45, SPLAT(1.0), t46);
-  const V t48 = t25 + t29 + t41 + t42 + t43;
-  const V t49 = t48;
-  const M t50 = LE(t48 - t49, SPLAT(0.0));
-  const M t51 = NOT(t50);
-  const M t52 = LT(t18, -K(64.0) * t44);
-  const M t53 = NOT(t45);
-  const V t54 = SELECT(t53, SPLAT(1.0), SPLAT(0.0));
-  const V t55 = SELECT(t52, SPLAT(2.0), t54);
-  const V t56 = SELECT(t51, SPLAT(6.0), t55);
-  out[0] = t5 * t20 * t47; /* e123no */
-  out[1] = t8 * t20 * t47; /* e123ni */
-  out[2] = t11 * t20 * t47; /* e12noni */
-  out[3] = t14 * t20 * t47; /* e13noni */
-  out[4] = t17 * t20 * t47; /* e23noni */
-  status[0] = t56; /* 1 */
+  const V t48 = t5 * t20 * t47;
+  const V t49 = t8 * t20 * t47;
+  const V t50 = t11 * t20 * t47;
+  const V t51 = t14 * t20 * t47;
+  const V t52 = t17 * t20 * t47;
+  const V t53 = t25 + t29 + t41 + t42 + t43;
+  const V t54 = t53;
+  const M t55 = LE(t53 - t54, SPLAT(0.0));
+  const M t56 = NOT(t55);
+  const M t57 = LT(t18, -K(64.0) * t44);
+  const M t58 = NOT(t45);
+  const V t59 = ABS(t48);
+  const V t60 = ABS(t49);
+  const V t61 = ABS(t50);
+  const V t62 = ABS(t51);
+  const V t63 = ABS(t52);
+  const V t64 = t59 + t60 + t61 + t62 + t63;
+  const V t65 = t64;
+  const M t66 = LE(t64 - t65, SPLAT(0.0));
+  const M t67 = NOT(t66);
+  const V t68 = SELECT(t67, SPLAT(6.0), SPLAT(0.0));
+  const V t69 = SELECT(t58, SPLAT(1.0), t68);
+  const V t70 = SELECT(t57, SPLAT(2.0), t69);
+  const V t71 = SELECT(t56, SPLAT(6.0), t70);
+  out[0] = t48; /* e123no */
+  out[1] = t49; /* e123ni */
+  out[2] = t50; /* e12noni */
+  out[3] = t51; /* e13noni */
+  out[4] = t52; /* e23noni */
+  status[0] = t71; /* 1 */
 }
 
 /* cga3d_landmark_sphere: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 26 mul, 3 add, 19 other. */

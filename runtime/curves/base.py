@@ -28,6 +28,14 @@ class Rows(Protocol):
     def degree(self) -> int:
         """Degree of the polynomials."""
 
+    @property
+    def ordinates(self) -> Array:
+        """Coefficients of the sums."""
+
+    @property
+    def rates(self) -> Array:
+        """Coefficients of their derivatives."""
+
     def at(self, t: Array) -> tuple[Array, Array]:
         """Rows, and sums of the absolute values of their terms, both (..., k)."""
 
@@ -54,14 +62,32 @@ class Curve:
     @cached_property
     def _local(self) -> Rows:
         """In the frame of the controls."""
-        return self._rows(self._controls.rows)
+        return self._checked(self._controls.rows)
 
     @cached_property
     def _world(self) -> Rows:
         """In the world."""
         if self._controls.frame is None:
             return self._local
-        return self._rows(rows_of(self._controls.objects, self.kind))
+        return self._checked(rows_of(self._controls.objects, self.kind))
+
+    def _checked(self, rows: Array) -> Rows:
+        """The curve through rows.
+
+        Raises
+        ------
+        InputError
+            If its sums are larger than numbers can be.
+        """
+        with np.errstate(all="ignore"):
+            found = self._rows(rows)
+            finite = bool(np.isfinite(found.ordinates).all() and np.isfinite(found.rates).all())
+        if not finite:
+            raise InputError(
+                f"the sums of this {type(self).__name__} overflow.",
+                remedy="Use smaller tangents, parameters of splines, or raw controls",
+            )
+        return found
 
     # -- what it is ----------------------------------------------------------------------------------------
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,37 +100,47 @@ class Quotient:
 
     Attributes
     ----------
-    ordinates : (n + 1, k)
-        Bernstein coefficients of the numerator: rows times weights.
+    rows : (n + 1, k)
+        What the means are of.
     weights : (n + 1,)
-        Those of the denominator; all are positive.
-    rates : (2 n - 1, k)
-        Bernstein coefficients of the derivative times the square of the denominator.
+        Bernstein coefficients of the denominator; all are positive.
     """
 
-    ordinates: Array
+    rows: Array
     weights: Array
-    rates: Array
 
     @property
     def degree(self) -> int:
         """Degree of numerator and denominator."""
         return len(self.weights) - 1
 
-    @classmethod
-    def of(cls, rows: Array, weights: Array) -> Quotient:
-        """Weighted mean of rows with weights b_i(t) w_i.
+    @cached_property
+    def ordinates(self) -> Array:
+        """Bernstein coefficients of the numerator: rows times weights, (n + 1, k)."""
+        return self.rows * self.weights[:, None]
+
+    @cached_property
+    def rates(self) -> Array:
+        """Bernstein coefficients of the derivative times the square of the denominator, (2 n - 1, k).
 
         With b_i' b_j - b_i b_j' = (i - j) b_i b_j/(t (1 - t)), the quotient rule (4.32) is a sum of differences of
-        rows with positive weights: nothing is left to cancel.
+        rows with positive weights, C(n, i) C(n, j) (j - i)/C(2n - 2, i + j - 1) each: nothing is left to cancel.
         """
-        n = len(weights) - 1
-        rates = np.zeros((2 * n - 1, rows.shape[-1]))
+        n = self.degree
+        rates = np.zeros((2 * n - 1, self.rows.shape[-1]))
+        nearest = float(n)  # the share of i and j = i + 1; for the others by their ratios: binomials would overflow
         for i in range(n):
-            for j in range(i + 1, n + 1):
-                share = comb(n, i) * comb(n, j) * (j - i) / comb(2 * n - 2, i + j - 1)
-                rates[i + j - 1] += share * (weights[i] * weights[j]) * (rows[j] - rows[i])
-        return cls(rows * weights[:, None], weights, rates)
+            j = np.arange(i + 1, n + 1)
+            ratios = (n - j[:-1]) * (j[:-1] + 1 - i) * (i + j[:-1])
+            below = (j[:-1] + 1) * (j[:-1] - i) * (2 * n - 1 - i - j[:-1])
+            shares = nearest * np.cumprod(np.concatenate([[1.0], ratios / below]))
+            rates[2 * i : i + n] += (shares * self.weights[i] * self.weights[j])[:, None] * (
+                self.rows[j] - self.rows[i]
+            )
+            if i < n - 1:
+                up, down = (n - i) * (n - i - 1) * (2 * i + 1) * 2, (i + 2) * (2 * n - 2 - 2 * i) * (2 * n - 3 - 2 * i)
+                nearest *= up / down
+        return rates
 
     def at(self, t: Array) -> tuple[Array, Array]:
         """Rows, and sums of the absolute values of their terms, both (..., k)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,9 @@ from ..objects import inputs
 from .base import Curve
 from .basis import Array, Pieces, Quotient, bezier_pieces, hermite_pieces
 from .controls import Controls, as_controls, joined, rows_of, scalars
+
+#: The least weight over the largest: the squares of weights, and what is divided by them, are numbers.
+LIGHTEST = 1e-60
 
 
 class Bezier(Curve):
@@ -74,7 +76,7 @@ class RationalBezier(Curve):
     controls : Multivector (n,), or sequence of n >= 2
         As for `Bezier`.
     weights : array (n,)
-        Positive numbers; only their ratios count.
+        Positive numbers; only their ratios count, and those end at 1e60.
     align : bool
         As for `Bezier`.
 
@@ -93,6 +95,12 @@ class RationalBezier(Curve):
             i = int(np.argmax(found <= 0))
             raise InputError(f"weights[{i}] is {found[i]:g}; weights are positive.")
         self._weights: Array = found / found.max()
+        i = int(np.argmin(self._weights))
+        if self._weights[i] < LIGHTEST:
+            raise InputError(
+                f"weights[{i}] is {found[i]:g}, less than {LIGHTEST:g} of the largest.",
+                remedy="Leave such a control out",
+            )
 
     @property
     def weights(self) -> Array:
@@ -100,7 +108,7 @@ class RationalBezier(Curve):
         return self._weights.copy()
 
     def _rows(self, rows: Array) -> Quotient:
-        return Quotient.of(rows, self._weights)
+        return Quotient(rows, self._weights)
 
     def to_bezier(self) -> Bezier:
         """The Bezier curve of the weighted controls: its sums are larger, its projected values are the same."""
@@ -142,15 +150,11 @@ class Hermite(Curve):
         """Derivatives v0 and v1, shape (2,); v1 turned over with c1."""
         return self._tangents.astype(self.controls.dtype)
 
-    @cached_property
-    def _local(self) -> Pieces:
-        frame = self._controls.frame
+    def _rows(self, rows: Array) -> Pieces:
+        """Tangents are moved to the frame that the rows are in."""
+        frame = self._controls.frame if rows is self._controls.rows else None
         moved: Multivector = self._tangents if frame is None else ~frame.translator >> self._tangents
-        return _cubic(self._controls.rows, rows_of(moved, self.kind))
-
-    @cached_property
-    def _world(self) -> Pieces:
-        return _cubic(rows_of(self._controls.objects, self.kind), rows_of(self._tangents, self.kind))
+        return _cubic(rows, rows_of(moved, self.kind))
 
     def to_bezier(self) -> Bezier:
         """The same curve as a Bezier cubic, whose two inner controls are no objects."""

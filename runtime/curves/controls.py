@@ -138,7 +138,9 @@ def _entry(x: Any, name: str) -> Multivector:
         except BladesmithError as error:
             raise InputError(f"{name} is no circle: {error}") from None
         if circle._status is not None and circle._status.any():
-            raise InputError(f"{name} is no circle: its normal is zero, or its radius is not positive.")
+            raise InputError(
+                f"{name} is no circle: it is not finite, its normal is zero, or its radius is not positive."
+            )
         return circle
     if isinstance(x, np.ndarray) and x.shape == (cga.kind("circle").size,):
         return cga.multivector(x, kind="circle")

@@ -21,6 +21,8 @@ from .basis import (
 from .bezier import Bezier, as_beziers
 from .controls import as_controls, scalars
 
+#: Steps between knots: splines multiply three of them, and divide by them.
+SHORTEST, LONGEST = 1e-90, 1e90
 #: What a cubic spline does at its ends.
 Ends = Literal["not-a-knot", "natural"]
 
@@ -112,7 +114,8 @@ class Interpolating(Curve):
     objects : Multivector (n,), or sequence of n >= 2
         As the controls of `Bezier`.
     knots : array (n,), optional
-        Increasing parameters; 0, 1, 2, ... without.
+        Increasing parameters; 0, 1, 2, ... without. Where neighbouring steps have a ratio q, sums of degree 2 and 3
+        swing by about q in between, and lose the digits of that.
     degree : 1, 2 or 3
     ends : {"not-a-knot", "natural"}
         A cubic's ends: no joint at the second and the last knot but one, or no second derivative at the ends.
@@ -178,13 +181,22 @@ class Interpolating(Curve):
 
 
 def _increasing(value: Any, count: int) -> Array:
+    """Checked knots, whose steps can be squared and divided by."""
     knots = np.array(arrays.real(value, "knots"), np.float64)
     if knots.shape != (count,):
         raise ShapeError(f"knots have shape {knots.shape}; give one for each of the {count} objects.")
     if not np.isfinite(knots).all():
         raise InputError(f"knots[{int(np.argmin(np.isfinite(knots)))}] is not finite.")
-    steps = np.diff(knots)
+    with np.errstate(over="ignore"):
+        steps = np.diff(knots)
     if not (steps > 0).all():
         i = int(np.argmin(steps > 0))
         raise InputError(f"knots[{i + 1}] is {knots[i + 1]:g}, which does not exceed knots[{i}], {knots[i]:g}.")
+    good = (steps >= SHORTEST) & (steps <= LONGEST)
+    if not good.all():
+        i = int(np.argmin(good))
+        raise InputError(
+            f"knots[{i + 1}] - knots[{i}] is {steps[i]:g}; steps from {SHORTEST:g} to {LONGEST:g} are taken.",
+            remedy="Measure the parameter in another unit",
+        )
     return knots

@@ -46,6 +46,7 @@ def save_json(path: str | os.PathLike[str], x: Multivector) -> None:
 
     if not isinstance(x, Multivector) or x.ndim > 1:
         raise InputError("save_json takes a multivector, or a batch of shape (n,); reshape it first.")
+    _check_path(path)
     own = x.to_basis("orthonormal")
     algebra = own.algebra
     squares = _checked_squares(tuple(int(algebra.metric[i][i]) for i in range(algebra.dimension)))
@@ -79,8 +80,13 @@ def load_json(path: str | os.PathLike[str], algebra: Algebra | None = None) -> M
     InputError
         If the file is missing, damaged, sparse or not of this format.
     SignatureError
-        If its metric is not orthonormal, or not that of ``algebra``.
+        If its metric is not orthonormal.
+    AlgebraMismatchError
+        If it is not that of ``algebra``.
     """
+    _check_path(path)
+    if algebra is not None and not hasattr(algebra, "multivector"):
+        raise InputError(f"algebra is a {type(algebra).__name__}; give one such as bladesmith.cga3d.")
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
         rows, squares = _contents(document)
@@ -88,10 +94,15 @@ def load_json(path: str | os.PathLike[str], algebra: Algebra | None = None) -> M
         raise InputError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
     except BladesmithError as error:
         raise type(error)(str(error), where=str(path)) from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise InputError(f"not a JSON file of clifford ({error})", where=str(path)) from None
     made = _made(rows, squares)
     return made if algebra is None else algebra.multivector(made)
+
+
+def _check_path(path: Any) -> None:
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"path is a {type(path).__name__}; the name of a file is needed.")
 
 
 def _contents(document: Any) -> tuple[NDArray[np.float64], tuple[int, ...]]:
@@ -109,6 +120,8 @@ def _contents(document: Any) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     if metric.ndim != 2 or metric.shape[0] != metric.shape[1] or (metric != np.diag(np.diag(metric))).any():
         raise SignatureError("its metric is not diagonal.")
     squares = _checked_squares(tuple(np.diag(metric)))
+    if not len(data["data"]):
+        rows = np.empty((0, 2 ** len(squares)))  # a batch of no items
     if rows.ndim != 2 or rows.shape[1] != 2 ** len(squares):
         raise ValueError(f"rows of {rows.shape[-1]} coefficients do not fit {len(squares)} basis vectors")
     if not np.isfinite(rows).all():

@@ -5,6 +5,7 @@ Files are read by the package `trimesh` (the extra `mesh`), as they are: nothing
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 from dataclasses import dataclass, field
@@ -16,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, MissingExtraError
+from .. import arrays
+from ..codegen.errors import InputError, MissingExtraError, ShapeError
 from ..multivector import Multivector
 
 Array = NDArray[Any]
@@ -41,6 +43,11 @@ class Mesh:
     dropped_faces : int
         How many were left out.
 
+    Raises
+    ------
+    InputError, ShapeError
+        If the vertices are no finite numbers, or a face names one that is not there.
+
     Notes
     -----
     ``bs.cga3d.point(mesh.vertices)`` are its points.
@@ -50,6 +57,21 @@ class Mesh:
     faces: Array
     name: str = ""
     dropped_faces: int = field(default=0, compare=False)
+
+    def __post_init__(self) -> None:
+        vertices, faces = arrays.real(self.vertices, "vertices").astype(np.float64), np.asarray(self.faces)
+        for name, array in (("vertices", vertices), ("faces", faces)):
+            if array.ndim != 2 or array.shape[1] != 3:
+                raise ShapeError(f"{name} have shape {array.shape}; (n, 3) is needed.")
+        if faces.dtype.kind not in "iu":
+            raise InputError(f"faces hold {faces.dtype}; they are places of vertices, whole numbers.")
+        if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
+            raise InputError(f"a face names a vertex that is not there ({len(vertices)} vertices).")
+        bad = ~np.isfinite(vertices).all(1)
+        if bad.any():
+            raise InputError(f"vertex {int(bad.argmax())} is not finite.")
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces.astype(np.int64))
 
     @cached_property
     def edges(self) -> Array:
@@ -69,7 +91,8 @@ class Mesh:
         Orientations of faces do not matter: angles are measured between planes bent at the edge.
         """
         pairs, edge_of = self._edges
-        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        vertices = _of_size_one(self.vertices)
+        a, b, c = (vertices[self.faces[:, i]] for i in range(3))
         order = np.argsort(edge_of, kind="stable")
         first, second = order[:-1], order[1:]
         joined = edge_of[first] == edge_of[second]
@@ -77,7 +100,7 @@ class Mesh:
         angles = np.full(len(pairs), -np.inf)
         corners = np.stack([c, a, b], 1).reshape(-1, 3)  # of each side of each triangle the corner opposite
         edge = edge_of[first]
-        start, along = self.vertices[pairs[edge, 0]], self.vertices[pairs[edge, 1]] - self.vertices[pairs[edge, 0]]
+        start, along = vertices[pairs[edge, 0]], vertices[pairs[edge, 1]] - vertices[pairs[edge, 0]]
         left, right = (_across(corners[side] - start, along) for side in (first, second))
         bend = np.arctan2(np.linalg.norm(np.cross(left, right), axis=1), -np.einsum("ij,ij->i", left, right))
         np.maximum.at(angles, edge, bend)
@@ -91,9 +114,16 @@ class Mesh:
         return pairs, edge_of.ravel()
 
 
+def _of_size_one(vertices: Array) -> Array:
+    """The same shape in a unit in which squares of coordinates neither overflow nor vanish."""
+    size = np.abs(vertices).max(initial=0.0)
+    return np.asarray(vertices / size) if size > 0 else vertices
+
+
 def _across(v: Array, along: Array) -> Array:
-    """The part of v across a direction."""
-    part = np.einsum("ij,ij->i", v, along) / np.einsum("ij,ij->i", along, along)
+    """The part of v across a direction; all of it where there is none."""
+    square = np.einsum("ij,ij->i", along, along)
+    part = np.einsum("ij,ij->i", v, along) / np.where(square > 0, square, 1.0)
     return np.asarray(v - part[:, None] * along)
 
 
@@ -107,21 +137,26 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     InputError
         If there is no such file, it is of another format or damaged, or holds no triangles.
     """
-    file = Path(path)
+    try:
+        file = Path(os.fsdecode(path))
+        there = file.is_file()
+    except TypeError:
+        raise InputError(f"a mesh is read from a file, and {path!r} names none.") from None
+    except OSError as error:
+        raise InputError(f"there is no such file ({error.strerror})", where=str(path)) from None
     if file.suffix.lower() not in FORMATS:
         raise InputError(f"a mesh is read from {', '.join(FORMATS)}, not {file.suffix or 'a name without an ending'}.",
                          where=str(file))  # fmt: skip
-    if not file.is_file():
+    if not there:
         raise InputError("there is no such file", where=str(file))
     vertices, faces = _read(file)
     if not len(faces):
         raise InputError("the file holds no triangles; a cloud of points has no edges.", where=str(file))
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"a face names a vertex that is not there ({len(vertices)} vertices).", where=str(file))
-    if not np.isfinite(vertices).all():
-        place = int(np.argwhere(~np.isfinite(vertices).all(1))[0, 0])
-        raise InputError(f"vertex {place} is not finite.", where=str(file))
-    return _cleaned(vertices, faces, file)
+    try:
+        given = Mesh(vertices, faces)
+    except InputError as error:
+        raise InputError(error.what, where=str(file)) from None
+    return _cleaned(given.vertices, given.faces, file)
 
 
 def _read(file: Path) -> tuple[Array, Array]:
@@ -130,9 +165,15 @@ def _read(file: Path) -> tuple[Array, Array]:
     except ImportError:
         raise MissingExtraError("mesh", "Reading meshes") from None
     try:
-        found = trimesh.load(str(file), process=False, force="mesh", skip_materials=True)
+        content = file.read_bytes()
+        if file.suffix.lower() == ".obj":  # text, in which names and comments may be of any encoding: numbers are not
+            content = content.decode("utf-8", "replace").encode()
+        kind = file.suffix.lower().removeprefix(".")
+        found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, force="mesh", skip_materials=True)
         vertices = np.array(found.vertices, np.float64).reshape(-1, 3)
         faces = np.array(getattr(found, "faces", ()), np.int64).reshape(-1, 3)
+    except ImportError:  # of a package that guesses encodings
+        raise InputError("the file cannot be read as a mesh (it is neither binary nor text)", where=str(file)) from None
     except Exception as error:  # readers of damaged files raise anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"the file cannot be read as a mesh ({reason})", where=str(file)) from None
@@ -143,11 +184,11 @@ def _cleaned(vertices: Array, faces: Array, file: Path) -> Mesh:
     """Positions once each, and no triangle without an area."""
     positions, place = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # -0 and 0 are one
     corners = place.ravel()[faces]
-    a, b, c = (positions[corners[:, i]] for i in range(3))
+    scaled = _of_size_one(positions)
+    a, b, c = (scaled[corners[:, i]] for i in range(3))
     double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     longest = np.max([np.linalg.norm(u - v, axis=1) for u, v in ((a, b), (b, c), (c, a))], axis=0)
-    size = np.finfo(float).eps * NOISE * np.abs(positions).max()
-    good = double_area > size * longest
+    good = double_area > np.finfo(float).eps * NOISE * longest
     dropped = int(np.count_nonzero(~good))
     if dropped == len(faces):
         raise InputError("all triangles of the file are without an area.", where=str(file))
@@ -188,8 +229,12 @@ def mesh_lines(mesh: Mesh | str | os.PathLike[str], sharp: float | None = None) 
         mesh = load_mesh(mesh)
     segments = mesh.edges
     if sharp is not None:
-        if not 0 <= float(sharp) <= np.pi:
-            raise InputError(f"sharp is {sharp}; an angle from 0 to pi is needed, in radians.")
+        try:
+            good = 0 <= float(sharp) <= np.pi
+        except (TypeError, ValueError, OverflowError):
+            good = False
+        if not good:
+            raise InputError(f"sharp is {sharp!r}; an angle from 0 to pi is needed, in radians.")
         segments = segments[mesh.edge_angles > sharp]
     cga: Any = stock_algebra("cga3d")
     return cga.line_through(segments[:, 0], segments[:, 1]), segments

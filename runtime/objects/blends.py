@@ -123,7 +123,8 @@ def interpolate(
     if method == "rotor" and a.grades != (1,):
         outcome = _along_rotor(x, y, np.asarray(weight))
     else:
-        outcome = call(a.algebra, "interpolation.interpolate", *alike(x, y), Numbers(weight, 0, "alpha"))
+        formula = "interpolation.interpolate" if frame is None else "interpolation.interpolate_far"
+        outcome = call(a.algebra, formula, *alike(x, y), Numbers(weight, 0, "alpha"), *_distance(frame))
     return finished(outcome, (a, b), "interpolate", strict, frame)
 
 
@@ -155,7 +156,8 @@ def interpolate_derivative(X1: Any, X2: Any, *, alpha: Any, align: bool = False,
     if align:
         y = turned(y, opposed(x, y))
     operands = alike(x, y)
-    outcome = call(a.algebra, "interpolation.interpolate_rate", *operands, Numbers(weight, 0, "alpha"))
+    formula = "interpolation.interpolate_rate" if frame is None else "interpolation.interpolate_far_rate"
+    outcome = call(a.algebra, formula, *operands, Numbers(weight, 0, "alpha"), *_distance(frame))
     outcome = Outcome((free(outcome.value, operands[0].kind),), outcome.status)
     return finished(outcome, (a, b), "interpolate_derivative", strict, frame)
 
@@ -204,11 +206,11 @@ def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, str
     parts = y._data if share is None else y._data * share[..., None].astype(y.dtype)  # any scale will do
     total, written = (summed(p, place) for p in (parts, np.abs(parts)))
     layout = x.algebra.type_of(y.kind.layout, y.dtype)
-    outcome = call(
-        x.algebra, "blades.project_sum", *(x._make(layout, data, data.shape[:-1]) for data in (total, written))
-    )
     if frame is not None:
         frame = local.Frame(np.squeeze(frame.origin, place), frame.translator.reshape(total.shape[:-1]))
+    operands = (x._make(layout, data, data.shape[:-1]) for data in (total, written))
+    formula = "blades.project_sum" if frame is None else "blades.project_far_sum"
+    outcome = call(x.algebra, formula, *operands, *_distance(frame))
     return finished(outcome, (), "average", strict, frame)
 
 
@@ -249,6 +251,11 @@ def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
     frame = local.frame(first, x)
     flipped = opposed(first, x) if frame is None else opposed(frame.inward(first), frame.inward(x))
     return turned(x, flipped), flipped[()]
+
+
+def _distance(frame: local.Frame | None) -> tuple[Numbers, ...]:
+    """How far away the objects of a frame were given."""
+    return () if frame is None else (Numbers(np.linalg.norm(frame.origin, axis=-1), 0, "distance"),)
 
 
 def _part(x: Multivector, i: int) -> Multivector:

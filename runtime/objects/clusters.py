@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import real
-from ..codegen.errors import InputError, ShapeError, suggest
+from ..codegen.errors import InputError, ShapeError
 from ..multivector import Multivector
 from ..status import Status
 from . import local
 from .costs import KINDS, is_far
-from .inputs import as_objects
+from .inputs import as_objects, chosen, number, truth
 from .lloyd import Clustering, Labels
 
 #: Ways to choose the first centroids.
@@ -134,19 +134,20 @@ def kmeans(
     rows = objects.reshape(-1)
     frame = local.frame(rows, shared=True) if is_far(rows, rows) else None
     rows = rows if frame is None else frame.inward(rows)
-    _check_choice(kind, tuple(KINDS), "kind")
-    _check_choice(init, STARTS, "init")
+    kind, init = chosen(kind, tuple(KINDS), "kind"), chosen(init, STARTS, "init")
     most = _count(max_iterations, "max_iterations")
-    run = Clustering(rows, _count(k, "k"), _weights(weights, objects.shape), kind, align, threads)
+    counted, unit = _weights(weights, objects.shape)
+    run = Clustering(rows, _count(k, "k"), counted, kind, truth(align, "align"), threads)
+    tolerance = number(tolerance, "tolerance")
     if not 0 <= tolerance < 1:
-        raise InputError(f"tolerance is {tolerance!r}; a number from 0 to 1 is needed.")
+        raise InputError(f"tolerance is {tolerance}; a number from 0 to 1 is needed.")
     random = np.random.default_rng(_count(seed, "seed", least=0))
-    first = run.spread_start(random) if init == STARTS[0] else run.random_start(random)
-    with ExitStack() as stack:
+    with ExitStack() as stack, np.errstate(over="ignore"):  # a total cost beyond all numbers is infinite
+        first = run.spread_start(random) if init == STARTS[0] else run.random_start(random)
         found = run.to_the_end(first, most, tolerance, _teller(progress, most, stack))
     labels, centroids, cost, iterations, converged = found
     centroids = centroids if frame is None else frame.outward(centroids)
-    return Clusters(labels.reshape(objects.shape), centroids, cost, iterations, converged)
+    return Clusters(labels.reshape(objects.shape), centroids, cost * unit, iterations, converged)
 
 
 # -- arguments ---------------------------------------------------------------------------------------------
@@ -162,14 +163,10 @@ def _count(value: Any, name: str, least: int = 1) -> int:
     return count
 
 
-def _check_choice(value: Any, choices: tuple[str, ...], name: str) -> None:
-    if value not in choices:
-        raise InputError(f"{name} is {value!r}{suggest(value, choices)}; it is one of {', '.join(choices)}.")
-
-
-def _weights(weights: Any, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+def _weights(weights: Any, shape: tuple[int, ...]) -> tuple[NDArray[np.float64] | None, float]:
+    """Weights below 2, and their unit, a power of two: sums of great ones do not overflow."""
     if weights is None:
-        return None
+        return None, 1.0
     given = real(weights, "weights").astype(np.float64)
     if given.shape != shape:
         raise ShapeError(f"weights have shape {given.shape}, the objects {shape}; each object needs one.")
@@ -179,14 +176,15 @@ def _weights(weights: Any, shape: tuple[int, ...]) -> NDArray[np.float64] | None
         raise InputError(f"weight {int(bad.argmax())} is {given[bad.argmax()]}; weights are not negative, and finite.")
     if given.size and not given.any():
         raise InputError("all weights are zero.")
-    return given
+    exponent = int(np.frexp(given.max(initial=0))[1]) - 1
+    return np.ldexp(given, -exponent), 2.0**exponent
 
 
 def _teller(wanted: bool | Callable[[int, int], None], most: int, stack: ExitStack) -> Callable[[int], None]:
     """What is told after each iteration."""
     if callable(wanted):
         return lambda done: wanted(done, most)
-    if not wanted:
+    if not truth(wanted, "progress"):
         return lambda done: None
     from tqdm import tqdm
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from .. import arrays
 from ..calls import call
-from ..codegen.errors import GradeError, InputError, suggest
+from ..codegen.errors import GradeError, InputError
 from ..codegen.formulas.costs import CARE
 from ..multivector import Multivector
 from ..status import Status
-from .inputs import as_objects, same_sort
+from .inputs import as_objects, chosen, same_sort, truth
 from .pairwise import pair_values
 
 #: The cost's kind -> ending of the formulas' names.
@@ -90,7 +90,8 @@ def cost_matrix(
         other, touching spheres from outside) it is the cost of that choice, the smaller one of both directions;
         infinity where there is no rotor; NaN for invalid objects only.
     status : array (n, m) of uint8
-        With ``status=True``: `Status.NOT_UNIQUE` for such choices, `Status.INVALID` for invalid objects.
+        With ``status=True``: `Status.NOT_UNIQUE` for such choices, `Status.INVALID` for invalid objects, and what
+        `rotor_between` says of pairs that have no rotor.
 
     Raises
     ------
@@ -102,7 +103,7 @@ def cost_matrix(
     One compiled loop. Pairs for which it would lose digits (nearly opposite objects; rounds some hundred radii from
     the origin) are done again by `rotor_between`, at a hundred times the price: the origin belongs among the objects.
     """
-    ending = _ending(kind)
+    ending, align, status = _ending(kind), truth(align, "align"), truth(status, "status")
     x, y = as_objects(X, "the first objects"), as_objects(Y, "the second objects")
     same_sort(x, y)
     rows, columns = x.reshape(-1), y.reshape(-1)
@@ -113,9 +114,7 @@ def cost_matrix(
 
 
 def _ending(kind: str) -> str:
-    if kind not in KINDS:
-        raise InputError(f"there is no cost of kind {kind!r}{suggest(kind, KINDS)}; it is positive or thesis.")
-    return KINDS[kind]
+    return KINDS[chosen(kind, tuple(KINDS), "kind")]
 
 
 def _completed(
@@ -155,20 +154,21 @@ def _far(x: Multivector, y: Multivector) -> NDArray[np.bool_]:
     """Pairs of rounds so far from the origin, for their radii, that products of their coefficients lose the digits."""
     if not is_far(x, y):
         return np.zeros((1, 1), np.bool_)
-    return np.asarray(np.multiply.outer(_sizes(x), _sizes(y)) > _limit(x, y))
+    return np.asarray(_sizes(x)[:, None] > _limit(x, y) / _sizes(y))  # the product itself may be too great
 
 
 def is_far(x: Multivector, y: Multivector) -> bool:
     """Whether there is any such pair. Products of flats have no squared distances in them."""
     if not {x.kind.name, y.kind.name} & ROUNDS:
         return False
-    return bool(_sizes(x).max(initial=0) * _sizes(y).max(initial=0) > _limit(x, y))
+    one, other = (float(_sizes(item).max(initial=0)) for item in (x, y))
+    return other > 0 and one > _limit(x, y) / other
 
 
 def _sizes(x: Multivector) -> NDArray[np.float64]:
-    """Largest coefficient of each object, 0 for invalid ones."""
+    """Largest coefficient of each object, 1 for invalid ones."""
     size = np.abs(x._data).max(-1).astype(np.float64)
-    return np.where(np.isfinite(size), size, 0.0)
+    return np.where(np.isfinite(size), size, 1.0)
 
 
 def _limit(x: Multivector, y: Multivector) -> float:

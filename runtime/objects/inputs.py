@@ -14,7 +14,7 @@ import numpy as np
 
 from ..calls import finite, invalidated
 from ..checks import holds
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
+from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError, suggest
 from ..codegen.kinds import Kind
 from ..multivector import Multivector
 
@@ -114,6 +114,47 @@ def gathered(objects: Sequence[Any], what: str = "the objects", grades: Sequence
     known = [np.zeros(x.shape, np.uint8) if x._status is None else x._status for x in parts]
     status = np.concatenate([np.ravel(s) for s in known])
     return first._make(first.algebra.type_of(wide, dtype), data, data.shape[:-1], status if status.any() else None)
+
+
+def chosen(value: Any, choices: Sequence[str], name: str) -> str:
+    """The value, one of some words.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(value, str) or value not in choices:
+        near = suggest(value, choices) if isinstance(value, str) else ""
+        raise InputError(f"{name} is {value!r}{near}; it is one of {', '.join(choices)}.")
+    return value
+
+
+def number(value: Any, name: str) -> float:
+    """One real number, which may be infinite or NaN.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{name} is greater than any floating-point number.") from None
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is {value!r}; one real number is needed.") from None
+
+
+def truth(value: Any, name: str) -> bool:
+    """Yes or no.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        return bool(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is a {type(value).__name__}; True or False is needed.") from None
 
 
 def _embedded(x: Multivector, kind: Kind) -> Any:

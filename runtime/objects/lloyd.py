@@ -187,7 +187,7 @@ class Clustering:
 
     def _reseed(self, new: NDArray[Any], labels: Labels, cost: Costs) -> None:
         """Each empty cluster takes one of the objects that cost most, unless that costs nothing."""
-        mass = cost if self.weights is None else cost * (self.weights > 0)
+        mass = cost if self.weights is None else np.where(self.weights > 0, cost, 0)
         empty = np.flatnonzero(np.bincount(labels, minlength=self.k) == 0)
         if len(empty):
             farthest = np.argsort(-mass, kind="stable")[: len(empty)]

@@ -14,14 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import parallel
+from ..arrays import real
 from ..calls import call, raise_first
 from ..codegen.errors import InputError, ShapeError
 from ..multivector import Multivector
 from .greedy import Greedy
-from .inputs import as_objects, gathered
+from .inputs import as_objects, gathered, number, truth
 from .local import Frame
 
 Array = NDArray[Any]
+#: Weights differ at most by this factor: means of point pairs and circles have fourth powers of them.
+WEIGHT_RANGE = 1e60
 #: The algebra that the driver is compiled for.
 ALGEBRA = "cga3d"
 
@@ -105,7 +108,8 @@ def merge_similar(
     Raises
     ------
     InputError, GradeError, ShapeError
-        If the threshold is negative or NaN, a weight is not positive and finite, or X is not made of objects.
+        If the threshold is negative or NaN, a weight is not positive and finite or `WEIGHT_RANGE` times less than
+        another, or X is not made of objects.
     SingularError
         With ``strict``.
 
@@ -125,7 +129,8 @@ def merge_similar(
     >>> merged.shape, groups.tolist()
     ((2,), [0, 0, 1])
     """
-    limit = _threshold(threshold)
+    limit, align, strict = _threshold(threshold), truth(align, "align"), truth(strict, "strict")
+    progress = truth(progress, "progress")
     entries = [as_objects(x, f"the objects: entry {i}") for i, x in enumerate(X)] if _is_list(X) else None
     if entries and len({x.grades for x in entries}) > 1:
         return _by_grade(entries, limit, weights, align, progress, origin, strict, threads)
@@ -136,8 +141,9 @@ def merge_similar(
         raise_first(x._status, "merge_similar")
     flat = x.reshape(x.size).astype(np.float64)
     counted = _weights(weights, x.shape).reshape(x.size)
+    counted = counted / counted.max(initial=np.finfo(float).smallest_subnormal)
     frame = _frame(flat, origin)
-    greedy = Greedy(x.kind.name, frame.inward(flat)._data, counted / counted.max(initial=1.0), limit, bool(align))
+    greedy = Greedy(x.kind.name, frame.inward(flat)._data, counted, limit, align)
     _run(greedy, threads, progress)
     return _result(x, flat, frame, greedy)
 
@@ -147,10 +153,7 @@ def _is_list(X: Any) -> bool:
 
 
 def _threshold(threshold: float) -> float:
-    try:
-        value = float(threshold)
-    except (TypeError, ValueError):
-        raise InputError(f"the threshold is {threshold!r}; a number is needed.") from None
+    value = number(threshold, "the threshold")
     if not value >= 0:
         raise InputError(f"the threshold is {value}; costs are not negative, and a pair merges up to it.")
     return value
@@ -159,15 +162,23 @@ def _threshold(threshold: float) -> float:
 def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> Array:
     if weights is None:
         return np.ones(shape)
+    given = real(weights, "weights").astype(np.float64)
     try:
-        given = np.asarray(weights, np.float64)
         found = np.broadcast_to(given, shape)
-    except (TypeError, ValueError):
-        raise ShapeError(f"the weights are no numbers for objects of shape {shape}.") from None
+    except ValueError:
+        raise ShapeError(f"weights of shape {given.shape} do not fit objects of shape {shape}.") from None
     bad = ~(np.isfinite(found) & (found > 0))
     if bad.any():
         place = tuple(int(i) for i in np.argwhere(bad)[0])
         raise InputError(f"the weight of object {place} is {found[place]}; weights are positive.")
+    heaviest = found.max(initial=0.0)
+    light = found < heaviest / WEIGHT_RANGE
+    if light.any():
+        place = tuple(int(i) for i in np.argwhere(light)[0])
+        raise InputError(
+            f"the weight of object {place} is {found[place]}, that of another {heaviest}; "
+            f"weights may differ by a factor of {WEIGHT_RANGE:g}."
+        )
     return found
 
 

@@ -21,6 +21,9 @@ from ..multivector import Multivector
 from ..proofs import belongs
 from ..rows import embedded
 
+#: Pairs between two looks at an interrupt: some 100 ms.
+MOST_PAIRS = 1 << 22
+
 
 def pair_values(formula: str, x: Multivector, y: Multivector, threads: int | None = None) -> NDArray[Any]:
     """The number that ``formula`` gives for each of n objects with each of m, shape (n, m).
@@ -52,13 +55,16 @@ def nearest(
 def over_rows(m: int, threads: int | None = None) -> Splitter:
     """Shares rows of m pairs each over threads, in chunks that are worth it."""
     count = parallel.thread_count(threads)
-    least = max(1, parallel.GRAIN // max(m, 1))
+    least, most = (max(1, pairs // max(m, 1)) for pairs in (parallel.GRAIN, MOST_PAIRS))
 
     def split(part: parallel.Part, n: int) -> None:
-        if count == 1 or n < 2 * least:
+        if n < 2 * least:
             part(0, n)
+        elif count == 1:
+            parallel.run(part, n, count, chunk=most)
         else:
-            parallel.run(part, n, count, chunk=max(least, -(-n // (count * parallel.CHUNKS_PER_THREAD))))
+            share = -(-n // (count * parallel.CHUNKS_PER_THREAD))
+            parallel.run(part, n, count, chunk=min(max(least, share), most))
 
     return split
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from . import backend, pages, palette
+from . import backend, checks, pages, palette
 from .outlines import Drawable, Faces, Marks, Strokes
 from .shapes import Array, Box
 from .things import Group, Sorted, sorted_out
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Width of lines in points (1/72 inch); of those in large sets; and diameters of points over it.
 WIDTH, THIN, MANY, MARK = 1.6, 0.8, 40, 3.2
+#: Objects along each segment of a curve.
+MOST_SAMPLES = 100_000
 #: Points are drawn over lines, and those over surfaces.
 ORDER = {Faces: 1, Strokes: 2, Marks: 3}
 #: Where the state of a picture is kept on its axes.
@@ -109,7 +111,11 @@ def draw(
     """
     if not things:
         raise InputError("there is nothing to draw.", remedy="Give objects, curves or positions")
-    _check_size(size)
+    size = None if size is None else checks.positive(size, "size")
+    samples = None if samples is None else checks.whole(samples, "samples", 1, MOST_SAMPLES)
+    opacity = checks.fraction(opacity, "opacity")
+    view = None if view is None else checks.pair(view, "view")
+    box = None if extent is None else given_box(extent)
     found = [sorted_out(thing, samples) for thing in things]
     ax = pages.axes() if ax is None else ax
     picture = picture_of(ax)
@@ -126,7 +132,7 @@ def draw(
     picture.things += len(things)
     if view is not None:
         ax.view_init(*view)
-    _show(ax, picture, extent)
+    _show(ax, picture, box)
     if picture.handles:
         pages.show_legend(ax, picture.handles)
     return ax
@@ -156,6 +162,8 @@ def picture_of(ax: Axes3D) -> Picture:
 
 def _for_each(value: Any, count: int, name: str) -> list[Any]:
     """One value per thing; a list is that only where there are several things."""
+    if name == "label" and isinstance(value, tuple):
+        value = list(value)
     if count == 1 and name == "color" or not isinstance(value, list):
         return [value] + [value if name == "color" else None] * (count - 1)
     if len(value) != count:
@@ -185,7 +193,7 @@ def paths(
     Parameters
     ----------
     positions : array (n, m, 3) or (m, 3)
-        Corners; a NaN breaks the line.
+        Corners; a NaN breaks the line, and so does what is further away than 1e100.
     ax, color, size, extent
         As for `draw`; a colour for all or one per polyline.
 
@@ -194,36 +202,33 @@ def paths(
     InputError
         If these are no positions, or another argument is none of its kind.
     """
-    corners = np.asarray(positions)
-    if corners.ndim not in (2, 3) or corners.shape[-1] != 3 or corners.dtype.kind not in "fiu":
+    corners = checks.numbers(positions, "positions")
+    if corners.ndim not in (2, 3) or corners.shape[-1] != 3:
         raise InputError(f"an array of shape {corners.shape} holds no polylines: those are (n, m, 3) or (m, 3).")
-    _check_size(size)
-    corners = corners.reshape(-1, *corners.shape[-2:]).astype(float)
+    size = None if size is None else checks.positive(size, "size")
+    box = None if extent is None else given_box(extent)
+    corners = corners[None] if corners.ndim == 2 else corners
+    corners = np.where(np.abs(corners) <= checks.FARTHEST, corners, np.nan)
     ax = pages.axes() if ax is None else ax
     picture = picture_of(ax)
     rows = palette.per_item(color, len(corners), palette.SERIES[picture.things % len(palette.SERIES)])
     width = size or (WIDTH if len(corners) <= MANY else THIN)
-    if len(corners):
+    if corners.size:
         group = Group("path", (corners,), np.arange(len(corners)))
         picture.drawn.append(Drawn(Drawable(group, rows), width))
     picture.things += 1
-    _show(ax, picture, extent)
+    _show(ax, picture, box)
     return ax
-
-
-def _check_size(size: float | None) -> None:
-    if size is not None and not (np.isfinite(size) and size > 0):
-        raise InputError(f"size is {size}; a width is positive.")
 
 
 # -- the view --------------------------------------------------------------------------------------------------
 
 
-def _show(ax: Axes3D, picture: Picture, extent: Any) -> None:
+def _show(ax: Axes3D, picture: Picture, given: Box | None) -> None:
     """Draw what is new; all of it again if the view has changed."""
     before = picture.box
-    if extent is not None:
-        picture.box, picture.fixed = given_box(extent), True
+    if given is not None:
+        picture.box, picture.fixed = given, True
     elif not picture.fixed:
         picture.box = automatic_box([d.drawable for d in picture.drawn])
     box = picture.box

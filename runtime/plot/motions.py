@@ -13,7 +13,7 @@ from ..errors import GradeError, InputError
 from ..multivector import Multivector
 from ..objects import screws
 from ..status import Status
-from . import drawing, palette
+from . import checks, drawing, palette
 from .shapes import Array, arrows
 
 if TYPE_CHECKING:
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Positions of an orbit in each turn.
 SAMPLES = 128
+#: Positions of one orbit, and points along a side of a field's grid, at most.
+MOST, MOST_GRID = 1_000_000, 40
 #: An orbit that never comes back (of a bivector with a positive square) is drawn up to this exponent each way:
 #: exp(-2 REACH) of its way is left.
 REACH = 3.0
@@ -42,7 +44,7 @@ def orbit_paths(bivector: Multivector, points: Any = (0, 0, 0), turns: float = 1
         Of a rotation (B^2 < 0): whole turns, from t = 0. Of a translation (B^2 = 0): t runs over [0, turns]. Else the
         orbits run between two fixed points, and most of that is shown.
     samples : int
-        Positions for each turn.
+        Positions for each turn, or for all of an orbit that never comes back.
 
     Returns
     -------
@@ -122,7 +124,7 @@ def screw(
 
 
 def velocities(twist: Multivector, points: Any) -> Array:
-    """Velocities (..., 3) of points that move with a twist: dX = X x Omega, so that dx = v + w x r (thesis 6.2).
+    """Velocities (m, 3) of points that move with a twist: dX = X x Omega, so that dx = v + w x r (thesis 6.2).
 
     Raises
     ------
@@ -167,8 +169,7 @@ def twist_field(
     GradeError, InputError
     """
     if points is None:
-        if count < 1 or not reach > 0:
-            raise InputError(f"a grid of {count} points along a side of half {reach} is empty.")
+        count, reach = checks.whole(count, "count", 1, MOST_GRID), checks.positive(reach, "reach")
         side = np.linspace(-reach, reach, count)
         points = np.stack(np.meshgrid(side, side, side, indexing="ij"), -1).reshape(-1, 3)
     start = _positions(_points(twist, points))
@@ -179,9 +180,10 @@ def twist_field(
         start = ways[:, :-1:step].reshape(-1, 3)
         start = start[np.isfinite(start).all(-1)]
     velocity = velocities(twist, start)
+    velocity /= float(np.fmax.reduce(np.abs(velocity), axis=None, initial=0.0)) or 1.0  # only their ratios show
     speed = np.linalg.norm(velocity, axis=-1)
-    longest = float(speed.max(initial=0.0))
-    shown = velocity * (FILL * _spacing(start) / longest) if longest > 0 else velocity
+    longest = float(np.fmax.reduce(speed, initial=0.0))
+    shown = velocity * (FILL * _spacing(start[np.isfinite(start).all(-1)]) / longest) if longest > 0 else velocity
     if color is None:
         color = np.round(speed / longest, 6) if longest > 0 else palette.GREEN  # equal ones have one colour
     heads = HEAD * np.linalg.norm(shown, axis=-1)
@@ -223,7 +225,7 @@ def _points(bivector: Any, points: Any) -> Multivector:
         if points.algebra is not algebra or points.kind.name != "point":
             raise InputError(f"the points are a {points.kind.name} of {points.algebra.name}; {algebra.name} is needed.")
         return points.reshape(-1)
-    xyz = np.asarray(points, float)
+    xyz = checks.numbers(points, "points")
     if xyz.ndim == 0 or xyz.shape[-1] != 3 or not xyz.size:
         raise InputError(f"points of shape {xyz.shape}: positions have a last axis of 3 numbers.")
     return algebra.point(xyz.reshape(-1, 3))  # type: ignore[no-any-return]
@@ -239,16 +241,18 @@ def _positions(points: Multivector) -> Array:
 
 
 def _parameters(bivector: Multivector, turns: float, samples: int) -> Array:
-    if not (np.isfinite(turns) and turns > 0) or samples < 2:
-        raise InputError(f"turns is {turns} and samples {samples}: a positive number, and at least 2.")
+    turns, samples = checks.positive(turns, "turns"), checks.whole(samples, "samples", 2, MOST)
     square = float((_single(bivector) * bivector).grade(0)["1"].item())
-    count = int(np.ceil(samples * max(turns, 1.0))) + 1
     size = float(np.abs(bivector.values).max())
     noise = float(np.finfo(float).eps) * size * size
-    t = np.linspace(0.0, float(turns), count)
-    if square < -noise:
-        return np.asarray(t * (np.pi / np.sqrt(-square)))
-    return t if square <= noise else np.linspace(-REACH, REACH, count) / np.sqrt(square)
+    if square > noise:
+        return np.linspace(-REACH, REACH, samples + 1) / np.sqrt(square)
+    if square >= -noise:
+        return np.linspace(0.0, turns, samples + 1)
+    count = np.ceil(samples * max(turns, 1.0)) + 1
+    if count > MOST:
+        raise InputError(f"{turns:g} turns of {samples} samples are more than {MOST} positions.")
+    return np.asarray(np.linspace(0.0, turns, int(count)) * (np.pi / np.sqrt(-square)))
 
 
 def _spacing(xyz: Array) -> float:

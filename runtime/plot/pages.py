@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
-from . import backend, palette
+from . import backend, checks, palette
 from .shapes import CORNERS, Array, Box
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ VIEW = (22.0, -58.0)
 PAGE, DOTS_PER_INCH = (8.0, 6.0), 100
 #: Part of the page left free around the box, with coordinates and without.
 LABELLED_MARGIN, BARE_MARGIN = 0.075, 0.04
+#: Panels along a side of a page.
+MOST_PANELS = 100
 #: Labelled steps along an axis.
 MOST_TICKS = 5
 #: The box is placed in rounds: nearer, its perspective changes a little.
@@ -59,9 +61,20 @@ def panels(
     size: tuple[float, float] = PAGE,
     frame: bool = True,
 ) -> list[Axes3D]:
-    """Several empty 3D axes on one figure, row by row; arguments as for `axes`."""
-    if rows < 1 or columns < 1:
-        raise InputError(f"{rows} x {columns} panels are none.")
+    """Several empty 3D axes on one figure, row by row; arguments as for `axes`.
+
+    Raises
+    ------
+    InputError
+        For numbers of panels, a view or a size that are none.
+    MissingExtraError
+    """
+    rows, columns = (
+        checks.whole(n, f"{side} of panels", 1, MOST_PANELS) for n, side in ((rows, "rows"), (columns, "columns"))
+    )
+    size = checks.pair(size, "size")
+    if not min(size) > 0:
+        raise InputError(f"size is {size}; a page has a positive width and height.")
     backend.axes_class()  # makes the projection known
     figure = backend.figure_class()(figsize=size, dpi=DOTS_PER_INCH)
     places = [(j / columns, 1 - (i + 1) / rows, 1 / columns, 1 / rows) for i in range(rows) for j in range(columns)]
@@ -73,7 +86,7 @@ def panels(
 
 
 def _dress(ax: Axes3D, view: tuple[float, float], frame: bool) -> None:
-    ax.view_init(*view)
+    ax.view_init(*checks.pair(view, "view"))
     ax.computed_zorder = False  # surfaces first, then lines, then points, each in the order in which they are drawn
     ax.patch.set_visible(False)  # it would cover what its neighbours draw
     if not frame:
@@ -151,11 +164,16 @@ def save(path: str | PathLike[str], picture: Axes3D | Figure, dpi: float = DOTS_
     Raises
     ------
     InputError
-        If the picture is none, or matplotlib does not know the suffix.
+        If the picture is none, ``dpi`` is not positive, or matplotlib does not know the suffix.
+    OSError
+        If the file cannot be written.
     """
     figure: Any = getattr(picture, "figure", picture)
     if not isinstance(figure, backend.figure_class()):
         raise InputError(f"a {type(picture).__name__} is no picture.", remedy="Give the axes that draw() returned")
+    if not isinstance(path, str | PathLike) and not hasattr(path, "write"):
+        raise InputError(f"path is a {type(path).__name__}; the name of a file is needed.")
+    dpi = checks.positive(dpi, "dpi")
     for ax in figure.axes:
         if _HOME in vars(ax):
             fill_page(ax)  # it may have been turned

@@ -46,7 +46,7 @@ def per_item(color: Any, count: int, default: str) -> Rgba:
     """
     if color is None:
         color = default
-    if not isinstance(color, list | np.ndarray) or np.ndim(color) == 0:
+    if not isinstance(color, list) and not (isinstance(color, np.ndarray) and color.ndim):
         return _converted(color)[None]
     values = np.asarray(color) if not isinstance(color, list) or not _has_names(color) else None
     if values is not None and values.ndim == 1 and values.dtype.kind in "biuf":
@@ -68,6 +68,7 @@ def ramp(values: Any) -> Rgba:
     """Rows for numbers, the smallest green, the largest red; grey where they are not finite."""
     values = np.asarray(values, float)
     known = np.isfinite(values)
+    values = np.where(known, values, 0.0) / 2  # the difference of any two is a number
     low, high = (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 1.0)
     place = np.where(known, values - low, 0.0) / ((high - low) or 1.0) * (len(RAMP) - 1)
     table = np.array([_converted(c) for c in RAMP])

@@ -17,6 +17,7 @@ from ..errors import InputError
 from ..multivector import Multivector
 from ..rows import levelled
 from ..status import Status
+from . import checks
 
 #: What `classify` says to the kind whose parameters are read.
 KINDS = {
@@ -59,7 +60,7 @@ def sorted_out(thing: Any, samples: int | None = None) -> Sorted:
     """
     if isinstance(thing, Multivector):
         return _multivector(thing)
-    if callable(thing) and (hasattr(thing, "domain") or hasattr(thing, "segments")):
+    if callable(thing) and not isinstance(thing, type) and (hasattr(thing, "domain") or hasattr(thing, "segments")):
         return _curve(thing, samples)
     if isinstance(thing, np.ndarray):
         return _positions(thing)
@@ -103,12 +104,15 @@ def _positions(xyz: NDArray[Any]) -> Sorted:
 
 
 def _finite(sort: str, parameters: Any, places: Any, count: int, skipped: Counter[str]) -> Sorted:
-    """One group, without the items that are not finite."""
-    known = np.ones(len(places), bool)
-    for rows in parameters:
-        known &= np.isfinite(rows.reshape(len(rows), -1)).all(-1)
-    if not known.all():
-        skipped = skipped + Counter({"not finite": int((~known).sum())})
+    """One group, without the items that are not finite, or too large or far for a picture."""
+    flat = np.concatenate([rows.reshape(len(places), int(np.prod(rows.shape[1:]))) for rows in parameters], axis=1)
+    finite = np.isfinite(flat).all(-1)
+    known = np.asarray((np.abs(flat) <= checks.FARTHEST).all(-1))
+    if sort == "plane":
+        known &= parameters[0].any(-1)  # a sphere so large that rounding leaves a plane of it, but no normal
+    for name, items in (("not finite", ~finite), ("too far", finite & ~known)):
+        if items.any():
+            skipped = skipped + Counter({name: int(items.sum())})
     kept = tuple(rows[known] for rows in parameters)
     return Sorted([Group(sort, kept, places[known])] if known.any() else [], count, skipped)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from . import checks
 from .outlines import Drawable
 from .shapes import Box, common_point
 
@@ -29,9 +30,9 @@ def given_box(extent: Any) -> Box:
     """
     try:
         low, high = (-extent, extent) if np.ndim(extent) == 0 else extent
-        box = Box(np.array(np.broadcast_to(low, 3), float), np.array(np.broadcast_to(high, 3), float))
-        good = bool(np.isfinite(box).all() and (box.low < box.high).all())
-    except (TypeError, ValueError):
+        box = Box(*(np.array(np.broadcast_to(checks.numbers(x, "extent"), 3)) for x in (low, high)))
+        good = bool((np.abs(box) <= checks.FARTHEST).all() and (box.low < box.high).all())
+    except (TypeError, ValueError, InputError):
         good = False
     if not good:
         raise InputError(f"extent is {extent}: give half a side, or (low, high) with low < high.")
