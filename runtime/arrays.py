@@ -26,6 +26,8 @@ def real(value: Any, name: str) -> NDArray[Any]:
         array = np.asarray(value)
     except ValueError:
         raise InputError(f"{name} is ragged; all its rows have one length.") from None
+    except TypeError as error:  # a multivector, for one, says what to take instead
+        raise InputError(f"{name}: {error}") from None
     if array.dtype == F64 or array.dtype == F32:
         return array
     if array.dtype.kind not in "iufb":

@@ -196,6 +196,15 @@ def test_a_cluster_without_objects_starts_again_at_the_farthest() -> None:
     assert converged and same_partition(labels, np.array([0, 0, 1, 1, 2])) and cost < 0.01
 
 
+def test_ties_go_to_the_first_centroid_whichever_moved() -> None:
+    x, centroids = cga.point([[0.0, 0, 0]]), cga.point([[-1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    run = clusters.Clustering(cga.point(np.zeros((3, 3))), 3, None, "positive", True, 1)
+    run.x = x
+    for moved in ([True, False, False], [False, True, False], [True, True, False], [True, True, True]):
+        labels, cost = run._reassigned(centroids, np.array(moved), np.array([1]), np.array([0.75]))
+        assert labels.tolist() == ([0] if moved[0] else [1 if moved != [False, True, False] else 0]) and cost == 0.75
+
+
 def test_fewer_different_objects_than_clusters() -> None:
     x = cga.line(np.zeros((6, 3)), [1, 0, 0])
     for init in clusters.STARTS:

@@ -327,6 +327,23 @@ def test_touching_spheres_and_a_circle_with_its_own_axis() -> None:
         assert cost[0, 1] == pytest.approx(cost[1, 0]) and cost[0, 1] > 0.5
 
 
+def test_where_the_choices_of_both_directions_differ_the_cheaper_one_counts() -> None:
+    """Lines, and circles that touch them and run the other way."""
+    r = np.random.default_rng(4)
+    foot, along, side = r.normal(size=(3, 20, 3))
+    side = np.cross(along, side)
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    radius = 10.0 ** r.uniform(0.5, 2, 20)
+    lines = cga.line(foot, along)
+    circles = cga.circle(foot + radius[:, None] * side, np.cross(side, along), radius)
+    there, back = rotor_cost(rotor_between(lines, circles)), rotor_cost(rotor_between(circles, lines))
+    assert (np.abs(there - back) > 0.1).any()
+    for x, y in ((lines, circles), (circles, lines)):
+        cost, status = cost_matrix(x, y, status=True)
+        assert (np.diag(status) == NOT_UNIQUE).all()
+        np.testing.assert_allclose(np.diag(cost), np.minimum(there, back), rtol=1e-9)
+
+
 @pytest.mark.parametrize("far", [1e3, 1e6])
 def test_far_rounds_are_done_carefully(far: float) -> None:
     r = np.random.default_rng(2)

@@ -7264,6 +7264,666 @@ FN(store_status)(status_rows + i, status, rows);
   }
 }
 
+static void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[10];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(written_in, written_rows, 10);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(out, status, x_in, written_in, distance_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(out, status, x_in, written_in, distance_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_far_sum_any_line_any_line_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[6];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[6];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 6);
+  FN(load_broadcast)(written_in, written_rows, 6);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_project_far_sum_any_line_any_line_number)(out, status, x_in, written_in, distance_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_project_far_sum_any_line_any_line_number)(out, status, x_in, written_in, distance_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_far_sum_any_circle_any_circle_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[10];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[10];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 10);
+  FN(load_broadcast)(written_in, written_rows, 10);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_project_far_sum_any_circle_any_circle_number)(out, status, x_in, written_in, distance_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_project_far_sum_any_circle_any_circle_number)(out, status, x_in, written_in, distance_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_far_sum_any_plane_any_plane_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[4];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[4];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 4);
+  FN(load_broadcast)(written_in, written_rows, 4);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_project_far_sum_any_plane_any_plane_number)(out, status, x_in, written_in, distance_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_project_far_sum_any_plane_any_plane_number)(out, status, x_in, written_in, distance_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_project_far_sum_any_sphere_any_sphere_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x_rows = (const S *)ins[0];
+  const ptrdiff_t x_stride = strides[0];
+  V x_in[5];
+  const S *const written_rows = (const S *)ins[1];
+  const ptrdiff_t written_stride = strides[1];
+  V written_in[5];
+  const S *const distance_rows = (const S *)ins[2];
+  const ptrdiff_t distance_stride = strides[2];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x_in, x_rows, 5);
+  FN(load_broadcast)(written_in, written_rows, 5);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(out, status, x_in, written_in, distance_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(out, status, x_in, written_in, distance_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_any_line_any_line_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_any_circle_any_circle_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_any_plane_any_plane_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[6];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[6];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 6);
+  FN(load_broadcast)(x2_in, x2_rows, 6);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 6, out, 6);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 6, out, 6, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[10];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[10];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 10);
+  FN(load_broadcast)(x2_in, x2_rows, 10);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 10, out, 10);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 10, out, 10, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[4];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[4];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[4];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 4);
+  FN(load_broadcast)(x2_in, x2_rows, 4);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 4, out, 4);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 4, out, 4, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const x1_rows = (const S *)ins[0];
+  const ptrdiff_t x1_stride = strides[0];
+  V x1_in[5];
+  const S *const x2_rows = (const S *)ins[1];
+  const ptrdiff_t x2_stride = strides[1];
+  V x2_in[5];
+  const S *const alpha_rows = (const S *)ins[2];
+  const ptrdiff_t alpha_stride = strides[2];
+  V alpha_in[1];
+  const S *const distance_rows = (const S *)ins[3];
+  const ptrdiff_t distance_stride = strides[3];
+  V distance_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[5];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(x1_in, x1_rows, 5);
+  FN(load_broadcast)(x2_in, x2_rows, 5);
+  FN(load_broadcast)(alpha_in, alpha_rows, 1);
+  FN(load_broadcast)(distance_in, distance_rows, 1);
+  ptrdiff_t i = begin;
+  for (; i + W <= end; i += W) {
+    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_rows)(out_rows + i * 5, out, 5);
+FN(store_status)(status_rows + i, status, W);
+  }
+  if (i < end) {
+    const int rows = (int)(end - i);
+    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
+FN(store_tail)(out_rows + i * 5, out, 5, rows);
+FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga3d_geometric_dense_multivector_multivector_batch),
   FN(cga3d_geometric_motor_motor_batch),
@@ -7495,4 +8155,19 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_sqrt_rotor_even_batch),
   FN(cga3d_sqrt_rotor_dilator_batch),
   FN(cga3d_sqrt_rotor_homothety_batch),
+  FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number_batch),
+  FN(cga3d_project_far_sum_any_line_any_line_number_batch),
+  FN(cga3d_project_far_sum_any_circle_any_circle_number_batch),
+  FN(cga3d_project_far_sum_any_plane_any_plane_number_batch),
+  FN(cga3d_project_far_sum_any_sphere_any_sphere_number_batch),
+  FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number_batch),
+  FN(cga3d_interpolate_far_any_line_any_line_number_number_batch),
+  FN(cga3d_interpolate_far_any_circle_any_circle_number_number_batch),
+  FN(cga3d_interpolate_far_any_plane_any_plane_number_number_batch),
+  FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number_batch),
+  FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number_batch),
+  FN(cga3d_interpolate_far_rate_any_line_any_line_number_number_batch),
+  FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_batch),
+  FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batch),
+  FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_batch),
 };

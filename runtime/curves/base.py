@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
-from ..calls import call, finite, merged, raise_first
+from ..calls import Numbers, Outcome, call, finite, merged, raise_first
 from ..codegen.errors import InputError
 from ..codegen.kinds import Kind
 from ..multivector import Multivector
@@ -148,9 +148,7 @@ class Curve:
         SingularError
             With ``strict``, for the first item without an object.
         """
-        found = call(
-            self.controls.algebra, "blades.project_sum", *map(self._multivector, self._local.at(self._inside(t)))
-        )
+        found = self._projected(*map(self._multivector, self._local.at(self._inside(t))))
         x = self._outward(found.value, found.status)
         if strict:
             raise_first(x._status, "a value of the curve")
@@ -161,11 +159,19 @@ class Curve:
         inside = self._inside(t)
         raw, size, rate = map(self._multivector, (*self._local.at(inside), self._local.rate_at(inside)))
         found = call(self.controls.algebra, "blades.project_rate", raw, rate)
-        of_value = call(self.controls.algebra, "blades.project_sum", raw, size).status
+        of_value = self._projected(raw, size).status
         x = self._outward(found.value, merged(of_value, found.status))
         if strict:
             raise_first(x._status, "a derivative of the curve")
         return x
+
+    def _projected(self, raw: Multivector, size: Multivector) -> Outcome:
+        """Sums projected; far from the world's origin the controls are known to its rounding only."""
+        frame, algebra = self._controls.frame, self.controls.algebra
+        if frame is None or raw.grades == (1,):
+            return call(algebra, "blades.project_sum", raw, size)
+        distance = Numbers(float(np.linalg.norm(frame.origin)), 0, "distance")
+        return call(algebra, "blades.project_far_sum", raw, size, distance)
 
     def raw(self, t: Any) -> Multivector:
         """Sums of the controls at parameters t, not projected."""

@@ -251,7 +251,7 @@ def _even(x: Multivector) -> Multivector:
 
 def _seen_locally(function: Between, a: Multivector, b: Multivector) -> Multivector:
     """The function of two objects; items far from the origin are brought to a local one, and their results back."""
-    far = np.asarray(~(_written(a) * _written(b) < FAR))
+    far = np.asarray(~(_written(a, b) < FAR))
     if not far.any():
         return function(a, b)
     x, y = _at(a, far), _at(b, far)
@@ -264,13 +264,13 @@ def _seen_locally(function: Between, a: Multivector, b: Multivector) -> Multivec
 
 def _frame(a: Multivector, b: Multivector) -> local.Frame:
     """Of the world's origin, one on a near b and one on b near a, that from which both are written smallest."""
-    algebra, best = a.algebra, _written(a) * _written(b)
+    algebra, best = a.algebra, _written(a, b)
     origin = np.zeros((*a.shape, algebra.space), a.dtype)
     for first, second in ((a, b), (b, a)):
         start = _position(call(algebra, "local.anchor", first).value)
         place = _position(call(algebra, "local.nearest", second, algebra.vector(start, "origin")).value)
         frame = local.Frame(place, algebra.translator(place))
-        written = _written(frame.inward(a)) * _written(frame.inward(b))
+        written = _written(frame.inward(a), frame.inward(b))
         better = written < best
         best, origin = np.where(better, written, best), np.where(better[:, None], place, origin)
     return local.Frame(origin, algebra.translator(origin))
@@ -281,9 +281,10 @@ def _position(place: Multivector) -> NDArray[Any]:
     return np.where(np.isfinite(place._data).all(-1, keepdims=True), place._data, place.dtype.type(0))
 
 
-def _written(x: Multivector) -> NDArray[Any]:
-    """How large x is written: the sum of the absolute values of its coefficients."""
-    return np.abs(x._data).sum(-1)  # type: ignore[no-any-return]
+def _written(a: Multivector, b: Multivector) -> NDArray[Any]:
+    """How large a pair is written: the product of the sums of the absolute values of their coefficients."""
+    with np.errstate(over="ignore"):  # infinity is as good: larger than any bound
+        return np.asarray(np.abs(a._data).sum(-1) * np.abs(b._data).sum(-1))
 
 
 def _at(x: Multivector, where: NDArray[np.bool_]) -> Multivector:

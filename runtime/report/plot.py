@@ -58,6 +58,34 @@ def draw(study: Study, rows: Sequence[Measurement]) -> Figure:
     return figure
 
 
+def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
+    """One panel per sweep: largest error against what is varied, a line per method and setting."""
+    names = list(dict.fromkeys(r.sweep for r in rows if r.sweep))
+    lines = list(dict.fromkeys((r.method, r.setting) for r in rows if r.sweep))
+    figure = Figure(figsize=(4.6 * len(names), 4.4), dpi=DOTS_PER_INCH, layout="constrained")
+    axes = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
+    methods = list(dict.fromkeys(method for method, _ in lines))
+    for panel, name in zip(axes, names, strict=True):
+        panel.set(xscale="log", yscale="log", xlabel=name)
+        panel.grid(True, which="major", alpha=0.3)
+        for method, setting in lines:
+            own = [r for r in rows if r.sweep == name and (r.method, r.setting) == (method, setting)]
+            found = [r for r in own if not _all_lost(r)]
+            style = "--" if setting == "float32" else "-"
+            color = f"C{methods.index(method)}"
+            label = f"{method} {setting}".strip()
+            panel.plot([r.value for r in found], [_height(r) for r in found], style, color=color, label=label)
+            for r in found:
+                panel.plot([r.value], [_height(r)], "o", color=color, fillstyle="none" if r.lost else "full", ms=4)
+            for r in own:
+                if _all_lost(r):
+                    panel.plot([r.value], [TOP], "x", color=color, transform=panel.get_xaxis_transform())
+    axes[0].set_ylabel(f"largest error ({study.unit})")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
+    return figure
+
+
 def _ticks(axis: Any, span: float) -> None:
     """Plain numbers at 1, 2 and 5 where there is hardly a decade; else at the decades alone."""
     plain = FuncFormatter(lambda x, _: f"{x:g}")

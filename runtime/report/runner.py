@@ -17,6 +17,8 @@ REPEATS, QUICK_REPEATS, LEAST_SECONDS = 5, 3, 0.02
 #: Memory that is freed once before timing: the C library then keeps what arrays give back, and times hold no page
 #: faults (some 100 ns per item of a batch otherwise).
 KEPT_BYTES = 16 * 2**20
+#: Cases of a sweep have this many times fewer items: there are many of them.
+SWEPT = 4
 Progress = Callable[[int, int, str], None]
 
 
@@ -40,6 +42,8 @@ class Measurement:
     first_lost: str
     nanoseconds: float
     answer: str
+    sweep: str = ""
+    value: float | None = None
 
 
 def run_study(study: Study, quick: bool = False, progress: Progress | None = None) -> list[Measurement]:
@@ -57,14 +61,15 @@ def run_study(study: Study, quick: bool = False, progress: Progress | None = Non
     total = len(study.cases) * sum(len(m.settings) for m in methods)
     done, rows = 0, []
     for number, case in enumerate(study.cases):
-        count = max(study.count // 10, 10) if quick else study.count
+        count = max(study.count // (SWEPT if case.sweep else 1) // (10 if quick else 1), 10)
         inputs = case.make(np.random.default_rng([SEED, number]), count)
         truth = study.reference(inputs)
         for method in methods:
             for setting in method.settings:
                 if progress:
                     progress(done, total, f"{study.name}: {case.name}, {method.name} {setting or ''}")
-                rows.append(_measure(study, case, method, setting, inputs, truth, count, quick))
+                row = _measure(study, case, method, setting, inputs, truth, count, quick)
+                rows += [] if row is None else [row]
                 done += 1
     if progress:
         progress(total, total, study.name)
@@ -73,8 +78,11 @@ def run_study(study: Study, quick: bool = False, progress: Progress | None = Non
 
 def _measure(
     study: Study, case: Case, method: Method, setting: Any, inputs: Any, truth: Any, count: int, quick: bool
-) -> Measurement:
+) -> Measurement | None:
+    """None where the method says that it is not made for this case."""
     result = method.run(inputs, setting)
+    if result is None:
+        return None
     errors = np.asarray(study.error(result, truth, inputs), float)
     finite = np.isfinite(errors)
     worst = int(np.argmax(np.where(finite, errors, -1.0))) if finite.any() else -1
@@ -97,6 +105,7 @@ def _measure(
         / (count * (method.copies or study.copies))
         * 1e9,
         answer,
+        *(case.sweep or ()),
     )
 
 

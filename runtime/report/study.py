@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -54,12 +54,22 @@ class Case:
         "ordinary", "stiff", "extreme" or "singular".
     describe : callable
         ``describe(inputs, index)`` prints one item, for the worst error.
+    sweep : tuple of str and float, optional
+        What is varied, and its value here: cases of one sweep are drawn as a curve over it.
     """
 
     name: str
     make: Callable[[np.random.Generator, int], Any]
     nature: Nature = "ordinary"
     describe: Callable[[Any, int], str] = field(default=lambda inputs, index: f"item {index}")
+    sweep: tuple[str, float] | None = None
+
+
+def swept(
+    what: str, values: Sequence[float], make: Callable[[float], Any], describe: Callable[[Any, int], str]
+) -> tuple[Case, ...]:
+    """One case for each value of what is varied; ``make(value)`` makes the maker of its inputs."""
+    return tuple(Case(f"{what} {v:.3g}", make(v), "extreme", describe, (what, v)) for v in values)
 
 
 @dataclass(frozen=True)

@@ -80,11 +80,13 @@ def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
         If matplotlib is not installed.
     """
     try:
-        from .plot import draw
+        from .plot import draw, draw_sweeps
     except ImportError:
         raise MissingExtraError("plot") from None
     path.parent.mkdir(parents=True, exist_ok=True)
-    draw(study, rows).savefig(path)
+    draw(study, [r for r in rows if not r.sweep]).savefig(path)
+    if any(r.sweep for r in rows):
+        draw_sweeps(study, rows).savefig(path.with_name(f"{path.stem}-sweeps.png"))
 
 
 def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: Path) -> Path:

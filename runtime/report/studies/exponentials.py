@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..study import Case, Errors, Method
+from ..study import Case, Errors, Method, swept
 from . import precise
 from .distance import precision_dtype
 
@@ -72,6 +72,15 @@ def tiny(rng: np.random.Generator, count: int) -> Array:
     return np.asarray(10.0 ** rng.uniform(-16, -4, count))
 
 
+#: Angles from 1e-16 to 1, and as much short of a full turn.
+DECADES = tuple(10.0**k for k in range(-16, 1, 2))
+
+
+def item(m: Motions, i: int) -> str:
+    """The bivector of one motion."""
+    return f"bivector {m.bivectors[i].tolist()}"
+
+
 CASES = (
     Case("any angle", motions(any_angle, 1.0), "ordinary"),
     Case("any angle, with dilation", motions(any_angle, 0.0, 1.0), "ordinary"),
@@ -80,6 +89,8 @@ CASES = (
     Case("angle 2 pi - 1e-6", motions(fixed(2 * np.pi - 1e-6), 0.0), "extreme"),
     Case("rotation 1e-6, translation 1e6", motions(fixed(1e-6), 1e6), "stiff"),
     Case("translation only", motions(fixed(0.0), 1.0), "singular"),
+    *swept("angle", DECADES, lambda v: motions(fixed(v), 1.0), item),
+    *swept("2 pi less the angle", DECADES, lambda v: motions(fixed(2 * np.pi - v), 0.0), item),
 )
 
 
@@ -98,7 +109,7 @@ def kernels(function: str) -> Callable[[Motions, str], Array]:
     return run
 
 
-def textbook_exp(m: Motions, precision: str) -> Array:
+def textbook_exp(m: Motions, precision: str) -> Array | None:
     """exp of a motor's bivector by its axis, as in textbooks: it divides by the angle."""
     from ... import cga3d
 
@@ -113,7 +124,7 @@ def textbook_exp(m: Motions, precision: str) -> Array:
     return _on_motors(m.bivectors, "twist", "motor", m, precision, run, cga3d)
 
 
-def textbook_log(m: Motions, precision: str) -> Array:
+def textbook_log(m: Motions, precision: str) -> Array | None:
     """log of a motor by acos of its scalar part, as in textbooks."""
     from ... import cga3d
 
@@ -127,10 +138,12 @@ def textbook_log(m: Motions, precision: str) -> Array:
     return _on_motors(m.rotors, "motor", "twist", m, precision, run, cga3d)
 
 
-def _on_motors(rows: Array, given: str, wanted: str, m: Motions, precision: str, run: Any, algebra: Any) -> Array:
-    """Run a closed form for motors; it has no answer for rotors with dilation."""
+def _on_motors(
+    rows: Array, given: str, wanted: str, m: Motions, precision: str, run: Any, algebra: Any
+) -> Array | None:
+    """Run a closed form for motors; None: it is not made for rotors with dilation."""
     if m.rotor_kind != "motor":
-        return np.full((len(rows), 10 if wanted == "twist" else 16), np.nan)
+        return None
     x = algebra.wrap(algebra.kind(given).layout, np.tile(rows, (COPIES, 1)).astype(precision_dtype(precision)))
     kind = algebra.kind(wanted)
     return np.asarray(run(x).as_kind(kind.layout, check=False).values[: len(rows)], float)
@@ -166,7 +179,7 @@ def _attempt(call: Callable[[Any], Any], x: Any, layout: Any) -> Any:
         return layout.MultiVector(np.full(layout.gaDims, np.nan))
 
 
-def methods(function: str, textbook: Callable[[Motions, str], Array]) -> tuple[Method, ...]:
+def methods(function: str, textbook: Callable[[Motions, str], Array | None]) -> tuple[Method, ...]:
     """Ours and theirs; `clifford` where it is installed, in full runs (it compiles for some seconds)."""
     found: tuple[Method, ...] = (
         Method("bladesmith", kernels(function), "precision", ("float32", "float64")),
@@ -175,11 +188,6 @@ def methods(function: str, textbook: Callable[[Motions, str], Array]) -> tuple[M
     if find_spec("clifford") is not None:
         found += (Method("clifford", with_clifford(function), slow=True, copies=1),)
     return found
-
-
-def describe_row(rows: Array, i: int) -> str:
-    """Coefficients of one item."""
-    return str(rows[i].tolist())
 
 
 def in_words(status_of: str) -> Callable[[Array, Motions, int], str]:

@@ -8,9 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..study import Case, Errors, Method, Study
+from ..study import Case, Errors, Method, Study, swept
 from . import precise
-from .rotors import COPIES, Pairs, built, circles, describe, on_a_sphere, reversed_lines, spheres, units
+from .rotors import (
+    COPIES,
+    DISTANCES,
+    GAPS,
+    Pairs,
+    built,
+    circles,
+    describe,
+    on_a_sphere,
+    reversed_lines,
+    spheres,
+    units,
+)
 
 Array = NDArray[np.float64]
 
@@ -123,6 +135,8 @@ STUDY = Study(
         Case("circles 1e-8 off a common sphere", on_a_sphere(1e-8), "extreme", describe),
         Case("circles 1e6 from the origin", circles(distance=1e6), "stiff", describe),
         Case("a line and its reverse", reversed_lines, "singular", describe),
+        *swept("distance from the origin", DISTANCES, circles, describe),
+        *swept("circles: distance from a common sphere", GAPS, on_a_sphere, describe),
     ),
     reference=truth,
     error=error,

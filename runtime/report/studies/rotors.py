@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..study import Case, Errors, Method, Study
+from ..study import Case, Errors, Method, Study, swept
 from . import precise
 from .distance import precision_dtype
 
 Array = NDArray[np.float64]
 #: Each pair is computed this many times in one call, so that the time is the loop's and not the call's.
 COPIES = 100
+
+
+#: Values of the sweeps.
+DISTANCES = tuple(10.0**k for k in range(9))
+GAPS = tuple(10.0**k for k in range(-12, 1, 2))
 
 
 @dataclass(frozen=True)
@@ -224,6 +229,9 @@ STUDY = Study(
         Case("lines turned by pi - 1e-4", turned_lines(np.pi - 1e-4), "extreme", describe),
         Case("circles 1e6 from the origin", circles(distance=1e6), "stiff", describe),
         Case("a line and its reverse", reversed_lines, "singular", describe),
+        *swept("distance from the origin", DISTANCES, circles, describe),
+        *swept("lines: pi less the angle", GAPS, lambda v: turned_lines(np.pi - v), describe),
+        *swept("circles: distance from a common sphere", GAPS, on_a_sphere, describe),
     ),
     reference=truth,
     error=error,
@@ -232,6 +240,7 @@ STUDY = Study(
     answer=answer,
     copies=COPIES,
     source="thesis 2.4, (2.4) to (2.7)",
-    notes="The error is the larger of the object's and the rotor's own. Close to a half turn the rotor itself is "
-    "determined to the rounding unit over the missing angle only. Each time includes making the objects.",
+    notes="The error is the larger of the object's and the rotor's own. Close to a half turn, or to a common sphere "
+    "where K0 < 0, the rotor itself is determined to the rounding unit over the missing angle or distance only: that "
+    "is the inputs' own condition, of which single precision leaves nothing. Each time includes making the objects.",
 )
