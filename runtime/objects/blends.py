@@ -14,7 +14,7 @@ from .. import arrays
 from ..calls import Numbers, Outcome, call, merged
 from ..codegen.errors import GradeError, InputError, ShapeError, suggest
 from ..multivector import Multivector
-from ..rows import embedded
+from ..rows import embedded, levelled
 from . import local
 from .inputs import as_objects, pair
 from .sums import alike, checked_axis, finished, first_along, free, opposed, shares, summed, turned
@@ -60,7 +60,7 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
         raise InputError("X is no multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
     if len(X.grades) != 1 or not 1 <= X.grades[0] <= X.algebra.dimension - 1:
         raise GradeError(f"X has the grades {tuple(X.grades)}; a sum of objects has one grade, 1 to 4.")
-    x = free(X, X.kind)
+    x = levelled(free(X, X.kind))[0]  # the scale does not matter, and squares have less room than numbers
     frame = local.frame(x)
     if frame is None:
         return finished(call(X.algebra, "blades.project_sum", x, x), (X,), "project_to_blade", strict)

@@ -40,7 +40,8 @@ def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2,
         raise InputError(f"{what} belong to {x.algebra.name}; objects are those of conformal geometry.")
     kind = object_kind(x, what, grades)
     if kind == x.kind:
-        return x if x._status is None and math.isfinite(x._reach()) else finite(x)
+        whole = math.isfinite(x._reach()) and (x._status is None or not x._status.any())
+        return x if whole else finite(x)
     data = _embedded(x, kind)
     typed = x._make(x.algebra.type_of(kind, x.dtype), data, x.shape, x._status)
     return invalidated(typed, ~holds(kind, data))

@@ -246,7 +246,7 @@ def _parameters(bivector: Multivector, turns: float, samples: int) -> Array:
     size = float(np.abs(bivector.values).max())
     noise = float(np.finfo(float).eps) * size * size
     if square > noise:
-        return np.linspace(-REACH, REACH, samples + 1) / np.sqrt(square)
+        return np.asarray(np.linspace(-REACH, REACH, samples + 1) / np.sqrt(square))
     if square >= -noise:
         return np.linspace(0.0, turns, samples + 1)
     count = np.ceil(samples * max(turns, 1.0)) + 1

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..study import Case, Errors, Method, Study, swept
+from ..study import Case, Errors, Study, swept
 from . import precise
 from .rotors import (
     COPIES,
@@ -18,6 +17,7 @@ from .rotors import (
     built,
     circles,
     describe,
+    methods,
     on_a_sphere,
     reversed_lines,
     spheres,
@@ -113,21 +113,10 @@ def in_words(result: Array, p: Pairs, i: int) -> str:
     return f"{np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {Status(status[i]).name}"
 
 
-def methods() -> tuple[Method, ...]:
-    """Ours, the printed form, and `clifford` where it is installed."""
-    found: tuple[Method, ...] = (
-        Method("bladesmith", stable, "precision", ("float32", "float64")),
-        Method("printed", printed, "precision", ("float32", "float64")),
-    )
-    if find_spec("clifford") is not None:
-        found += (Method("clifford", with_clifford, slow=True, copies=1),)
-    return found
-
-
 STUDY = Study(
     name="projector",
     title="The projection of a blend to the blade manifold",
-    methods=methods(),
+    methods=methods(stable, printed, with_clifford),
     cases=(
         Case("circles of any position", circles(), "ordinary", describe),
         Case("spheres, some imaginary", spheres, "ordinary", describe),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -206,21 +207,24 @@ def answer(result: Array, p: Pairs, i: int) -> str:
     )
 
 
-def methods() -> tuple[Method, ...]:
-    """Ours, the printed form, and `clifford` where it is installed."""
+Run = Callable[[Pairs, Any], Array]
+
+
+def methods(ours: Run, as_printed: Run, theirs: Run) -> tuple[Method, ...]:
+    """Ours, the printed form, and `clifford`'s where it is installed."""
     found: tuple[Method, ...] = (
-        Method("bladesmith", stable, "precision", ("float32", "float64")),
-        Method("printed", printed, "precision", ("float32", "float64")),
+        Method("bladesmith", ours, "precision", ("float32", "float64")),
+        Method("printed", as_printed, "precision", ("float32", "float64")),
     )
     if find_spec("clifford") is not None:
-        found += (Method("clifford", with_clifford, slow=True, copies=1),)
+        found += (Method("clifford", theirs, slow=True, copies=1),)
     return found
 
 
 STUDY = Study(
     name="rotors",
     title="The rotor that takes one object to another",
-    methods=methods(),
+    methods=methods(stable, printed, with_clifford),
     cases=(
         Case("circles of any position", circles(), "ordinary", describe),
         Case("spheres of any position", spheres, "ordinary", describe),
