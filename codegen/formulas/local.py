@@ -37,10 +37,10 @@ def inward(x: Multivector, o: Multivector) -> Multivector:
     about the centre, where it is larger than what is made so: the smaller number has the smaller rounding error.
     Flats are translated, and projected.
     """
-    moved = as_computed(translator(-o) >> as_computed(x))  # of an exact round both ways are one: no simplifying by that
+    moved = as_computed((translator(-o) >> as_computed(x)).grade(*x.grades))  # of an exact round both ways are one: no simplifying by that
     if x.grades == (1,):
         weight = -(moved | infinity(x))
-        return point(euclidean_part(moved) / weight)
+        return point(euclidean_part(moved) / weight).grade(1)
     if curvature(x).terms == {}:
         return project_to_blade(moved)
     rebuilt = _rebuilt(moved)

@@ -88,6 +88,7 @@ def rotor_between(x1: Multivector, x2: Multivector) -> tuple[Multivector, Result
     rotor, written = plain_rotor(x1, x2), size(x1) * size(x2)
     if not is_hyper(x1):
         return rotor, row([room, written], "quality"), outcome(x1, (lost, Status.SINGULAR))
+    lost = lost & (p0 < 0)  # for p0 > 0 the rotor is less than half a turn, however far away
     flipped = lost & (is_round(x1) | is_round(x2))
     rotor = _hyper_rotor(p0, p2, flipped)
     code = outcome(x1, (flipped, Status.NOT_UNIQUE), (lost, Status.SINGULAR))

@@ -22,19 +22,21 @@ static void FN(cga2d_geometric_multivector_multivector_batch)(ptrdiff_t begin, p
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(cga2d_geometric_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(cga2d_geometric_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -52,19 +54,21 @@ static void FN(cga2d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga2d_geometric_motor_motor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga2d_geometric_motor_motor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -82,19 +86,21 @@ static void FN(cga2d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(cga2d_outer_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(cga2d_outer_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -112,19 +118,21 @@ static void FN(cga2d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga2d_outer_vector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga2d_outer_vector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -142,19 +150,21 @@ static void FN(cga2d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga2d_outer_bivector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga2d_outer_bivector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -172,19 +182,21 @@ static void FN(cga2d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(cga2d_inner_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 15, out, 15);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(cga2d_inner_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 15, out, 15, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 15, out, 15);
+    } else {
+      FN(store_tail)(out_rows + i * 15, out, 15, rows);
+    }
   }
 }
 
@@ -202,19 +214,21 @@ static void FN(cga2d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 3);
   FN(load_broadcast)(y_in, y_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+    }
     FN(cga2d_regressive_line_line)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
-    FN(cga2d_regressive_line_line)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -232,19 +246,21 @@ static void FN(cga2d_regressive_line_circle_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 3);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga2d_regressive_line_circle)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga2d_regressive_line_circle)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -262,19 +278,21 @@ static void FN(cga2d_regressive_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga2d_regressive_circle_circle)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga2d_regressive_circle_circle)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -292,19 +310,21 @@ static void FN(cga2d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_sandwich_motor_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_sandwich_motor_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -322,19 +342,21 @@ static void FN(cga2d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    }
     FN(cga2d_sandwich_motor_line)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    FN(cga2d_sandwich_motor_line)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -352,19 +374,21 @@ static void FN(cga2d_sandwich_motor_circle_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_sandwich_motor_circle)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_sandwich_motor_circle)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -382,19 +406,21 @@ static void FN(cga2d_sandwich_motor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga2d_sandwich_motor_point_pair)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga2d_sandwich_motor_point_pair)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -410,19 +436,20 @@ static void FN(cga2d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_normalise_vector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_normalise_vector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -438,19 +465,20 @@ static void FN(cga2d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga2d_normalise_bivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga2d_normalise_bivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -466,19 +494,20 @@ static void FN(cga2d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_normalise_trivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_normalise_trivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -494,19 +523,20 @@ static void FN(cga2d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_normalise_flat_any_motor)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_normalise_flat_any_motor)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -522,19 +552,20 @@ static void FN(cga2d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    }
     FN(cga2d_normalise_flat_any_line)(out, status, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    FN(cga2d_normalise_flat_any_line)(out, status, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -550,19 +581,20 @@ static void FN(cga2d_normalise_flat_any_circle_batch)(ptrdiff_t begin, ptrdiff_t
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_normalise_flat_any_circle)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_normalise_flat_any_circle)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -576,17 +608,19 @@ static void FN(cga2d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(b_in, b_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    } else {
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    }
     FN(cga2d_exp_bivector_twist)(out, b_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    FN(cga2d_exp_bivector_twist)(out, b_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -602,19 +636,20 @@ static void FN(cga2d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga2d_log_motor_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga2d_log_motor_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -630,19 +665,20 @@ static void FN(cga2d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga2d_sqrt_motor_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga2d_sqrt_motor_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -656,17 +692,19 @@ static void FN(cga2d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(position_in, position_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 2, 2);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 2, 2, rows);
+    }
     FN(cga2d_point_euclidean)(out, position_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 2, 2, rows);
-    FN(cga2d_point_euclidean)(out, position_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -686,21 +724,22 @@ static void FN(cga2d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(center_in, center_rows, 2);
   FN(load_broadcast)(radius_in, radius_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (center_stride) FN(load_rows)(center_in, center_rows + i * 2, 2);
-    if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 2, 2);
+      if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+    } else {
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 2, 2, rows);
+      if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+    }
     FN(cga2d_sphere_euclidean_number)(out, status, center_in, radius_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (center_stride) FN(load_tail)(center_in, center_rows + i * 2, 2, rows);
-    if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
-    FN(cga2d_sphere_euclidean_number)(out, status, center_in, radius_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -720,21 +759,22 @@ static void FN(cga2d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 2);
   FN(load_broadcast)(b_in, b_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
+    }
     FN(cga2d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
-    FN(cga2d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -754,21 +794,22 @@ static void FN(cga2d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(point_in, point_rows, 2);
   FN(load_broadcast)(direction_in, direction_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
-    if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
+      if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 2, 2);
+    } else {
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
+      if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 2, 2, rows);
+    }
     FN(cga2d_line_euclidean_euclidean)(out, status, point_in, direction_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
-    if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 2, 2, rows);
-    FN(cga2d_line_euclidean_euclidean)(out, status, point_in, direction_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -788,21 +829,22 @@ static void FN(cga2d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 2);
   FN(load_broadcast)(b_in, b_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
+    }
     FN(cga2d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
-    FN(cga2d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -826,23 +868,24 @@ static void FN(cga2d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
   FN(load_broadcast)(a_in, a_rows, 2);
   FN(load_broadcast)(b_in, b_rows, 2);
   FN(load_broadcast)(c_in, c_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
-    if (c_stride) FN(load_rows)(c_in, c_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 2, 2);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 2, 2);
+      if (c_stride) FN(load_rows)(c_in, c_rows + i * 2, 2);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
+      if (c_stride) FN(load_tail)(c_in, c_rows + i * 2, 2, rows);
+    }
     FN(cga2d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 2, 2, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 2, 2, rows);
-    if (c_stride) FN(load_tail)(c_in, c_rows + i * 2, 2, rows);
-    FN(cga2d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -856,17 +899,19 @@ static void FN(cga2d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(t_in, t_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (t_stride) FN(load_rows)(t_in, t_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (t_stride) FN(load_rows)(t_in, t_rows + i * 2, 2);
+    } else {
+      if (t_stride) FN(load_tail)(t_in, t_rows + i * 2, 2, rows);
+    }
     FN(cga2d_translator_euclidean)(out, t_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (t_stride) FN(load_tail)(t_in, t_rows + i * 2, 2, rows);
-    FN(cga2d_translator_euclidean)(out, t_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -884,19 +929,21 @@ static void FN(cga2d_planar_rotor_number_euclidean_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(angle_in, angle_rows, 1);
   FN(load_broadcast)(point_in, point_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
-    if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 2, 2);
+    } else {
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
+    }
     FN(cga2d_planar_rotor_number_euclidean)(out, angle_in, point_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    if (point_stride) FN(load_tail)(point_in, point_rows + i * 2, 2, rows);
-    FN(cga2d_planar_rotor_number_euclidean)(out, angle_in, point_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -910,17 +957,19 @@ static void FN(cga2d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
   V matrix[9];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga2d_motor_to_matrix_motor)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 9, matrix, 9);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga2d_motor_to_matrix_motor)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 9, matrix, 9);
+    } else {
+      FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
+    }
   }
 }
 
@@ -936,19 +985,20 @@ static void FN(cga2d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_point_parameters_point)(position, status, x_in);
-FN(store_rows)(position_rows + i * 2, position, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_point_parameters_point)(position, status, x_in);
-FN(store_tail)(position_rows + i * 2, position, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(position_rows + i * 2, position, 2);
+    } else {
+      FN(store_tail)(position_rows + i * 2, position, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -968,23 +1018,24 @@ static void FN(cga2d_sphere_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_sphere_parameters_circle)(center, radius, orientation, status, x_in);
-FN(store_rows)(center_rows + i * 2, center, 2);
-FN(store_rows)(radius_rows + i * 1, radius, 1);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_sphere_parameters_circle)(center, radius, orientation, status, x_in);
-FN(store_tail)(center_rows + i * 2, center, 2, rows);
-FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 2, center, 2);
+      FN(store_rows)(radius_rows + i * 1, radius, 1);
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 2, center, 2, rows);
+      FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1002,21 +1053,22 @@ static void FN(cga2d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, pt
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga2d_point_pair_parameters_point_pair)(a, b, status, x_in);
-FN(store_rows)(a_rows + i * 2, a, 2);
-FN(store_rows)(b_rows + i * 2, b, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga2d_point_pair_parameters_point_pair)(a, b, status, x_in);
-FN(store_tail)(a_rows + i * 2, a, 2, rows);
-FN(store_tail)(b_rows + i * 2, b, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(a_rows + i * 2, a, 2);
+      FN(store_rows)(b_rows + i * 2, b, 2);
+    } else {
+      FN(store_tail)(a_rows + i * 2, a, 2, rows);
+      FN(store_tail)(b_rows + i * 2, b, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1030,17 +1082,19 @@ static void FN(cga2d_invariants_vector_batch)(ptrdiff_t begin, ptrdiff_t end, vo
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_invariants_vector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_invariants_vector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -1054,17 +1108,19 @@ static void FN(cga2d_invariants_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga2d_invariants_bivector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga2d_invariants_bivector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -1078,17 +1134,19 @@ static void FN(cga2d_invariants_trivector_batch)(ptrdiff_t begin, ptrdiff_t end,
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga2d_invariants_trivector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga2d_invariants_trivector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -1102,17 +1160,19 @@ static void FN(cga2d_exp_bivector_bivector_batch)(ptrdiff_t begin, ptrdiff_t end
   V out[8];
   if (begin >= end) return;
   FN(load_broadcast)(b_in, b_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+    } else {
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
+    }
     FN(cga2d_exp_bivector_bivector)(out, b_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
-    FN(cga2d_exp_bivector_bivector)(out, b_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -1128,19 +1188,20 @@ static void FN(cga2d_log_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga2d_log_rotor_even)(out, status, r_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga2d_log_rotor_even)(out, status, r_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1156,19 +1217,20 @@ static void FN(cga2d_sqrt_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga2d_sqrt_rotor_even)(out, status, r_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga2d_sqrt_rotor_even)(out, status, r_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 

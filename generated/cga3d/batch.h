@@ -22,19 +22,21 @@ static void FN(cga3d_geometric_dense_multivector_multivector_batch)(ptrdiff_t be
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 32);
   FN(load_broadcast)(b_in, b_rows, 32);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 32, 32);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 32, 32);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 32, 32);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 32, 32);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 32, 32, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 32, 32, rows);
+    }
     FN(cga3d_geometric_dense_multivector_multivector)(out, a_in, b_in);
-FN(store_rows)(out_rows + i * 32, out, 32);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 32, 32, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 32, 32, rows);
-    FN(cga3d_geometric_dense_multivector_multivector)(out, a_in, b_in);
-FN(store_tail)(out_rows + i * 32, out, 32, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 32, out, 32);
+    } else {
+      FN(store_tail)(out_rows + i * 32, out, 32, rows);
+    }
   }
 }
 
@@ -52,19 +54,21 @@ static void FN(cga3d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
   FN(load_broadcast)(y_in, y_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    }
     FN(cga3d_geometric_motor_motor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
-    FN(cga3d_geometric_motor_motor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -82,19 +86,21 @@ static void FN(cga3d_geometric_rotor_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga3d_geometric_rotor_rotor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga3d_geometric_rotor_rotor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -112,19 +118,21 @@ static void FN(cga3d_geometric_even_even_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(cga3d_geometric_even_even)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(cga3d_geometric_even_even)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -142,19 +150,21 @@ static void FN(cga3d_geometric_translator_rotor_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga3d_geometric_translator_rotor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga3d_geometric_translator_rotor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -172,19 +182,21 @@ static void FN(cga3d_geometric_rotor_translator_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga3d_geometric_rotor_translator)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga3d_geometric_rotor_translator)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -202,19 +214,21 @@ static void FN(cga3d_geometric_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
   FN(load_broadcast)(y_in, y_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    }
     FN(cga3d_geometric_motor_any_motor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
-    FN(cga3d_geometric_motor_any_motor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -232,19 +246,21 @@ static void FN(cga3d_geometric_any_motor_any_motor_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
   FN(load_broadcast)(y_in, y_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    }
     FN(cga3d_geometric_any_motor_any_motor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
-    FN(cga3d_geometric_any_motor_any_motor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -262,19 +278,21 @@ static void FN(cga3d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 32);
   FN(load_broadcast)(y_in, y_rows, 32);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 32, 32);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 32, 32);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 32, 32, rows);
+    }
     FN(cga3d_outer_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 32, out, 32);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 32, 32, rows);
-    FN(cga3d_outer_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 32, out, 32, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 32, out, 32);
+    } else {
+      FN(store_tail)(out_rows + i * 32, out, 32, rows);
+    }
   }
 }
 
@@ -292,19 +310,21 @@ static void FN(cga3d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_outer_vector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_outer_vector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -322,19 +342,21 @@ static void FN(cga3d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_outer_bivector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_outer_bivector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -352,19 +374,21 @@ static void FN(cga3d_outer_trivector_vector_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_outer_trivector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_outer_trivector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -382,19 +406,21 @@ static void FN(cga3d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 32);
   FN(load_broadcast)(y_in, y_rows, 32);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 32, 32);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 32, 32);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 32, 32, rows);
+    }
     FN(cga3d_inner_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 31, out, 31);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 32, 32, rows);
-    FN(cga3d_inner_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 31, out, 31, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 31, out, 31);
+    } else {
+      FN(store_tail)(out_rows + i * 31, out, 31, rows);
+    }
   }
 }
 
@@ -412,19 +438,21 @@ static void FN(cga3d_inner_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_inner_vector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_inner_vector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -442,19 +470,21 @@ static void FN(cga3d_regressive_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga3d_regressive_line_plane)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga3d_regressive_line_plane)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -472,19 +502,21 @@ static void FN(cga3d_regressive_line_sphere_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_regressive_line_sphere)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_regressive_line_sphere)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -502,19 +534,21 @@ static void FN(cga3d_regressive_line_circle_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 10, 10, rows);
+    }
     FN(cga3d_regressive_line_circle)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 10, 10, rows);
-    FN(cga3d_regressive_line_circle)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -532,19 +566,21 @@ static void FN(cga3d_regressive_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga3d_regressive_plane_plane)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga3d_regressive_plane_plane)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -562,19 +598,21 @@ static void FN(cga3d_regressive_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_regressive_plane_sphere)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_regressive_plane_sphere)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -592,19 +630,21 @@ static void FN(cga3d_regressive_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(cga3d_regressive_sphere_plane)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(cga3d_regressive_sphere_plane)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -622,19 +662,21 @@ static void FN(cga3d_regressive_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_regressive_sphere_sphere)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_regressive_sphere_sphere)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -652,19 +694,21 @@ static void FN(cga3d_regressive_trivector_quadvector_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_regressive_trivector_quadvector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_regressive_trivector_quadvector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -682,19 +726,21 @@ static void FN(cga3d_regressive_quadvector_quadvector_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(y_in, y_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
+    }
     FN(cga3d_regressive_quadvector_quadvector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 5, 5, rows);
-    FN(cga3d_regressive_quadvector_quadvector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -712,19 +758,21 @@ static void FN(cga3d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sandwich_motor_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sandwich_motor_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -742,19 +790,21 @@ static void FN(cga3d_sandwich_motor_any_point_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sandwich_motor_any_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sandwich_motor_any_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -772,19 +822,21 @@ static void FN(cga3d_sandwich_motor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_sandwich_motor_point_pair)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_sandwich_motor_point_pair)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -802,19 +854,21 @@ static void FN(cga3d_sandwich_motor_direction_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    }
     FN(cga3d_sandwich_motor_direction)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    FN(cga3d_sandwich_motor_direction)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -832,19 +886,21 @@ static void FN(cga3d_sandwich_motor_flat_point_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_sandwich_motor_flat_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_sandwich_motor_flat_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -862,19 +918,21 @@ static void FN(cga3d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_sandwich_motor_line)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_sandwich_motor_line)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -892,19 +950,21 @@ static void FN(cga3d_sandwich_motor_circle_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_sandwich_motor_circle)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_sandwich_motor_circle)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -922,19 +982,21 @@ static void FN(cga3d_sandwich_motor_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_sandwich_motor_plane)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_sandwich_motor_plane)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -952,19 +1014,21 @@ static void FN(cga3d_sandwich_motor_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sandwich_motor_sphere)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sandwich_motor_sphere)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -982,19 +1046,21 @@ static void FN(cga3d_sandwich_motor_any_circle_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_sandwich_motor_any_circle)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_sandwich_motor_any_circle)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -1012,19 +1078,21 @@ static void FN(cga3d_sandwich_rotor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sandwich_rotor_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sandwich_rotor_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -1042,19 +1110,21 @@ static void FN(cga3d_sandwich_translator_point_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sandwich_translator_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sandwich_translator_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -1072,19 +1142,21 @@ static void FN(cga3d_sandwich_rotor_conformal_vector_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sandwich_rotor_conformal_vector)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sandwich_rotor_conformal_vector)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -1102,19 +1174,21 @@ static void FN(cga3d_sandwich_motor_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_sandwich_motor_any_line)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_sandwich_motor_any_line)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -1132,19 +1206,21 @@ static void FN(cga3d_sandwich_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_sandwich_motor_twist)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_sandwich_motor_twist)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -1162,19 +1238,21 @@ static void FN(cga3d_sandwich_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    }
     FN(cga3d_sandwich_motor_motor)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    FN(cga3d_sandwich_motor_motor)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -1192,19 +1270,21 @@ static void FN(cga3d_commutator_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    }
     FN(cga3d_commutator_twist_twist)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
-    FN(cga3d_commutator_twist_twist)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -1220,19 +1300,20 @@ static void FN(cga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_normalise_vector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_normalise_vector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1248,19 +1329,20 @@ static void FN(cga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_normalise_bivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_normalise_bivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1276,19 +1358,20 @@ static void FN(cga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_normalise_trivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_normalise_trivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1304,19 +1387,20 @@ static void FN(cga3d_normalise_quadvector_batch)(ptrdiff_t begin, ptrdiff_t end,
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_normalise_quadvector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_normalise_quadvector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1332,19 +1416,20 @@ static void FN(cga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+    }
     FN(cga3d_normalise_even)(out, status, x_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    FN(cga3d_normalise_even)(out, status, x_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1360,19 +1445,20 @@ static void FN(cga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 32);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 32, 32);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
+    }
     FN(cga3d_normalise_multivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 32, out, 32);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 32, 32, rows);
-    FN(cga3d_normalise_multivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 32, out, 32, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 32, out, 32);
+    } else {
+      FN(store_tail)(out_rows + i * 32, out, 32, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1388,19 +1474,20 @@ static void FN(cga3d_normalise_any_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_normalise_any_line)(out, status, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_normalise_any_line)(out, status, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1416,19 +1503,20 @@ static void FN(cga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    }
     FN(cga3d_normalise_flat_any_motor)(out, status, x_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    FN(cga3d_normalise_flat_any_motor)(out, status, x_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1444,19 +1532,20 @@ static void FN(cga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_normalise_flat_any_rotor)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_normalise_flat_any_rotor)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1472,19 +1561,20 @@ static void FN(cga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_normalise_flat_any_line)(out, status, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_normalise_flat_any_line)(out, status, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1500,19 +1590,20 @@ static void FN(cga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_normalise_flat_any_plane)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_normalise_flat_any_plane)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1528,19 +1619,20 @@ static void FN(cga3d_normalise_flat_any_sphere_batch)(ptrdiff_t begin, ptrdiff_t
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_normalise_flat_any_sphere)(out, status, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_normalise_flat_any_sphere)(out, status, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1560,21 +1652,22 @@ static void FN(cga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(cga3d_reflect_point_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(cga3d_reflect_point_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1594,21 +1687,22 @@ static void FN(cga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, v
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(cga3d_reflect_line_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(cga3d_reflect_line_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1628,21 +1722,22 @@ static void FN(cga3d_reflect_circle_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(cga3d_reflect_circle_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(cga3d_reflect_circle_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1662,21 +1757,22 @@ static void FN(cga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(cga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(cga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1696,21 +1792,22 @@ static void FN(cga3d_reflect_sphere_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(cga3d_reflect_sphere_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(cga3d_reflect_sphere_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1730,21 +1827,22 @@ static void FN(cga3d_reflect_point_pair_plane_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(cga3d_reflect_point_pair_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(cga3d_reflect_point_pair_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1764,21 +1862,22 @@ static void FN(cga3d_reflect_point_sphere_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(mirror_in, mirror_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
+    }
     FN(cga3d_reflect_point_sphere)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
-    FN(cga3d_reflect_point_sphere)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1798,21 +1897,22 @@ static void FN(cga3d_reflect_line_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(mirror_in, mirror_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
+    }
     FN(cga3d_reflect_line_sphere)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
-    FN(cga3d_reflect_line_sphere)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1832,21 +1932,22 @@ static void FN(cga3d_reflect_circle_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(mirror_in, mirror_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
+    }
     FN(cga3d_reflect_circle_sphere)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
-    FN(cga3d_reflect_circle_sphere)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1866,21 +1967,22 @@ static void FN(cga3d_reflect_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(mirror_in, mirror_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
+    }
     FN(cga3d_reflect_sphere_sphere)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
-    FN(cga3d_reflect_sphere_sphere)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1900,21 +2002,22 @@ static void FN(cga3d_reflect_plane_sphere_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(mirror_in, mirror_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
+    }
     FN(cga3d_reflect_plane_sphere)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 5, 5, rows);
-    FN(cga3d_reflect_plane_sphere)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1934,21 +2037,22 @@ static void FN(cga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(mirror_in, mirror_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
+    }
     FN(cga3d_reflect_point_line)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
-    FN(cga3d_reflect_point_line)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1962,17 +2066,19 @@ static void FN(cga3d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V out[8];
   if (begin >= end) return;
   FN(load_broadcast)(b_in, b_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+    } else {
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
+    }
     FN(cga3d_exp_bivector_twist)(out, b_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
-    FN(cga3d_exp_bivector_twist)(out, b_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -1988,19 +2094,20 @@ static void FN(cga3d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_log_motor_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_log_motor_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2016,19 +2123,20 @@ static void FN(cga3d_log_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_log_motor_any_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_log_motor_any_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2044,19 +2152,20 @@ static void FN(cga3d_log_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t end
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga3d_log_motor_transversor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga3d_log_motor_transversor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2072,19 +2181,20 @@ static void FN(cga3d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_sqrt_motor_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_sqrt_motor_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2100,19 +2210,20 @@ static void FN(cga3d_sqrt_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_sqrt_motor_any_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_sqrt_motor_any_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2128,19 +2239,20 @@ static void FN(cga3d_sqrt_motor_transversor_batch)(ptrdiff_t begin, ptrdiff_t en
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga3d_sqrt_motor_transversor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga3d_sqrt_motor_transversor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2154,17 +2266,19 @@ static void FN(cga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V out[5];
   if (begin >= end) return;
   FN(load_broadcast)(position_in, position_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
     FN(cga3d_point_euclidean)(out, position_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    FN(cga3d_point_euclidean)(out, position_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -2178,17 +2292,19 @@ static void FN(cga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(vector_in, vector_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
+    } else {
+      if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
+    }
     FN(cga3d_direction_euclidean)(out, vector_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
-    FN(cga3d_direction_euclidean)(out, vector_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -2202,17 +2318,19 @@ static void FN(cga3d_flat_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(position_in, position_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
     FN(cga3d_flat_point_euclidean)(out, position_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    FN(cga3d_flat_point_euclidean)(out, position_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -2232,21 +2350,22 @@ static void FN(cga3d_point_pair_euclidean_euclidean_batch)(ptrdiff_t begin, ptrd
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    }
     FN(cga3d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    FN(cga3d_point_pair_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2266,21 +2385,22 @@ static void FN(cga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(point_in, point_rows, 3);
   FN(load_broadcast)(direction_in, direction_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
-    if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+      if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+    } else {
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
+      if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
+    }
     FN(cga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
-    if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
-    FN(cga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2300,21 +2420,22 @@ static void FN(cga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    }
     FN(cga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    FN(cga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2338,23 +2459,24 @@ static void FN(cga3d_circle_euclidean_euclidean_number_batch)(ptrdiff_t begin, p
   FN(load_broadcast)(center_in, center_rows, 3);
   FN(load_broadcast)(normal_in, normal_rows, 3);
   FN(load_broadcast)(radius_in, radius_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
-    if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
-    if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+    } else {
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+    }
     FN(cga3d_circle_euclidean_euclidean_number)(out, status, center_in, normal_in, radius_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
-    if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
-    if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
-    FN(cga3d_circle_euclidean_euclidean_number)(out, status, center_in, normal_in, radius_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2378,23 +2500,24 @@ static void FN(cga3d_circle_through_euclidean_euclidean_euclidean_batch)(ptrdiff
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
   FN(load_broadcast)(c_in, c_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+      if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+      if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
+    }
     FN(cga3d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
-    FN(cga3d_circle_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2414,21 +2537,22 @@ static void FN(cga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(normal_in, normal_rows, 3);
   FN(load_broadcast)(offset_in, offset_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
-    if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
+    } else {
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
+    }
     FN(cga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
-    if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
-    FN(cga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2452,23 +2576,24 @@ static void FN(cga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
   FN(load_broadcast)(c_in, c_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+      if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+      if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
+    }
     FN(cga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
-    FN(cga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2488,21 +2613,22 @@ static void FN(cga3d_sphere_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(center_in, center_rows, 3);
   FN(load_broadcast)(radius_in, radius_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
-    if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+      if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+    } else {
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+      if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+    }
     FN(cga3d_sphere_euclidean_number)(out, status, center_in, radius_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
-    if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
-    FN(cga3d_sphere_euclidean_number)(out, status, center_in, radius_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2530,25 +2656,26 @@ static void FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean_batc
   FN(load_broadcast)(b_in, b_rows, 3);
   FN(load_broadcast)(c_in, c_rows, 3);
   FN(load_broadcast)(d_in, d_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
-    if (d_stride) FN(load_rows)(d_in, d_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+      if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+      if (d_stride) FN(load_rows)(d_in, d_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+      if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
+      if (d_stride) FN(load_tail)(d_in, d_rows + i * 3, 3, rows);
+    }
     FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in, d_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
-    if (d_stride) FN(load_tail)(d_in, d_rows + i * 3, 3, rows);
-    FN(cga3d_sphere_through_euclidean_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in, d_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2564,19 +2691,20 @@ static void FN(cga3d_dilator_number_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(scale_in, scale_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (scale_stride) FN(load_rows)(scale_in, scale_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (scale_stride) FN(load_rows)(scale_in, scale_rows + i * 1, 1);
+    } else {
+      if (scale_stride) FN(load_tail)(scale_in, scale_rows + i * 1, 1, rows);
+    }
     FN(cga3d_dilator_number)(out, status, scale_in);
-FN(store_rows)(out_rows + i * 2, out, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (scale_stride) FN(load_tail)(scale_in, scale_rows + i * 1, 1, rows);
-    FN(cga3d_dilator_number)(out, status, scale_in);
-FN(store_tail)(out_rows + i * 2, out, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 2, out, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 2, out, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2596,21 +2724,22 @@ static void FN(cga3d_homothety_number_euclidean_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(scale_in, scale_rows, 1);
   FN(load_broadcast)(center_in, center_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (scale_stride) FN(load_rows)(scale_in, scale_rows + i * 1, 1);
-    if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (scale_stride) FN(load_rows)(scale_in, scale_rows + i * 1, 1);
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+    } else {
+      if (scale_stride) FN(load_tail)(scale_in, scale_rows + i * 1, 1, rows);
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+    }
     FN(cga3d_homothety_number_euclidean)(out, status, scale_in, center_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (scale_stride) FN(load_tail)(scale_in, scale_rows + i * 1, 1, rows);
-    if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
-    FN(cga3d_homothety_number_euclidean)(out, status, scale_in, center_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2624,17 +2753,19 @@ static void FN(cga3d_transversor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(t_in, t_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+    } else {
+      if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
+    }
     FN(cga3d_transversor_euclidean)(out, t_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
-    FN(cga3d_transversor_euclidean)(out, t_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -2648,17 +2779,19 @@ static void FN(cga3d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(t_in, t_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+    } else {
+      if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
+    }
     FN(cga3d_translator_euclidean)(out, t_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
-    FN(cga3d_translator_euclidean)(out, t_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -2678,21 +2811,22 @@ static void FN(cga3d_rotor_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(axis_in, axis_rows, 3);
   FN(load_broadcast)(angle_in, angle_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    }
     FN(cga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    FN(cga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2716,23 +2850,24 @@ static void FN(cga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t beg
   FN(load_broadcast)(axis_in, axis_rows, 3);
   FN(load_broadcast)(angle_in, angle_rows, 1);
   FN(load_broadcast)(point_in, point_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
-    if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
+    }
     FN(cga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
-    FN(cga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2760,25 +2895,26 @@ static void FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_b
   FN(load_broadcast)(e2_in, e2_rows, 3);
   FN(load_broadcast)(e3_in, e3_rows, 3);
   FN(load_broadcast)(origin_in, origin_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
-    if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
-    if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
-    if (origin_stride) FN(load_rows)(origin_in, origin_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
+      if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
+      if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+      if (origin_stride) FN(load_rows)(origin_in, origin_rows + i * 3, 3);
+    } else {
+      if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
+      if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
+      if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
+      if (origin_stride) FN(load_tail)(origin_in, origin_rows + i * 3, 3, rows);
+    }
     FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
-    if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
-    if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
-    if (origin_stride) FN(load_tail)(origin_in, origin_rows + i * 3, 3, rows);
-    FN(cga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2802,23 +2938,24 @@ static void FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrd
   FN(load_broadcast)(e1_in, e1_rows, 3);
   FN(load_broadcast)(e2_in, e2_rows, 3);
   FN(load_broadcast)(e3_in, e3_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
-    if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
-    if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
+      if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
+      if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+    } else {
+      if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
+      if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
+      if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
+    }
     FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
-    if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
-    if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
-    FN(cga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2832,17 +2969,19 @@ static void FN(cga3d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
   V matrix[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_motor_to_matrix_motor)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 16, matrix, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_motor_to_matrix_motor)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else {
+      FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    }
   }
 }
 
@@ -2856,17 +2995,19 @@ static void FN(cga3d_motor_to_matrix_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
   V matrix[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga3d_motor_to_matrix_rotor)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 16, matrix, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga3d_motor_to_matrix_rotor)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else {
+      FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    }
   }
 }
 
@@ -2880,17 +3021,19 @@ static void FN(cga3d_motor_to_matrix_translator_batch)(ptrdiff_t begin, ptrdiff_
   V matrix[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga3d_motor_to_matrix_translator)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 16, matrix, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga3d_motor_to_matrix_translator)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else {
+      FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    }
   }
 }
 
@@ -2906,19 +3049,20 @@ static void FN(cga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_point_parameters_point)(position, status, x_in);
-FN(store_rows)(position_rows + i * 3, position, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_point_parameters_point)(position, status, x_in);
-FN(store_tail)(position_rows + i * 3, position, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(position_rows + i * 3, position, 3);
+    } else {
+      FN(store_tail)(position_rows + i * 3, position, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2934,19 +3078,20 @@ static void FN(cga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_point_parameters_any_point)(position, status, x_in);
-FN(store_rows)(position_rows + i * 3, position, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_point_parameters_any_point)(position, status, x_in);
-FN(store_tail)(position_rows + i * 3, position, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(position_rows + i * 3, position, 3);
+    } else {
+      FN(store_tail)(position_rows + i * 3, position, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2960,17 +3105,19 @@ static void FN(cga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrd
   V vector[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    }
     FN(cga3d_direction_parameters_direction)(vector, x_in);
-FN(store_rows)(vector_rows + i * 3, vector, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    FN(cga3d_direction_parameters_direction)(vector, x_in);
-FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(vector_rows + i * 3, vector, 3);
+    } else {
+      FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
+    }
   }
 }
 
@@ -2986,19 +3133,20 @@ static void FN(cga3d_flat_point_parameters_flat_point_batch)(ptrdiff_t begin, pt
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_flat_point_parameters_flat_point)(position, status, x_in);
-FN(store_rows)(position_rows + i * 3, position, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_flat_point_parameters_flat_point)(position, status, x_in);
-FN(store_tail)(position_rows + i * 3, position, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(position_rows + i * 3, position, 3);
+    } else {
+      FN(store_tail)(position_rows + i * 3, position, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3016,21 +3164,22 @@ static void FN(cga3d_point_pair_parameters_point_pair_batch)(ptrdiff_t begin, pt
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_point_pair_parameters_point_pair)(a, b, status, x_in);
-FN(store_rows)(a_rows + i * 3, a, 3);
-FN(store_rows)(b_rows + i * 3, b, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_point_pair_parameters_point_pair)(a, b, status, x_in);
-FN(store_tail)(a_rows + i * 3, a, 3, rows);
-FN(store_tail)(b_rows + i * 3, b, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(a_rows + i * 3, a, 3);
+      FN(store_rows)(b_rows + i * 3, b, 3);
+    } else {
+      FN(store_tail)(a_rows + i * 3, a, 3, rows);
+      FN(store_tail)(b_rows + i * 3, b, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3046,19 +3195,21 @@ static void FN(cga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end,
   V direction[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_line_parameters_line)(point, direction, x_in);
-FN(store_rows)(point_rows + i * 3, point, 3);
-FN(store_rows)(direction_rows + i * 3, direction, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_line_parameters_line)(point, direction, x_in);
-FN(store_tail)(point_rows + i * 3, point, 3, rows);
-FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(point_rows + i * 3, point, 3);
+      FN(store_rows)(direction_rows + i * 3, direction, 3);
+    } else {
+      FN(store_tail)(point_rows + i * 3, point, 3, rows);
+      FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
+    }
   }
 }
 
@@ -3078,23 +3229,24 @@ static void FN(cga3d_circle_parameters_circle_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_circle_parameters_circle)(center, normal, radius, status, x_in);
-FN(store_rows)(center_rows + i * 3, center, 3);
-FN(store_rows)(normal_rows + i * 3, normal, 3);
-FN(store_rows)(radius_rows + i * 1, radius, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_circle_parameters_circle)(center, normal, radius, status, x_in);
-FN(store_tail)(center_rows + i * 3, center, 3, rows);
-FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
-FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 3, center, 3);
+      FN(store_rows)(normal_rows + i * 3, normal, 3);
+      FN(store_rows)(radius_rows + i * 1, radius, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 3, center, 3, rows);
+      FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
+      FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3110,19 +3262,21 @@ static void FN(cga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t en
   V offset[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_plane_parameters_plane)(normal, offset, x_in);
-FN(store_rows)(normal_rows + i * 3, normal, 3);
-FN(store_rows)(offset_rows + i * 1, offset, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_plane_parameters_plane)(normal, offset, x_in);
-FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
-FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(normal_rows + i * 3, normal, 3);
+      FN(store_rows)(offset_rows + i * 1, offset, 1);
+    } else {
+      FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
+      FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
+    }
   }
 }
 
@@ -3142,23 +3296,24 @@ static void FN(cga3d_sphere_parameters_sphere_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sphere_parameters_sphere)(center, radius, orientation, status, x_in);
-FN(store_rows)(center_rows + i * 3, center, 3);
-FN(store_rows)(radius_rows + i * 1, radius, 1);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_sphere_parameters_sphere)(center, radius, orientation, status, x_in);
-FN(store_tail)(center_rows + i * 3, center, 3, rows);
-FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 3, center, 3);
+      FN(store_rows)(radius_rows + i * 1, radius, 1);
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 3, center, 3, rows);
+      FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3172,17 +3327,19 @@ static void FN(cga3d_invariants_vector_batch)(ptrdiff_t begin, ptrdiff_t end, vo
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_invariants_vector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_invariants_vector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -3196,17 +3353,19 @@ static void FN(cga3d_invariants_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_invariants_bivector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_invariants_bivector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -3220,17 +3379,19 @@ static void FN(cga3d_invariants_trivector_batch)(ptrdiff_t begin, ptrdiff_t end,
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_invariants_trivector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_invariants_trivector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -3244,17 +3405,19 @@ static void FN(cga3d_invariants_quadvector_batch)(ptrdiff_t begin, ptrdiff_t end
   V invariants[8];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_invariants_quadvector)(invariants, x_in);
-FN(store_rows)(invariants_rows + i * 8, invariants, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_invariants_quadvector)(invariants, x_in);
-FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(invariants_rows + i * 8, invariants, 8);
+    } else {
+      FN(store_tail)(invariants_rows + i * 8, invariants, 8, rows);
+    }
   }
 }
 
@@ -3274,23 +3437,24 @@ static void FN(cga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(s_in, s_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
+    }
     FN(cga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
-FN(store_rows)(axis_rows + i * 6, axis, 6);
-FN(store_rows)(pitch_rows + i * 1, pitch, 1);
-FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
-    FN(cga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
-FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
-FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
-FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(axis_rows + i * 6, axis, 6);
+      FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+      FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+    } else {
+      FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+      FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+      FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3320,29 +3484,30 @@ static void FN(cga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptr
   FN(load_broadcast)(l1_in, l1_rows, 6);
   FN(load_broadcast)(l2_in, l2_rows, 6);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
-    if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
+      if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
+      if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
-FN(store_rows)(axis_rows + i * 6, axis, 6);
-FN(store_rows)(pitch_rows + i * 1, pitch, 1);
-FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
-FN(store_rows)(fraction_rows + i * 1, fraction, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
-    if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
-FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
-FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
-FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
-FN(store_tail)(fraction_rows + i * 1, fraction, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(axis_rows + i * 6, axis, 6);
+      FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+      FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+      FN(store_rows)(fraction_rows + i * 1, fraction, 1);
+    } else {
+      FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+      FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+      FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+      FN(store_tail)(fraction_rows + i * 1, fraction, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3364,21 +3529,23 @@ static void FN(cga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, p
   FN(load_broadcast)(axis_in, axis_rows, 6);
   FN(load_broadcast)(pitch_in, pitch_rows, 1);
   FN(load_broadcast)(magnitude_in, magnitude_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
-    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
-    if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+      if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+      if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+      if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+      if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
+    }
     FN(cga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
-    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
-    if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
-    FN(cga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -3400,21 +3567,23 @@ static void FN(cga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
   FN(load_broadcast)(axis_in, axis_rows, 6);
   FN(load_broadcast)(angle_in, angle_rows, 1);
   FN(load_broadcast)(pitch_in, pitch_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
-    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+      if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+      if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+    }
     FN(cga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
-    FN(cga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -3434,21 +3603,22 @@ static void FN(cga3d_closest_point_line_line_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(l1_in, l1_rows, 6);
   FN(load_broadcast)(l2_in, l2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
-    if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
+      if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+    } else {
+      if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
+      if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_closest_point_line_line)(out, status, l1_in, l2_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
-    if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
-    FN(cga3d_closest_point_line_line)(out, status, l1_in, l2_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3464,19 +3634,21 @@ static void FN(cga3d_line_equations_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V point[3];
   if (begin >= end) return;
   FN(load_broadcast)(line_in, line_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (line_stride) FN(load_rows)(line_in, line_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (line_stride) FN(load_rows)(line_in, line_rows + i * 6, 6);
+    } else {
+      if (line_stride) FN(load_tail)(line_in, line_rows + i * 6, 6, rows);
+    }
     FN(cga3d_line_equations_line)(matrix, point, line_in);
-FN(store_rows)(matrix_rows + i * 9, matrix, 9);
-FN(store_rows)(point_rows + i * 3, point, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (line_stride) FN(load_tail)(line_in, line_rows + i * 6, 6, rows);
-    FN(cga3d_line_equations_line)(matrix, point, line_in);
-FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
-FN(store_tail)(point_rows + i * 3, point, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 9, matrix, 9);
+      FN(store_rows)(point_rows + i * 3, point, 3);
+    } else {
+      FN(store_tail)(matrix_rows + i * 9, matrix, 9, rows);
+      FN(store_tail)(point_rows + i * 3, point, 3, rows);
+    }
   }
 }
 
@@ -3496,21 +3668,23 @@ static void FN(cga3d_sphere_distance_vector_euclidean_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(s_in, s_rows, 5);
   FN(load_broadcast)(position_in, position_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
     FN(cga3d_sphere_distance_vector_euclidean)(distance, gradient, s_in, position_in);
-FN(store_rows)(distance_rows + i * 1, distance, 1);
-FN(store_rows)(gradient_rows + i * 5, gradient, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    FN(cga3d_sphere_distance_vector_euclidean)(distance, gradient, s_in, position_in);
-FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
-FN(store_tail)(gradient_rows + i * 5, gradient, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(distance_rows + i * 1, distance, 1);
+      FN(store_rows)(gradient_rows + i * 5, gradient, 5);
+    } else {
+      FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
+      FN(store_tail)(gradient_rows + i * 5, gradient, 5, rows);
+    }
   }
 }
 
@@ -3534,23 +3708,25 @@ static void FN(cga3d_circle_distances_vector_vector_euclidean_batch)(ptrdiff_t b
   FN(load_broadcast)(s_in, s_rows, 5);
   FN(load_broadcast)(p_in, p_rows, 5);
   FN(load_broadcast)(position_in, position_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
-    if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+      if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+      if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
     FN(cga3d_circle_distances_vector_vector_euclidean)(distances, gradient, s_in, p_in, position_in);
-FN(store_rows)(distances_rows + i * 2, distances, 2);
-FN(store_rows)(gradient_rows + i * 15, gradient, 15);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
-    if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    FN(cga3d_circle_distances_vector_vector_euclidean)(distances, gradient, s_in, p_in, position_in);
-FN(store_tail)(distances_rows + i * 2, distances, 2, rows);
-FN(store_tail)(gradient_rows + i * 15, gradient, 15, rows);
+    if (rows == W) {
+      FN(store_rows)(distances_rows + i * 2, distances, 2);
+      FN(store_rows)(gradient_rows + i * 15, gradient, 15);
+    } else {
+      FN(store_tail)(distances_rows + i * 2, distances, 2, rows);
+      FN(store_tail)(gradient_rows + i * 15, gradient, 15, rows);
+    }
   }
 }
 
@@ -3574,23 +3750,24 @@ static void FN(cga3d_placed_plane_vector_euclidean_number_batch)(ptrdiff_t begin
   FN(load_broadcast)(p_in, p_rows, 5);
   FN(load_broadcast)(position_in, position_rows, 3);
   FN(load_broadcast)(unit_in, unit_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+    } else {
+      if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
+    }
     FN(cga3d_placed_plane_vector_euclidean_number)(out, status, p_in, position_in, unit_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
-    FN(cga3d_placed_plane_vector_euclidean_number)(out, status, p_in, position_in, unit_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3614,23 +3791,24 @@ static void FN(cga3d_placed_sphere_vector_euclidean_number_batch)(ptrdiff_t begi
   FN(load_broadcast)(s_in, s_rows, 5);
   FN(load_broadcast)(position_in, position_rows, 3);
   FN(load_broadcast)(unit_in, unit_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
+    }
     FN(cga3d_placed_sphere_vector_euclidean_number)(out, status, s_in, position_in, unit_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
-    FN(cga3d_placed_sphere_vector_euclidean_number)(out, status, s_in, position_in, unit_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3658,25 +3836,26 @@ static void FN(cga3d_placed_circle_vector_vector_euclidean_number_batch)(ptrdiff
   FN(load_broadcast)(p_in, p_rows, 5);
   FN(load_broadcast)(position_in, position_rows, 3);
   FN(load_broadcast)(unit_in, unit_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
-    if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
-    if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+      if (p_stride) FN(load_rows)(p_in, p_rows + i * 5, 5);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (unit_stride) FN(load_rows)(unit_in, unit_rows + i * 1, 1);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+      if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
+    }
     FN(cga3d_placed_circle_vector_vector_euclidean_number)(out, status, s_in, p_in, position_in, unit_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
-    if (p_stride) FN(load_tail)(p_in, p_rows + i * 5, 5, rows);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    if (unit_stride) FN(load_tail)(unit_in, unit_rows + i * 1, 1, rows);
-    FN(cga3d_placed_circle_vector_vector_euclidean_number)(out, status, s_in, p_in, position_in, unit_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3694,19 +3873,21 @@ static void FN(cga3d_moved_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(s_in, s_rows, 5);
   FN(load_broadcast)(position_in, position_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 5, 5);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
     FN(cga3d_moved_vector_euclidean)(out, s_in, position_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    FN(cga3d_moved_vector_euclidean)(out, s_in, position_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -3734,25 +3915,27 @@ static void FN(cga3d_enclosing_pair_euclidean_number_euclidean_number_batch)(ptr
   FN(load_broadcast)(r1_in, r1_rows, 1);
   FN(load_broadcast)(c2_in, c2_rows, 3);
   FN(load_broadcast)(r2_in, r2_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (c1_stride) FN(load_rows)(c1_in, c1_rows + i * 3, 3);
-    if (r1_stride) FN(load_rows)(r1_in, r1_rows + i * 1, 1);
-    if (c2_stride) FN(load_rows)(c2_in, c2_rows + i * 3, 3);
-    if (r2_stride) FN(load_rows)(r2_in, r2_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (c1_stride) FN(load_rows)(c1_in, c1_rows + i * 3, 3);
+      if (r1_stride) FN(load_rows)(r1_in, r1_rows + i * 1, 1);
+      if (c2_stride) FN(load_rows)(c2_in, c2_rows + i * 3, 3);
+      if (r2_stride) FN(load_rows)(r2_in, r2_rows + i * 1, 1);
+    } else {
+      if (c1_stride) FN(load_tail)(c1_in, c1_rows + i * 3, 3, rows);
+      if (r1_stride) FN(load_tail)(r1_in, r1_rows + i * 1, 1, rows);
+      if (c2_stride) FN(load_tail)(c2_in, c2_rows + i * 3, 3, rows);
+      if (r2_stride) FN(load_tail)(r2_in, r2_rows + i * 1, 1, rows);
+    }
     FN(cga3d_enclosing_pair_euclidean_number_euclidean_number)(center, radius, c1_in, r1_in, c2_in, r2_in);
-FN(store_rows)(center_rows + i * 3, center, 3);
-FN(store_rows)(radius_rows + i * 1, radius, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (c1_stride) FN(load_tail)(c1_in, c1_rows + i * 3, 3, rows);
-    if (r1_stride) FN(load_tail)(r1_in, r1_rows + i * 1, 1, rows);
-    if (c2_stride) FN(load_tail)(c2_in, c2_rows + i * 3, 3, rows);
-    if (r2_stride) FN(load_tail)(r2_in, r2_rows + i * 1, 1, rows);
-    FN(cga3d_enclosing_pair_euclidean_number_euclidean_number)(center, radius, c1_in, r1_in, c2_in, r2_in);
-FN(store_tail)(center_rows + i * 3, center, 3, rows);
-FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 3, center, 3);
+      FN(store_rows)(radius_rows + i * 1, radius, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 3, center, 3, rows);
+      FN(store_tail)(radius_rows + i * 1, radius, 1, rows);
+    }
   }
 }
 
@@ -3774,23 +3957,24 @@ static void FN(cga3d_rotor_between_point_pair_point_pair_batch)(ptrdiff_t begin,
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_rotor_between_point_pair_point_pair)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_rotor_between_point_pair_point_pair)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+      FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+      FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3812,23 +3996,24 @@ static void FN(cga3d_rotor_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_rotor_between_line_line)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_rotor_between_line_line)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+      FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+      FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3850,23 +4035,24 @@ static void FN(cga3d_rotor_between_circle_circle_batch)(ptrdiff_t begin, ptrdiff
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_rotor_between_circle_circle)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_rotor_between_circle_circle)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+      FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+      FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3888,23 +4074,24 @@ static void FN(cga3d_rotor_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    }
     FN(cga3d_rotor_between_plane_plane)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_rotor_between_plane_plane)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+      FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+      FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3926,23 +4113,24 @@ static void FN(cga3d_rotor_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_rotor_between_sphere_sphere)(out, quality, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_rows)(quality_rows + i * 2, quality, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_rotor_between_sphere_sphere)(out, quality, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+      FN(store_rows)(quality_rows + i * 2, quality, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+      FN(store_tail)(quality_rows + i * 2, quality, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3962,21 +4150,22 @@ static void FN(cga3d_mirror_between_point_pair_point_pair_batch)(ptrdiff_t begin
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_mirror_between_point_pair_point_pair)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_mirror_between_point_pair_point_pair)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -3996,21 +4185,22 @@ static void FN(cga3d_mirror_between_line_line_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_mirror_between_line_line)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_mirror_between_line_line)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -4030,21 +4220,22 @@ static void FN(cga3d_mirror_between_circle_circle_batch)(ptrdiff_t begin, ptrdif
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_mirror_between_circle_circle)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_mirror_between_circle_circle)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -4064,21 +4255,22 @@ static void FN(cga3d_mirror_between_plane_plane_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    }
     FN(cga3d_mirror_between_plane_plane)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_mirror_between_plane_plane)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -4098,21 +4290,22 @@ static void FN(cga3d_mirror_between_sphere_sphere_batch)(ptrdiff_t begin, ptrdif
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_mirror_between_sphere_sphere)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_mirror_between_sphere_sphere)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -4132,21 +4325,22 @@ static void FN(cga3d_translation_between_point_point_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_translation_between_point_point)(out, status, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_translation_between_point_point)(out, status, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -4160,17 +4354,19 @@ static void FN(cga3d_unit_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V out[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    }
     FN(cga3d_unit_rotor_even)(out, r_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    FN(cga3d_unit_rotor_even)(out, r_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -4188,19 +4384,21 @@ static void FN(cga3d_led_even_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_led_even_point_pair)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_led_even_point_pair)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -4218,19 +4416,21 @@ static void FN(cga3d_led_even_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_led_even_circle)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_led_even_circle)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -4248,19 +4448,21 @@ static void FN(cga3d_led_even_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_led_even_sphere)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_led_even_sphere)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -4274,17 +4476,19 @@ static void FN(cga3d_signed_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
   V out[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    }
     FN(cga3d_signed_even)(out, r_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    FN(cga3d_signed_even)(out, r_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -4302,21 +4506,23 @@ static void FN(cga3d_located_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V curvature[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_located_point_pair)(center, axis, curvature, x_in);
-FN(store_rows)(center_rows + i * 3, center, 3);
-FN(store_rows)(axis_rows + i * 3, axis, 3);
-FN(store_rows)(curvature_rows + i * 1, curvature, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_located_point_pair)(center, axis, curvature, x_in);
-FN(store_tail)(center_rows + i * 3, center, 3, rows);
-FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
-FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 3, center, 3);
+      FN(store_rows)(axis_rows + i * 3, axis, 3);
+      FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 3, center, 3, rows);
+      FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
+      FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+    }
   }
 }
 
@@ -4334,21 +4540,23 @@ static void FN(cga3d_located_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V curvature[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_located_circle)(center, axis, curvature, x_in);
-FN(store_rows)(center_rows + i * 3, center, 3);
-FN(store_rows)(axis_rows + i * 3, axis, 3);
-FN(store_rows)(curvature_rows + i * 1, curvature, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_located_circle)(center, axis, curvature, x_in);
-FN(store_tail)(center_rows + i * 3, center, 3, rows);
-FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
-FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 3, center, 3);
+      FN(store_rows)(axis_rows + i * 3, axis, 3);
+      FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 3, center, 3, rows);
+      FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
+      FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+    }
   }
 }
 
@@ -4366,21 +4574,23 @@ static void FN(cga3d_located_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V curvature[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_located_sphere)(center, axis, curvature, x_in);
-FN(store_rows)(center_rows + i * 3, center, 3);
-FN(store_rows)(axis_rows + i * 3, axis, 3);
-FN(store_rows)(curvature_rows + i * 1, curvature, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_located_sphere)(center, axis, curvature, x_in);
-FN(store_tail)(center_rows + i * 3, center, 3, rows);
-FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
-FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(center_rows + i * 3, center, 3);
+      FN(store_rows)(axis_rows + i * 3, axis, 3);
+      FN(store_rows)(curvature_rows + i * 1, curvature, 1);
+    } else {
+      FN(store_tail)(center_rows + i * 3, center, 3, rows);
+      FN(store_tail)(axis_rows + i * 3, axis, 3, rows);
+      FN(store_tail)(curvature_rows + i * 1, curvature, 1, rows);
+    }
   }
 }
 
@@ -4400,21 +4610,23 @@ static void FN(cga3d_turns_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(center_in, center_rows, 3);
   FN(load_broadcast)(axis_in, axis_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+    } else {
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+    }
     FN(cga3d_turns_euclidean_euclidean)(half, quarter, center_in, axis_in);
-FN(store_rows)(half_rows + i * 8, half, 8);
-FN(store_rows)(quarter_rows + i * 9, quarter, 9);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
-    FN(cga3d_turns_euclidean_euclidean)(half, quarter, center_in, axis_in);
-FN(store_tail)(half_rows + i * 8, half, 8, rows);
-FN(store_tail)(quarter_rows + i * 9, quarter, 9, rows);
+    if (rows == W) {
+      FN(store_rows)(half_rows + i * 8, half, 8);
+      FN(store_rows)(quarter_rows + i * 9, quarter, 9);
+    } else {
+      FN(store_tail)(half_rows + i * 8, half, 8, rows);
+      FN(store_tail)(quarter_rows + i * 9, quarter, 9, rows);
+    }
   }
 }
 
@@ -4450,29 +4662,30 @@ static void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_n
   FN(load_broadcast)(center2_in, center2_rows, 3);
   FN(load_broadcast)(axis2_in, axis2_rows, 3);
   FN(load_broadcast)(curvature2_in, curvature2_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (center1_stride) FN(load_rows)(center1_in, center1_rows + i * 3, 3);
-    if (axis1_stride) FN(load_rows)(axis1_in, axis1_rows + i * 3, 3);
-    if (curvature1_stride) FN(load_rows)(curvature1_in, curvature1_rows + i * 1, 1);
-    if (center2_stride) FN(load_rows)(center2_in, center2_rows + i * 3, 3);
-    if (axis2_stride) FN(load_rows)(axis2_in, axis2_rows + i * 3, 3);
-    if (curvature2_stride) FN(load_rows)(curvature2_in, curvature2_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (center1_stride) FN(load_rows)(center1_in, center1_rows + i * 3, 3);
+      if (axis1_stride) FN(load_rows)(axis1_in, axis1_rows + i * 3, 3);
+      if (curvature1_stride) FN(load_rows)(curvature1_in, curvature1_rows + i * 1, 1);
+      if (center2_stride) FN(load_rows)(center2_in, center2_rows + i * 3, 3);
+      if (axis2_stride) FN(load_rows)(axis2_in, axis2_rows + i * 3, 3);
+      if (curvature2_stride) FN(load_rows)(curvature2_in, curvature2_rows + i * 1, 1);
+    } else {
+      if (center1_stride) FN(load_tail)(center1_in, center1_rows + i * 3, 3, rows);
+      if (axis1_stride) FN(load_tail)(axis1_in, axis1_rows + i * 3, 3, rows);
+      if (curvature1_stride) FN(load_tail)(curvature1_in, curvature1_rows + i * 1, 1, rows);
+      if (center2_stride) FN(load_tail)(center2_in, center2_rows + i * 3, 3, rows);
+      if (axis2_stride) FN(load_tail)(axis2_in, axis2_rows + i * 3, 3, rows);
+      if (curvature2_stride) FN(load_tail)(curvature2_in, curvature2_rows + i * 1, 1, rows);
+    }
     FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(out, status, center1_in, axis1_in, curvature1_in, center2_in, axis2_in, curvature2_in);
-FN(store_rows)(out_rows + i * 12, out, 12);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (center1_stride) FN(load_tail)(center1_in, center1_rows + i * 3, 3, rows);
-    if (axis1_stride) FN(load_tail)(axis1_in, axis1_rows + i * 3, 3, rows);
-    if (curvature1_stride) FN(load_tail)(curvature1_in, curvature1_rows + i * 1, 1, rows);
-    if (center2_stride) FN(load_tail)(center2_in, center2_rows + i * 3, 3, rows);
-    if (axis2_stride) FN(load_tail)(axis2_in, axis2_rows + i * 3, 3, rows);
-    if (curvature2_stride) FN(load_tail)(curvature2_in, curvature2_rows + i * 1, 1, rows);
-    FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number)(out, status, center1_in, axis1_in, curvature1_in, center2_in, axis2_in, curvature2_in);
-FN(store_tail)(out_rows + i * 12, out, 12, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 12, out, 12);
+    } else {
+      FN(store_tail)(out_rows + i * 12, out, 12, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -4486,17 +4699,19 @@ static void FN(cga3d_anchor_point_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_anchor_point)(out, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_anchor_point)(out, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4510,17 +4725,19 @@ static void FN(cga3d_anchor_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, vo
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_anchor_point_pair)(out, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_anchor_point_pair)(out, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4534,17 +4751,19 @@ static void FN(cga3d_anchor_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(cga3d_anchor_line)(out, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(cga3d_anchor_line)(out, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4558,17 +4777,19 @@ static void FN(cga3d_anchor_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+    }
     FN(cga3d_anchor_circle)(out, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    FN(cga3d_anchor_circle)(out, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4582,17 +4803,19 @@ static void FN(cga3d_anchor_plane_batch)(ptrdiff_t begin, ptrdiff_t end, void *c
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(cga3d_anchor_plane)(out, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(cga3d_anchor_plane)(out, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4606,17 +4829,19 @@ static void FN(cga3d_anchor_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+    }
     FN(cga3d_anchor_sphere)(out, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    FN(cga3d_anchor_sphere)(out, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4634,19 +4859,21 @@ static void FN(cga3d_nearest_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_nearest_point_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_nearest_point_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4664,19 +4891,21 @@ static void FN(cga3d_nearest_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdif
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_nearest_point_pair_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_nearest_point_pair_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4694,19 +4923,21 @@ static void FN(cga3d_nearest_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_nearest_line_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_nearest_line_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4724,19 +4955,21 @@ static void FN(cga3d_nearest_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_nearest_circle_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_nearest_circle_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4754,19 +4987,21 @@ static void FN(cga3d_nearest_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_nearest_plane_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_nearest_plane_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4784,19 +5019,21 @@ static void FN(cga3d_nearest_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_nearest_sphere_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_nearest_sphere_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -4814,19 +5051,21 @@ static void FN(cga3d_inward_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_inward_point_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_inward_point_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -4844,19 +5083,21 @@ static void FN(cga3d_inward_point_pair_euclidean_batch)(ptrdiff_t begin, ptrdiff
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_inward_point_pair_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_inward_point_pair_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -4874,19 +5115,21 @@ static void FN(cga3d_inward_line_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_inward_line_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_inward_line_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -4904,19 +5147,21 @@ static void FN(cga3d_inward_circle_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_inward_circle_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_inward_circle_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
   }
 }
 
@@ -4934,19 +5179,21 @@ static void FN(cga3d_inward_plane_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_inward_plane_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_inward_plane_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -4964,19 +5211,21 @@ static void FN(cga3d_inward_sphere_euclidean_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(o_in, o_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (o_stride) FN(load_rows)(o_in, o_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
+    }
     FN(cga3d_inward_sphere_euclidean)(out, x_in, o_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (o_stride) FN(load_tail)(o_in, o_rows + i * 3, 3, rows);
-    FN(cga3d_inward_sphere_euclidean)(out, x_in, o_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
   }
 }
 
@@ -4996,21 +5245,22 @@ static void FN(cga3d_project_sum_any_point_any_point_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(written_in, written_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
+    }
     FN(cga3d_project_sum_any_point_any_point)(out, status, x_in, written_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
-    FN(cga3d_project_sum_any_point_any_point)(out, status, x_in, written_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5030,21 +5280,22 @@ static void FN(cga3d_project_sum_any_point_pair_any_point_pair_batch)(ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(written_in, written_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+    }
     FN(cga3d_project_sum_any_point_pair_any_point_pair)(out, status, x_in, written_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
-    FN(cga3d_project_sum_any_point_pair_any_point_pair)(out, status, x_in, written_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5064,21 +5315,22 @@ static void FN(cga3d_project_sum_any_line_any_line_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(written_in, written_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
+    }
     FN(cga3d_project_sum_any_line_any_line)(out, status, x_in, written_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
-    FN(cga3d_project_sum_any_line_any_line)(out, status, x_in, written_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5098,21 +5350,22 @@ static void FN(cga3d_project_sum_any_circle_any_circle_batch)(ptrdiff_t begin, p
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(written_in, written_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+    }
     FN(cga3d_project_sum_any_circle_any_circle)(out, status, x_in, written_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
-    FN(cga3d_project_sum_any_circle_any_circle)(out, status, x_in, written_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5132,21 +5385,22 @@ static void FN(cga3d_project_sum_any_plane_any_plane_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(written_in, written_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
+    }
     FN(cga3d_project_sum_any_plane_any_plane)(out, status, x_in, written_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
-    FN(cga3d_project_sum_any_plane_any_plane)(out, status, x_in, written_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5166,21 +5420,22 @@ static void FN(cga3d_project_sum_any_sphere_any_sphere_batch)(ptrdiff_t begin, p
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(written_in, written_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
+    }
     FN(cga3d_project_sum_any_sphere_any_sphere)(out, status, x_in, written_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
-    FN(cga3d_project_sum_any_sphere_any_sphere)(out, status, x_in, written_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5200,21 +5455,22 @@ static void FN(cga3d_project_rate_any_point_any_point_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(dx_in, dx_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
+    }
     FN(cga3d_project_rate_any_point_any_point)(out, status, x_in, dx_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
-    FN(cga3d_project_rate_any_point_any_point)(out, status, x_in, dx_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5234,21 +5490,22 @@ static void FN(cga3d_project_rate_any_point_pair_any_point_pair_batch)(ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(dx_in, dx_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
+    }
     FN(cga3d_project_rate_any_point_pair_any_point_pair)(out, status, x_in, dx_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
-    FN(cga3d_project_rate_any_point_pair_any_point_pair)(out, status, x_in, dx_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5268,21 +5525,22 @@ static void FN(cga3d_project_rate_any_line_any_line_batch)(ptrdiff_t begin, ptrd
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(dx_in, dx_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 6, 6, rows);
+    }
     FN(cga3d_project_rate_any_line_any_line)(out, status, x_in, dx_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 6, 6, rows);
-    FN(cga3d_project_rate_any_line_any_line)(out, status, x_in, dx_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5302,21 +5560,22 @@ static void FN(cga3d_project_rate_any_circle_any_circle_batch)(ptrdiff_t begin, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(dx_in, dx_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
+    }
     FN(cga3d_project_rate_any_circle_any_circle)(out, status, x_in, dx_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 10, 10, rows);
-    FN(cga3d_project_rate_any_circle_any_circle)(out, status, x_in, dx_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5336,21 +5595,22 @@ static void FN(cga3d_project_rate_any_plane_any_plane_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(dx_in, dx_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 4, 4, rows);
+    }
     FN(cga3d_project_rate_any_plane_any_plane)(out, status, x_in, dx_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 4, 4, rows);
-    FN(cga3d_project_rate_any_plane_any_plane)(out, status, x_in, dx_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5370,21 +5630,22 @@ static void FN(cga3d_project_rate_any_sphere_any_sphere_batch)(ptrdiff_t begin, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(dx_in, dx_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (dx_stride) FN(load_rows)(dx_in, dx_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
+    }
     FN(cga3d_project_rate_any_sphere_any_sphere)(out, status, x_in, dx_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (dx_stride) FN(load_tail)(dx_in, dx_rows + i * 5, 5, rows);
-    FN(cga3d_project_rate_any_sphere_any_sphere)(out, status, x_in, dx_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5408,23 +5669,24 @@ static void FN(cga3d_interpolate_any_point_any_point_number_batch)(ptrdiff_t beg
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5448,23 +5710,24 @@ static void FN(cga3d_interpolate_any_point_pair_any_point_pair_number_batch)(ptr
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5488,23 +5751,24 @@ static void FN(cga3d_interpolate_any_line_any_line_number_batch)(ptrdiff_t begin
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5528,23 +5792,24 @@ static void FN(cga3d_interpolate_any_circle_any_circle_number_batch)(ptrdiff_t b
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5568,23 +5833,24 @@ static void FN(cga3d_interpolate_any_plane_any_plane_number_batch)(ptrdiff_t beg
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5608,23 +5874,24 @@ static void FN(cga3d_interpolate_any_sphere_any_sphere_number_batch)(ptrdiff_t b
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5648,23 +5915,24 @@ static void FN(cga3d_interpolate_rate_any_point_any_point_number_batch)(ptrdiff_
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_rate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_rate_any_point_any_point_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5688,23 +5956,24 @@ static void FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number_batch
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_rate_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5728,23 +5997,24 @@ static void FN(cga3d_interpolate_rate_any_line_any_line_number_batch)(ptrdiff_t 
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_rate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_rate_any_line_any_line_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5768,23 +6038,24 @@ static void FN(cga3d_interpolate_rate_any_circle_any_circle_number_batch)(ptrdif
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_rate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_rate_any_circle_any_circle_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5808,23 +6079,24 @@ static void FN(cga3d_interpolate_rate_any_plane_any_plane_number_batch)(ptrdiff_
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_rate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_rate_any_plane_any_plane_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5848,23 +6120,24 @@ static void FN(cga3d_interpolate_rate_any_sphere_any_sphere_number_batch)(ptrdif
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_rate_any_sphere_any_sphere_number)(out, status, x1_in, x2_in, alpha_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -5882,19 +6155,21 @@ static void FN(cga3d_orientation_any_point_any_point_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_orientation_any_point_any_point)(orientation, x1_in, x2_in);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_orientation_any_point_any_point)(orientation, x1_in, x2_in);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
   }
 }
 
@@ -5912,19 +6187,21 @@ static void FN(cga3d_orientation_any_point_pair_any_point_pair_batch)(ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_orientation_any_point_pair_any_point_pair)(orientation, x1_in, x2_in);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_orientation_any_point_pair_any_point_pair)(orientation, x1_in, x2_in);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
   }
 }
 
@@ -5942,19 +6219,21 @@ static void FN(cga3d_orientation_any_line_any_line_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_orientation_any_line_any_line)(orientation, x1_in, x2_in);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_orientation_any_line_any_line)(orientation, x1_in, x2_in);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
   }
 }
 
@@ -5972,19 +6251,21 @@ static void FN(cga3d_orientation_any_circle_any_circle_batch)(ptrdiff_t begin, p
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_orientation_any_circle_any_circle)(orientation, x1_in, x2_in);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_orientation_any_circle_any_circle)(orientation, x1_in, x2_in);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
   }
 }
 
@@ -6002,19 +6283,21 @@ static void FN(cga3d_orientation_any_plane_any_plane_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    }
     FN(cga3d_orientation_any_plane_any_plane)(orientation, x1_in, x2_in);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_orientation_any_plane_any_plane)(orientation, x1_in, x2_in);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
   }
 }
 
@@ -6032,19 +6315,21 @@ static void FN(cga3d_orientation_any_sphere_any_sphere_batch)(ptrdiff_t begin, p
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_orientation_any_sphere_any_sphere)(orientation, x1_in, x2_in);
-FN(store_rows)(orientation_rows + i * 1, orientation, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_orientation_any_sphere_any_sphere)(orientation, x1_in, x2_in);
-FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(orientation_rows + i * 1, orientation, 1);
+    } else {
+      FN(store_tail)(orientation_rows + i * 1, orientation, 1, rows);
+    }
   }
 }
 
@@ -6068,23 +6353,24 @@ static void FN(cga3d_common_sphere_any_point_pair_any_point_pair_number_batch)(p
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_common_sphere_any_point_pair_any_point_pair_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -6108,23 +6394,24 @@ static void FN(cga3d_common_sphere_any_line_any_line_number_batch)(ptrdiff_t beg
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_common_sphere_any_line_any_line_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_common_sphere_any_line_any_line_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -6148,23 +6435,24 @@ static void FN(cga3d_common_sphere_any_circle_any_circle_number_batch)(ptrdiff_t
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_common_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_common_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -6188,23 +6476,24 @@ static void FN(cga3d_orthogonal_sphere_any_circle_any_circle_number_batch)(ptrdi
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_orthogonal_sphere_any_circle_any_circle_number)(out, status, x1_in, x2_in, distance_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -6222,19 +6511,21 @@ static void FN(cga3d_pair_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_pair_cost_point_point)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_pair_cost_point_point)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6252,19 +6543,21 @@ static void FN(cga3d_pair_cost_point_pair_point_pair_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_pair_cost_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_pair_cost_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6282,19 +6575,21 @@ static void FN(cga3d_pair_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_pair_cost_line_line)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_pair_cost_line_line)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6312,19 +6607,21 @@ static void FN(cga3d_pair_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_pair_cost_circle_circle)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_pair_cost_circle_circle)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6342,19 +6639,21 @@ static void FN(cga3d_pair_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    }
     FN(cga3d_pair_cost_plane_plane)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_pair_cost_plane_plane)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6372,19 +6671,21 @@ static void FN(cga3d_pair_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_pair_cost_sphere_sphere)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_pair_cost_sphere_sphere)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6402,19 +6703,21 @@ static void FN(cga3d_aligned_cost_point_point_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_aligned_cost_point_point)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_aligned_cost_point_point)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6432,19 +6735,21 @@ static void FN(cga3d_aligned_cost_point_pair_point_pair_batch)(ptrdiff_t begin, 
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_aligned_cost_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_aligned_cost_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6462,19 +6767,21 @@ static void FN(cga3d_aligned_cost_line_line_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_aligned_cost_line_line)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_aligned_cost_line_line)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6492,19 +6799,21 @@ static void FN(cga3d_aligned_cost_circle_circle_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_aligned_cost_circle_circle)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_aligned_cost_circle_circle)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6522,19 +6831,21 @@ static void FN(cga3d_aligned_cost_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    }
     FN(cga3d_aligned_cost_plane_plane)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_aligned_cost_plane_plane)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6552,19 +6863,21 @@ static void FN(cga3d_aligned_cost_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_aligned_cost_sphere_sphere)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_aligned_cost_sphere_sphere)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6582,19 +6895,21 @@ static void FN(cga3d_pair_cost_thesis_point_point_batch)(ptrdiff_t begin, ptrdif
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_pair_cost_thesis_point_point)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_pair_cost_thesis_point_point)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6612,19 +6927,21 @@ static void FN(cga3d_pair_cost_thesis_point_pair_point_pair_batch)(ptrdiff_t beg
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_pair_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_pair_cost_thesis_point_pair_point_pair)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6642,19 +6959,21 @@ static void FN(cga3d_pair_cost_thesis_line_line_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 6);
   FN(load_broadcast)(x2_in, x2_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+    }
     FN(cga3d_pair_cost_thesis_line_line)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    FN(cga3d_pair_cost_thesis_line_line)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6672,19 +6991,21 @@ static void FN(cga3d_pair_cost_thesis_circle_circle_batch)(ptrdiff_t begin, ptrd
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 10);
   FN(load_broadcast)(x2_in, x2_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+    }
     FN(cga3d_pair_cost_thesis_circle_circle)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    FN(cga3d_pair_cost_thesis_circle_circle)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6702,19 +7023,21 @@ static void FN(cga3d_pair_cost_thesis_plane_plane_batch)(ptrdiff_t begin, ptrdif
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 4);
   FN(load_broadcast)(x2_in, x2_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+    }
     FN(cga3d_pair_cost_thesis_plane_plane)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    FN(cga3d_pair_cost_thesis_plane_plane)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6732,19 +7055,21 @@ static void FN(cga3d_pair_cost_thesis_sphere_sphere_batch)(ptrdiff_t begin, ptrd
   if (begin >= end) return;
   FN(load_broadcast)(x1_in, x1_rows, 5);
   FN(load_broadcast)(x2_in, x2_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+    }
     FN(cga3d_pair_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    FN(cga3d_pair_cost_thesis_sphere_sphere)(out, x1_in, x2_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6762,19 +7087,21 @@ static void FN(cga3d_agreement_point_point_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(reference_in, reference_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
+    }
     FN(cga3d_agreement_point_point)(out, x_in, reference_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
-    FN(cga3d_agreement_point_point)(out, x_in, reference_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6792,19 +7119,21 @@ static void FN(cga3d_agreement_point_pair_point_pair_batch)(ptrdiff_t begin, ptr
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(reference_in, reference_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
+    }
     FN(cga3d_agreement_point_pair_point_pair)(out, x_in, reference_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
-    FN(cga3d_agreement_point_pair_point_pair)(out, x_in, reference_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6822,19 +7151,21 @@ static void FN(cga3d_agreement_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(reference_in, reference_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 6, 6, rows);
+    }
     FN(cga3d_agreement_line_line)(out, x_in, reference_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 6, 6, rows);
-    FN(cga3d_agreement_line_line)(out, x_in, reference_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6852,19 +7183,21 @@ static void FN(cga3d_agreement_circle_circle_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(reference_in, reference_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 10, 10);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
+    }
     FN(cga3d_agreement_circle_circle)(out, x_in, reference_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 10, 10, rows);
-    FN(cga3d_agreement_circle_circle)(out, x_in, reference_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6882,19 +7215,21 @@ static void FN(cga3d_agreement_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(reference_in, reference_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 4, 4, rows);
+    }
     FN(cga3d_agreement_plane_plane)(out, x_in, reference_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 4, 4, rows);
-    FN(cga3d_agreement_plane_plane)(out, x_in, reference_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6912,19 +7247,21 @@ static void FN(cga3d_agreement_sphere_sphere_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(reference_in, reference_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (reference_stride) FN(load_rows)(reference_in, reference_rows + i * 5, 5);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
+    }
     FN(cga3d_agreement_sphere_sphere)(out, x_in, reference_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (reference_stride) FN(load_tail)(reference_in, reference_rows + i * 5, 5, rows);
-    FN(cga3d_agreement_sphere_sphere)(out, x_in, reference_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6938,17 +7275,19 @@ static void FN(cga3d_rotor_cost_translator_batch)(ptrdiff_t begin, ptrdiff_t end
   V out[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga3d_rotor_cost_translator)(out, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga3d_rotor_cost_translator)(out, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6962,17 +7301,19 @@ static void FN(cga3d_rotor_cost_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V out[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_rotor_cost_motor)(out, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_rotor_cost_motor)(out, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -6986,17 +7327,19 @@ static void FN(cga3d_rotor_cost_rotor_conformal_batch)(ptrdiff_t begin, ptrdiff_
   V out[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    }
     FN(cga3d_rotor_cost_rotor_conformal)(out, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    FN(cga3d_rotor_cost_rotor_conformal)(out, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -7010,17 +7353,19 @@ static void FN(cga3d_rotor_cost_thesis_translator_batch)(ptrdiff_t begin, ptrdif
   V out[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(cga3d_rotor_cost_thesis_translator)(out, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(cga3d_rotor_cost_thesis_translator)(out, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -7034,17 +7379,19 @@ static void FN(cga3d_rotor_cost_thesis_motor_batch)(ptrdiff_t begin, ptrdiff_t e
   V out[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(cga3d_rotor_cost_thesis_motor)(out, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(cga3d_rotor_cost_thesis_motor)(out, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -7058,17 +7405,19 @@ static void FN(cga3d_rotor_cost_thesis_rotor_conformal_batch)(ptrdiff_t begin, p
   V out[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    }
     FN(cga3d_rotor_cost_thesis_rotor_conformal)(out, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    FN(cga3d_rotor_cost_thesis_rotor_conformal)(out, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -7082,17 +7431,19 @@ static void FN(cga3d_exp_bivector_bivector_batch)(ptrdiff_t begin, ptrdiff_t end
   V out[16];
   if (begin >= end) return;
   FN(load_broadcast)(b_in, b_rows, 10);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 10, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 10, 10);
+    } else {
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 10, 10, rows);
+    }
     FN(cga3d_exp_bivector_bivector)(out, b_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 10, 10, rows);
-    FN(cga3d_exp_bivector_bivector)(out, b_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -7108,19 +7459,20 @@ static void FN(cga3d_log_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    }
     FN(cga3d_log_rotor_even)(out, status, r_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    FN(cga3d_log_rotor_even)(out, status, r_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7136,19 +7488,20 @@ static void FN(cga3d_log_rotor_dilator_batch)(ptrdiff_t begin, ptrdiff_t end, vo
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
+    }
     FN(cga3d_log_rotor_dilator)(out, status, r_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
-    FN(cga3d_log_rotor_dilator)(out, status, r_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7164,19 +7517,20 @@ static void FN(cga3d_log_rotor_homothety_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
+    }
     FN(cga3d_log_rotor_homothety)(out, status, r_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
-    FN(cga3d_log_rotor_homothety)(out, status, r_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7192,19 +7546,20 @@ static void FN(cga3d_sqrt_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 16, 16);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
+    }
     FN(cga3d_sqrt_rotor_even)(out, status, r_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
-    FN(cga3d_sqrt_rotor_even)(out, status, r_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7220,19 +7575,20 @@ static void FN(cga3d_sqrt_rotor_dilator_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 2);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 2, 2);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
+    }
     FN(cga3d_sqrt_rotor_dilator)(out, status, r_in);
-FN(store_rows)(out_rows + i * 2, out, 2);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 2, 2, rows);
-    FN(cga3d_sqrt_rotor_dilator)(out, status, r_in);
-FN(store_tail)(out_rows + i * 2, out, 2, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 2, out, 2);
+    } else {
+      FN(store_tail)(out_rows + i * 2, out, 2, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7248,19 +7604,20 @@ static void FN(cga3d_sqrt_rotor_homothety_batch)(ptrdiff_t begin, ptrdiff_t end,
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 5);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 5, 5);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
+    }
     FN(cga3d_sqrt_rotor_homothety)(out, status, r_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 5, 5, rows);
-    FN(cga3d_sqrt_rotor_homothety)(out, status, r_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7284,23 +7641,24 @@ static void FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number_batch)
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(written_in, written_rows, 10);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(out, status, x_in, written_in, distance_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_project_far_sum_any_point_pair_any_point_pair_number)(out, status, x_in, written_in, distance_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7324,23 +7682,24 @@ static void FN(cga3d_project_far_sum_any_line_any_line_number_batch)(ptrdiff_t b
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(written_in, written_rows, 6);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 6, 6);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_project_far_sum_any_line_any_line_number)(out, status, x_in, written_in, distance_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 6, 6, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_project_far_sum_any_line_any_line_number)(out, status, x_in, written_in, distance_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7364,23 +7723,24 @@ static void FN(cga3d_project_far_sum_any_circle_any_circle_number_batch)(ptrdiff
   FN(load_broadcast)(x_in, x_rows, 10);
   FN(load_broadcast)(written_in, written_rows, 10);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 10, 10);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 10, 10);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_project_far_sum_any_circle_any_circle_number)(out, status, x_in, written_in, distance_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 10, 10, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_project_far_sum_any_circle_any_circle_number)(out, status, x_in, written_in, distance_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7404,23 +7764,24 @@ static void FN(cga3d_project_far_sum_any_plane_any_plane_number_batch)(ptrdiff_t
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(written_in, written_rows, 4);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 4, 4);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_project_far_sum_any_plane_any_plane_number)(out, status, x_in, written_in, distance_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 4, 4, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_project_far_sum_any_plane_any_plane_number)(out, status, x_in, written_in, distance_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7444,23 +7805,24 @@ static void FN(cga3d_project_far_sum_any_sphere_any_sphere_number_batch)(ptrdiff
   FN(load_broadcast)(x_in, x_rows, 5);
   FN(load_broadcast)(written_in, written_rows, 5);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
-    if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 5, 5);
+      if (written_stride) FN(load_rows)(written_in, written_rows + i * 5, 5);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
+      if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(out, status, x_in, written_in, distance_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
-    if (written_stride) FN(load_tail)(written_in, written_rows + i * 5, 5, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_project_far_sum_any_sphere_any_sphere_number)(out, status, x_in, written_in, distance_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7488,25 +7850,26 @@ static void FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7534,25 +7897,26 @@ static void FN(cga3d_interpolate_far_any_line_any_line_number_number_batch)(ptrd
   FN(load_broadcast)(x2_in, x2_rows, 6);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7580,25 +7944,26 @@ static void FN(cga3d_interpolate_far_any_circle_any_circle_number_number_batch)(
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7626,25 +7991,26 @@ static void FN(cga3d_interpolate_far_any_plane_any_plane_number_number_batch)(pt
   FN(load_broadcast)(x2_in, x2_rows, 4);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7672,25 +8038,26 @@ static void FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number_batch)(
   FN(load_broadcast)(x2_in, x2_rows, 5);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7718,25 +8085,26 @@ static void FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_n
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_rate_any_point_pair_any_point_pair_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7764,25 +8132,26 @@ static void FN(cga3d_interpolate_far_rate_any_line_any_line_number_number_batch)
   FN(load_broadcast)(x2_in, x2_rows, 6);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 6, 6);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 6, 6);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 6, 6, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 6, 6, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_rate_any_line_any_line_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7810,25 +8179,26 @@ static void FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_ba
   FN(load_broadcast)(x2_in, x2_rows, 10);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 10, 10);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 10, 10);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 10, out, 10);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 10, 10, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 10, 10, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 10, out, 10, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7856,25 +8226,26 @@ static void FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batc
   FN(load_broadcast)(x2_in, x2_rows, 4);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 4, 4);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 4, 4);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 4, 4, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 4, 4, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -7902,25 +8273,26 @@ static void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_ba
   FN(load_broadcast)(x2_in, x2_rows, 5);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
   FN(load_broadcast)(distance_in, distance_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
-    if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
-    if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x1_stride) FN(load_rows)(x1_in, x1_rows + i * 5, 5);
+      if (x2_stride) FN(load_rows)(x2_in, x2_rows + i * 5, 5);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+      if (distance_stride) FN(load_rows)(distance_in, distance_rows + i * 1, 1);
+    } else {
+      if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
+      if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+      if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
+    }
     FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_rows)(out_rows + i * 5, out, 5);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x1_stride) FN(load_tail)(x1_in, x1_rows + i * 5, 5, rows);
-    if (x2_stride) FN(load_tail)(x2_in, x2_rows + i * 5, 5, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    if (distance_stride) FN(load_tail)(distance_in, distance_rows + i * 1, 1, rows);
-    FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number)(out, status, x1_in, x2_in, alpha_in, distance_in);
-FN(store_tail)(out_rows + i * 5, out, 5, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 5, out, 5);
+    } else {
+      FN(store_tail)(out_rows + i * 5, out, 5, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 

@@ -5774,7 +5774,7 @@ BS_INLINE void FN(cga3d_rotor_between_circle_circle)(V *RESTRICT out, V *RESTRIC
   status[0] = t93; /* 1 */
 }
 
-/* cga3d_rotor_between_plane_plane: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 30 mul, 20 add, 23 other. */
+/* cga3d_rotor_between_plane_plane: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 30 mul, 20 add, 25 other. */
 BS_INLINE void FN(cga3d_rotor_between_plane_plane)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
 {
   const V x1_e123ni = x1_in[0];
@@ -5796,38 +5796,40 @@ BS_INLINE void FN(cga3d_rotor_between_plane_plane)(V *RESTRICT out, V *RESTRICT 
   const V t8 = t3 + K(1.0);
   const M t9 = LT(K(64.0) * (t4 * (t5 + t6 + t7 + K(1.0))), t8);
   const M t10 = NOT(t9);
-  const M t11 = LT(K(4096.0) * (t4 * t4), SPLAT(0.0));
-  const M t12 = OR(t11, t11);
-  const M t13 = AND(t10, t12);
-  const V t14 = SELECT(t13, SPLAT(-1.0), SPLAT(1.0));
-  const V t15 = SQRT(K(0.5) * (t3 * t14) + K(0.5));
-  const V t16 = K(1.0) / (K(2.0) * t15);
-  const V t17 = t14 * t16;
-  const V t18 = SELECT(t13, K(1.0) - t3, t8);
-  const V t19 = ABS(x1_e123ni);
-  const V t20 = ABS(x1_e12noni);
-  const V t21 = ABS(x1_e13noni);
-  const V t22 = ABS(x1_e23noni);
-  const V t23 = ABS(x2_e123ni);
-  const V t24 = ABS(x2_e12noni);
-  const V t25 = ABS(x2_e13noni);
-  const V t26 = ABS(x2_e23noni);
-  const V t27 = SELECT(t10, SPLAT(1.0), SPLAT(0.0));
-  const V t28 = SELECT(t13, SPLAT(3.0), t27);
-  out[0] = t15; /* 1 */
-  out[1] = (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t17; /* e12 */
-  out[2] = -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t17; /* e13 */
-  out[3] = -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t17; /* e1ni */
-  out[4] = t17 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni); /* e23 */
-  out[5] = t17 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni); /* e2ni */
-  out[6] = -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t17; /* e3ni */
+  const M t11 = LT(t3, SPLAT(0.0));
+  const M t12 = AND(t10, t11);
+  const M t13 = LT(K(4096.0) * (t4 * t4), SPLAT(0.0));
+  const M t14 = OR(t13, t13);
+  const M t15 = AND(t12, t14);
+  const V t16 = SELECT(t15, SPLAT(-1.0), SPLAT(1.0));
+  const V t17 = SQRT(K(0.5) * (t3 * t16) + K(0.5));
+  const V t18 = K(1.0) / (K(2.0) * t17);
+  const V t19 = t16 * t18;
+  const V t20 = SELECT(t15, K(1.0) - t3, t8);
+  const V t21 = ABS(x1_e123ni);
+  const V t22 = ABS(x1_e12noni);
+  const V t23 = ABS(x1_e13noni);
+  const V t24 = ABS(x1_e23noni);
+  const V t25 = ABS(x2_e123ni);
+  const V t26 = ABS(x2_e12noni);
+  const V t27 = ABS(x2_e13noni);
+  const V t28 = ABS(x2_e23noni);
+  const V t29 = SELECT(t12, SPLAT(1.0), SPLAT(0.0));
+  const V t30 = SELECT(t15, SPLAT(3.0), t29);
+  out[0] = t17; /* 1 */
+  out[1] = (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t19; /* e12 */
+  out[2] = -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t19; /* e13 */
+  out[3] = -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t19; /* e1ni */
+  out[4] = t19 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni); /* e23 */
+  out[5] = t19 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni); /* e2ni */
+  out[6] = -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t19; /* e3ni */
   out[7] = SPLAT(0.0); /* e123ni */
-  quality[0] = t18;
-  quality[1] = (t19 + t20 + t21 + t22) * (t23 + t24 + t25 + t26);
-  status[0] = t28; /* 1 */
+  quality[0] = t20;
+  quality[1] = (t21 + t22 + t23 + t24) * (t25 + t26 + t27 + t28);
+  status[0] = t30; /* 1 */
 }
 
-/* cga3d_rotor_between_sphere_sphere: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 51 mul, 32 add, 28 other. */
+/* cga3d_rotor_between_sphere_sphere: `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 51 mul, 32 add, 30 other. */
 BS_INLINE void FN(cga3d_rotor_between_sphere_sphere)(V *RESTRICT out, V *RESTRICT quality, V *RESTRICT status, const V *RESTRICT x1_in, const V *RESTRICT x2_in)
 {
   const V x1_e123no = x1_in[0];
@@ -5855,47 +5857,49 @@ BS_INLINE void FN(cga3d_rotor_between_sphere_sphere)(V *RESTRICT out, V *RESTRIC
   const V t12 = t5 + K(1.0);
   const M t13 = LT(K(64.0) * (t6 * (t7 + t8 + t9 + t10 + t11 + K(1.0))), t12);
   const M t14 = NOT(t13);
-  const V t15 = t6 * t6;
-  const M t16 = LT(K(4096.0) * (t15 * (K(1.0) - K(2.0) * (x1_e123no * x1_e123ni))), x1_e123no * x1_e123no);
-  const M t17 = LT(K(4096.0) * (t15 * (K(1.0) - K(2.0) * (x2_e123no * x2_e123ni))), x2_e123no * x2_e123no);
-  const M t18 = OR(t16, t17);
-  const M t19 = AND(t14, t18);
-  const V t20 = SELECT(t19, SPLAT(-1.0), SPLAT(1.0));
-  const V t21 = SQRT(K(0.5) * (t5 * t20) + K(0.5));
-  const V t22 = K(1.0) / (K(2.0) * t21);
-  const V t23 = t20 * t22;
-  const V t24 = SELECT(t19, K(1.0) - t5, t12);
-  const V t25 = ABS(x1_e123no);
-  const V t26 = ABS(x1_e123ni);
-  const V t27 = ABS(x1_e12noni);
-  const V t28 = ABS(x1_e13noni);
-  const V t29 = ABS(x1_e23noni);
-  const V t30 = ABS(x2_e123no);
-  const V t31 = ABS(x2_e123ni);
-  const V t32 = ABS(x2_e12noni);
-  const V t33 = ABS(x2_e13noni);
-  const V t34 = ABS(x2_e23noni);
-  const V t35 = SELECT(t14, SPLAT(1.0), SPLAT(0.0));
-  const V t36 = SELECT(t19, SPLAT(3.0), t35);
-  out[0] = t21; /* 1 */
-  out[1] = (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t23; /* e12 */
-  out[2] = -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t23; /* e13 */
-  out[3] = t23 * (x1_e23noni * x2_e123no - x1_e123no * x2_e23noni); /* e1no */
-  out[4] = -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t23; /* e1ni */
-  out[5] = t23 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni); /* e23 */
-  out[6] = -(x1_e13noni * x2_e123no - x1_e123no * x2_e13noni) * t23; /* e2no */
-  out[7] = t23 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni); /* e2ni */
-  out[8] = t23 * (x1_e12noni * x2_e123no - x1_e123no * x2_e12noni); /* e3no */
-  out[9] = -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t23; /* e3ni */
-  out[10] = -(t0 - t1) * t23; /* noni */
+  const M t15 = LT(t5, SPLAT(0.0));
+  const M t16 = AND(t14, t15);
+  const V t17 = t6 * t6;
+  const M t18 = LT(K(4096.0) * (t17 * (K(1.0) - K(2.0) * (x1_e123no * x1_e123ni))), x1_e123no * x1_e123no);
+  const M t19 = LT(K(4096.0) * (t17 * (K(1.0) - K(2.0) * (x2_e123no * x2_e123ni))), x2_e123no * x2_e123no);
+  const M t20 = OR(t18, t19);
+  const M t21 = AND(t16, t20);
+  const V t22 = SELECT(t21, SPLAT(-1.0), SPLAT(1.0));
+  const V t23 = SQRT(K(0.5) * (t5 * t22) + K(0.5));
+  const V t24 = K(1.0) / (K(2.0) * t23);
+  const V t25 = t22 * t24;
+  const V t26 = SELECT(t21, K(1.0) - t5, t12);
+  const V t27 = ABS(x1_e123no);
+  const V t28 = ABS(x1_e123ni);
+  const V t29 = ABS(x1_e12noni);
+  const V t30 = ABS(x1_e13noni);
+  const V t31 = ABS(x1_e23noni);
+  const V t32 = ABS(x2_e123no);
+  const V t33 = ABS(x2_e123ni);
+  const V t34 = ABS(x2_e12noni);
+  const V t35 = ABS(x2_e13noni);
+  const V t36 = ABS(x2_e23noni);
+  const V t37 = SELECT(t16, SPLAT(1.0), SPLAT(0.0));
+  const V t38 = SELECT(t21, SPLAT(3.0), t37);
+  out[0] = t23; /* 1 */
+  out[1] = (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t25; /* e12 */
+  out[2] = -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t25; /* e13 */
+  out[3] = t25 * (x1_e23noni * x2_e123no - x1_e123no * x2_e23noni); /* e1no */
+  out[4] = -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t25; /* e1ni */
+  out[5] = t25 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni); /* e23 */
+  out[6] = -(x1_e13noni * x2_e123no - x1_e123no * x2_e13noni) * t25; /* e2no */
+  out[7] = t25 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni); /* e2ni */
+  out[8] = t25 * (x1_e12noni * x2_e123no - x1_e123no * x2_e12noni); /* e3no */
+  out[9] = -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t25; /* e3ni */
+  out[10] = -(t0 - t1) * t25; /* noni */
   out[11] = SPLAT(0.0); /* e123no */
   out[12] = SPLAT(0.0); /* e123ni */
   out[13] = SPLAT(0.0); /* e12noni */
   out[14] = SPLAT(0.0); /* e13noni */
   out[15] = SPLAT(0.0); /* e23noni */
-  quality[0] = t24;
-  quality[1] = (t25 + t26 + t27 + t28 + t29) * (t30 + t31 + t32 + t33 + t34);
-  status[0] = t36; /* 1 */
+  quality[0] = t26;
+  quality[1] = (t27 + t28 + t29 + t30 + t31) * (t32 + t33 + t34 + t35 + t36);
+  status[0] = t38; /* 1 */
 }
 
 /* cga3d_mirror_between_point_pair_point_pair: S (x1 + x2)/sqrt(mu): the object M with M x1 M = gamma x2, the blade nearest the sum (2.4; 2.1 for gamma = 1). 137 mul, 118 add, 100 other. */

@@ -7724,7 +7724,7 @@ def cga3d_rotor_between_circle_circle_batch(
         store(status_rows, status_columns, first, count)
 
 
-# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 30 mul, 20 add, 23 other.
+# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 30 mul, 20 add, 25 other.
 def cga3d_rotor_between_plane_plane(
     x1_e123ni, x1_e12noni, x1_e13noni, x1_e23noni, x2_e123ni, x2_e12noni, x2_e13noni, x2_e23noni,
 ):
@@ -7739,41 +7739,43 @@ def cga3d_rotor_between_plane_plane(
     t8 = t3 + K(1.0)
     t9 = K(64.0) * (t4 * (t5 + t6 + t7 + K(1.0))) < t8
     t10 = np.logical_not(t9)
-    t11 = K(4096.0) * (t4 * t4) < K(0.0)
-    t12 = t11 | t11
-    t13 = t10 & t12
-    t14 = select(t13, K(-1.0), K(1.0))
-    t15 = np.sqrt(K(0.5) * (t3 * t14) + K(0.5))
-    t16 = K(1.0) / (K(2.0) * t15)
-    t17 = t14 * t16
-    t18 = select(t13, K(1.0) - t3, t8)
-    t19 = np.abs(x1_e123ni)
-    t20 = np.abs(x1_e12noni)
-    t21 = np.abs(x1_e13noni)
-    t22 = np.abs(x1_e23noni)
-    t23 = np.abs(x2_e123ni)
-    t24 = np.abs(x2_e12noni)
-    t25 = np.abs(x2_e13noni)
-    t26 = np.abs(x2_e23noni)
-    t27 = select(t10, K(1.0), K(0.0))
-    t28 = select(t13, K(3.0), t27)
+    t11 = t3 < K(0.0)
+    t12 = t10 & t11
+    t13 = K(4096.0) * (t4 * t4) < K(0.0)
+    t14 = t13 | t13
+    t15 = t12 & t14
+    t16 = select(t15, K(-1.0), K(1.0))
+    t17 = np.sqrt(K(0.5) * (t3 * t16) + K(0.5))
+    t18 = K(1.0) / (K(2.0) * t17)
+    t19 = t16 * t18
+    t20 = select(t15, K(1.0) - t3, t8)
+    t21 = np.abs(x1_e123ni)
+    t22 = np.abs(x1_e12noni)
+    t23 = np.abs(x1_e13noni)
+    t24 = np.abs(x1_e23noni)
+    t25 = np.abs(x2_e123ni)
+    t26 = np.abs(x2_e12noni)
+    t27 = np.abs(x2_e13noni)
+    t28 = np.abs(x2_e23noni)
+    t29 = select(t12, K(1.0), K(0.0))
+    t30 = select(t15, K(3.0), t29)
     return (
         (
-            t15,  # 1
-            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t17,  # e12
-            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t17,  # e13
-            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t17,  # e1ni
-            t17 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
-            t17 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
-            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t17,  # e3ni
+            t17,  # 1
+            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t19,  # e12
+            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t19,  # e13
+            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t19,  # e1ni
+            t19 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
+            t19 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
+            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t19,  # e3ni
             K(0.0),  # e123ni
         ),
         (
-            t18,
-            (t19 + t20 + t21 + t22) * (t23 + t24 + t25 + t26),
+            t20,
+            (t21 + t22 + t23 + t24) * (t25 + t26 + t27 + t28),
         ),
         (
-            t28,  # 1
+            t30,  # 1
         ),
     )
 
@@ -7803,7 +7805,7 @@ def cga3d_rotor_between_plane_plane_batch(
         store(status_rows, status_columns, first, count)
 
 
-# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 51 mul, 32 add, 28 other.
+# `plain_rotor` and what tells its rounding errors: a row of `margin` and the product of the objects' sizes. 51 mul, 32 add, 30 other.
 def cga3d_rotor_between_sphere_sphere(
     x1_e123no, x1_e123ni, x1_e12noni, x1_e13noni, x1_e23noni, x2_e123no, x2_e123ni, x2_e12noni,
     x2_e13noni, x2_e23noni,
@@ -7823,41 +7825,43 @@ def cga3d_rotor_between_sphere_sphere(
     t12 = t5 + K(1.0)
     t13 = K(64.0) * (t6 * (t7 + t8 + t9 + t10 + t11 + K(1.0))) < t12
     t14 = np.logical_not(t13)
-    t15 = t6 * t6
-    t16 = K(4096.0) * (t15 * (K(1.0) - K(2.0) * (x1_e123no * x1_e123ni))) < x1_e123no * x1_e123no
-    t17 = K(4096.0) * (t15 * (K(1.0) - K(2.0) * (x2_e123no * x2_e123ni))) < x2_e123no * x2_e123no
-    t18 = t16 | t17
-    t19 = t14 & t18
-    t20 = select(t19, K(-1.0), K(1.0))
-    t21 = np.sqrt(K(0.5) * (t5 * t20) + K(0.5))
-    t22 = K(1.0) / (K(2.0) * t21)
-    t23 = t20 * t22
-    t24 = select(t19, K(1.0) - t5, t12)
-    t25 = np.abs(x1_e123no)
-    t26 = np.abs(x1_e123ni)
-    t27 = np.abs(x1_e12noni)
-    t28 = np.abs(x1_e13noni)
-    t29 = np.abs(x1_e23noni)
-    t30 = np.abs(x2_e123no)
-    t31 = np.abs(x2_e123ni)
-    t32 = np.abs(x2_e12noni)
-    t33 = np.abs(x2_e13noni)
-    t34 = np.abs(x2_e23noni)
-    t35 = select(t14, K(1.0), K(0.0))
-    t36 = select(t19, K(3.0), t35)
+    t15 = t5 < K(0.0)
+    t16 = t14 & t15
+    t17 = t6 * t6
+    t18 = K(4096.0) * (t17 * (K(1.0) - K(2.0) * (x1_e123no * x1_e123ni))) < x1_e123no * x1_e123no
+    t19 = K(4096.0) * (t17 * (K(1.0) - K(2.0) * (x2_e123no * x2_e123ni))) < x2_e123no * x2_e123no
+    t20 = t18 | t19
+    t21 = t16 & t20
+    t22 = select(t21, K(-1.0), K(1.0))
+    t23 = np.sqrt(K(0.5) * (t5 * t22) + K(0.5))
+    t24 = K(1.0) / (K(2.0) * t23)
+    t25 = t22 * t24
+    t26 = select(t21, K(1.0) - t5, t12)
+    t27 = np.abs(x1_e123no)
+    t28 = np.abs(x1_e123ni)
+    t29 = np.abs(x1_e12noni)
+    t30 = np.abs(x1_e13noni)
+    t31 = np.abs(x1_e23noni)
+    t32 = np.abs(x2_e123no)
+    t33 = np.abs(x2_e123ni)
+    t34 = np.abs(x2_e12noni)
+    t35 = np.abs(x2_e13noni)
+    t36 = np.abs(x2_e23noni)
+    t37 = select(t16, K(1.0), K(0.0))
+    t38 = select(t21, K(3.0), t37)
     return (
         (
-            t21,  # 1
-            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t23,  # e12
-            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t23,  # e13
-            t23 * (x1_e23noni * x2_e123no - x1_e123no * x2_e23noni),  # e1no
-            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t23,  # e1ni
-            t23 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
-            -(x1_e13noni * x2_e123no - x1_e123no * x2_e13noni) * t23,  # e2no
-            t23 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
-            t23 * (x1_e12noni * x2_e123no - x1_e123no * x2_e12noni),  # e3no
-            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t23,  # e3ni
-            -(t0 - t1) * t23,  # noni
+            t23,  # 1
+            (x1_e23noni * x2_e13noni - x1_e13noni * x2_e23noni) * t25,  # e12
+            -(x1_e23noni * x2_e12noni - x1_e12noni * x2_e23noni) * t25,  # e13
+            t25 * (x1_e23noni * x2_e123no - x1_e123no * x2_e23noni),  # e1no
+            -(x1_e23noni * x2_e123ni - x1_e123ni * x2_e23noni) * t25,  # e1ni
+            t25 * (x1_e13noni * x2_e12noni - x1_e12noni * x2_e13noni),  # e23
+            -(x1_e13noni * x2_e123no - x1_e123no * x2_e13noni) * t25,  # e2no
+            t25 * (x1_e13noni * x2_e123ni - x1_e123ni * x2_e13noni),  # e2ni
+            t25 * (x1_e12noni * x2_e123no - x1_e123no * x2_e12noni),  # e3no
+            -(x1_e12noni * x2_e123ni - x1_e123ni * x2_e12noni) * t25,  # e3ni
+            -(t0 - t1) * t25,  # noni
             K(0.0),  # e123no
             K(0.0),  # e123ni
             K(0.0),  # e12noni
@@ -7865,11 +7869,11 @@ def cga3d_rotor_between_sphere_sphere(
             K(0.0),  # e23noni
         ),
         (
-            t24,
-            (t25 + t26 + t27 + t28 + t29) * (t30 + t31 + t32 + t33 + t34),
+            t26,
+            (t27 + t28 + t29 + t30 + t31) * (t32 + t33 + t34 + t35 + t36),
         ),
         (
-            t36,  # 1
+            t38,  # 1
         ),
     )
 

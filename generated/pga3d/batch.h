@@ -22,19 +22,21 @@ static void FN(pga3d_geometric_multivector_multivector_batch)(ptrdiff_t begin, p
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(pga3d_geometric_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(pga3d_geometric_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -52,19 +54,21 @@ static void FN(pga3d_geometric_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
   FN(load_broadcast)(y_in, y_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    }
     FN(pga3d_geometric_motor_motor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
-    FN(pga3d_geometric_motor_motor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -82,19 +86,21 @@ static void FN(pga3d_geometric_rotor_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_geometric_rotor_rotor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_geometric_rotor_rotor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -112,19 +118,21 @@ static void FN(pga3d_geometric_even_even_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
   FN(load_broadcast)(y_in, y_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    }
     FN(pga3d_geometric_even_even)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
-    FN(pga3d_geometric_even_even)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -142,19 +150,21 @@ static void FN(pga3d_geometric_translator_rotor_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_geometric_translator_rotor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_geometric_translator_rotor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -172,19 +182,21 @@ static void FN(pga3d_geometric_rotor_translator_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_geometric_rotor_translator)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_geometric_rotor_translator)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -202,19 +214,21 @@ static void FN(pga3d_geometric_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
   FN(load_broadcast)(y_in, y_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
+    }
     FN(pga3d_geometric_motor_any_motor)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 8, 8, rows);
-    FN(pga3d_geometric_motor_any_motor)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -232,19 +246,21 @@ static void FN(pga3d_outer_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(pga3d_outer_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(pga3d_outer_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -262,19 +278,21 @@ static void FN(pga3d_outer_vector_vector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_outer_vector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_outer_vector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -292,19 +310,21 @@ static void FN(pga3d_outer_bivector_vector_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_outer_bivector_vector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_outer_bivector_vector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -322,19 +342,21 @@ static void FN(pga3d_outer_plane_line_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    }
     FN(pga3d_outer_plane_line)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
-    FN(pga3d_outer_plane_line)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -352,19 +374,21 @@ static void FN(pga3d_outer_line_line_batch)(ptrdiff_t begin, ptrdiff_t end, void
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    }
     FN(pga3d_outer_line_line)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
-    FN(pga3d_outer_line_line)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -382,19 +406,21 @@ static void FN(pga3d_inner_multivector_multivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(pga3d_inner_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 14, out, 14);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(pga3d_inner_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 14, out, 14, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 14, out, 14);
+    } else {
+      FN(store_tail)(out_rows + i * 14, out, 14, rows);
+    }
   }
 }
 
@@ -412,19 +438,21 @@ static void FN(pga3d_regressive_point_point_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_regressive_point_point)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_regressive_point_point)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -442,19 +470,21 @@ static void FN(pga3d_regressive_trivector_trivector_batch)(ptrdiff_t begin, ptrd
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_regressive_trivector_trivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_regressive_trivector_trivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -472,19 +502,21 @@ static void FN(pga3d_regressive_line_point_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_regressive_line_point)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_regressive_line_point)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -502,19 +534,21 @@ static void FN(pga3d_regressive_bivector_trivector_batch)(ptrdiff_t begin, ptrdi
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
+    }
     FN(pga3d_regressive_bivector_trivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 4, 4, rows);
-    FN(pga3d_regressive_bivector_trivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -532,19 +566,21 @@ static void FN(pga3d_regressive_multivector_multivector_batch)(ptrdiff_t begin, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
   FN(load_broadcast)(y_in, y_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
+    }
     FN(pga3d_regressive_multivector_multivector)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 16, 16, rows);
-    FN(pga3d_regressive_multivector_multivector)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
   }
 }
 
@@ -562,19 +598,21 @@ static void FN(pga3d_regressive_point_line_batch)(ptrdiff_t begin, ptrdiff_t end
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    }
     FN(pga3d_regressive_point_line)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
-    FN(pga3d_regressive_point_line)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -592,19 +630,21 @@ static void FN(pga3d_regressive_point_direction_batch)(ptrdiff_t begin, ptrdiff_
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(y_in, y_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+    }
     FN(pga3d_regressive_point_direction)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
-    FN(pga3d_regressive_point_direction)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -622,19 +662,21 @@ static void FN(pga3d_regressive_line_line_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    }
     FN(pga3d_regressive_line_line)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 1, out, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
-    FN(pga3d_regressive_line_line)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
   }
 }
 
@@ -652,19 +694,21 @@ static void FN(pga3d_sandwich_motor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_sandwich_motor_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_sandwich_motor_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -682,19 +726,21 @@ static void FN(pga3d_sandwich_motor_any_point_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_sandwich_motor_any_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_sandwich_motor_any_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -712,19 +758,21 @@ static void FN(pga3d_sandwich_motor_direction_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    }
     FN(pga3d_sandwich_motor_direction)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    FN(pga3d_sandwich_motor_direction)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -742,19 +790,21 @@ static void FN(pga3d_sandwich_motor_line_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(pga3d_sandwich_motor_line)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(pga3d_sandwich_motor_line)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -772,19 +822,21 @@ static void FN(pga3d_sandwich_motor_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(pga3d_sandwich_motor_any_line)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(pga3d_sandwich_motor_any_line)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -802,19 +854,21 @@ static void FN(pga3d_sandwich_motor_plane_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_sandwich_motor_plane)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_sandwich_motor_plane)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -832,19 +886,21 @@ static void FN(pga3d_sandwich_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
   FN(load_broadcast)(x_in, x_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    }
     FN(pga3d_sandwich_motor_motor)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    FN(pga3d_sandwich_motor_motor)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -862,19 +918,21 @@ static void FN(pga3d_sandwich_rotor_point_batch)(ptrdiff_t begin, ptrdiff_t end,
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_sandwich_rotor_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_sandwich_rotor_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -892,19 +950,21 @@ static void FN(pga3d_sandwich_translator_point_batch)(ptrdiff_t begin, ptrdiff_t
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_sandwich_translator_point)(out, r_in, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_sandwich_translator_point)(out, r_in, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -922,19 +982,21 @@ static void FN(pga3d_commutator_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(y_in, y_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
+    }
     FN(pga3d_commutator_twist_twist)(out, x_in, y_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (y_stride) FN(load_tail)(y_in, y_rows + i * 6, 6, rows);
-    FN(pga3d_commutator_twist_twist)(out, x_in, y_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -950,19 +1012,20 @@ static void FN(pga3d_normalise_vector_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_normalise_vector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_normalise_vector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -978,19 +1041,20 @@ static void FN(pga3d_normalise_bivector_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(pga3d_normalise_bivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(pga3d_normalise_bivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1006,19 +1070,20 @@ static void FN(pga3d_normalise_trivector_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_normalise_trivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_normalise_trivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1034,19 +1099,20 @@ static void FN(pga3d_normalise_even_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    }
     FN(pga3d_normalise_even)(out, status, x_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    FN(pga3d_normalise_even)(out, status, x_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1062,19 +1128,20 @@ static void FN(pga3d_normalise_multivector_batch)(ptrdiff_t begin, ptrdiff_t end
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 16);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 16, 16);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
+    }
     FN(pga3d_normalise_multivector)(out, status, x_in);
-FN(store_rows)(out_rows + i * 16, out, 16);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 16, 16, rows);
-    FN(pga3d_normalise_multivector)(out, status, x_in);
-FN(store_tail)(out_rows + i * 16, out, 16, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 16, out, 16);
+    } else {
+      FN(store_tail)(out_rows + i * 16, out, 16, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1090,19 +1157,20 @@ static void FN(pga3d_normalise_flat_any_motor_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 8, 8);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
+    }
     FN(pga3d_normalise_flat_any_motor)(out, status, x_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 8, 8, rows);
-    FN(pga3d_normalise_flat_any_motor)(out, status, x_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1118,19 +1186,20 @@ static void FN(pga3d_normalise_flat_any_rotor_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_normalise_flat_any_rotor)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_normalise_flat_any_rotor)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1146,19 +1215,20 @@ static void FN(pga3d_normalise_flat_any_line_batch)(ptrdiff_t begin, ptrdiff_t e
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(pga3d_normalise_flat_any_line)(out, status, x_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(pga3d_normalise_flat_any_line)(out, status, x_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1174,19 +1244,20 @@ static void FN(pga3d_normalise_flat_any_plane_batch)(ptrdiff_t begin, ptrdiff_t 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_normalise_flat_any_plane)(out, status, x_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_normalise_flat_any_plane)(out, status, x_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1206,21 +1277,22 @@ static void FN(pga3d_reflect_point_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(pga3d_reflect_point_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(pga3d_reflect_point_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1240,21 +1312,22 @@ static void FN(pga3d_reflect_line_plane_batch)(ptrdiff_t begin, ptrdiff_t end, v
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(pga3d_reflect_line_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(pga3d_reflect_line_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1274,21 +1347,22 @@ static void FN(pga3d_reflect_plane_plane_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(pga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(pga3d_reflect_plane_plane)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1308,21 +1382,22 @@ static void FN(pga3d_reflect_point_line_batch)(ptrdiff_t begin, ptrdiff_t end, v
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(mirror_in, mirror_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
+    }
     FN(pga3d_reflect_point_line)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 6, 6, rows);
-    FN(pga3d_reflect_point_line)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1342,21 +1417,22 @@ static void FN(pga3d_reflect_point_point_batch)(ptrdiff_t begin, ptrdiff_t end, 
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
   FN(load_broadcast)(mirror_in, mirror_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
-    if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+      if (mirror_stride) FN(load_rows)(mirror_in, mirror_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+      if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
+    }
     FN(pga3d_reflect_point_point)(out, status, x_in, mirror_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    if (mirror_stride) FN(load_tail)(mirror_in, mirror_rows + i * 4, 4, rows);
-    FN(pga3d_reflect_point_point)(out, status, x_in, mirror_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1370,17 +1446,19 @@ static void FN(pga3d_exp_bivector_twist_batch)(ptrdiff_t begin, ptrdiff_t end, v
   V out[8];
   if (begin >= end) return;
   FN(load_broadcast)(b_in, b_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+    } else {
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
+    }
     FN(pga3d_exp_bivector_twist)(out, b_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
-    FN(pga3d_exp_bivector_twist)(out, b_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
@@ -1396,19 +1474,20 @@ static void FN(pga3d_log_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(pga3d_log_motor_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(pga3d_log_motor_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1424,19 +1503,20 @@ static void FN(pga3d_log_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(pga3d_log_motor_any_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(pga3d_log_motor_any_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1452,19 +1532,20 @@ static void FN(pga3d_sqrt_motor_motor_batch)(ptrdiff_t begin, ptrdiff_t end, voi
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(pga3d_sqrt_motor_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(pga3d_sqrt_motor_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1480,19 +1561,20 @@ static void FN(pga3d_sqrt_motor_any_motor_batch)(ptrdiff_t begin, ptrdiff_t end,
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(pga3d_sqrt_motor_any_motor)(out, status, r_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(pga3d_sqrt_motor_any_motor)(out, status, r_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1506,17 +1588,19 @@ static void FN(pga3d_point_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(position_in, position_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
     FN(pga3d_point_euclidean)(out, position_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
-    FN(pga3d_point_euclidean)(out, position_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -1530,17 +1614,19 @@ static void FN(pga3d_direction_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, 
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(vector_in, vector_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (vector_stride) FN(load_rows)(vector_in, vector_rows + i * 3, 3);
+    } else {
+      if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
+    }
     FN(pga3d_direction_euclidean)(out, vector_in);
-FN(store_rows)(out_rows + i * 3, out, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (vector_stride) FN(load_tail)(vector_in, vector_rows + i * 3, 3, rows);
-    FN(pga3d_direction_euclidean)(out, vector_in);
-FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
   }
 }
 
@@ -1560,21 +1646,22 @@ static void FN(pga3d_line_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t 
   if (begin >= end) return;
   FN(load_broadcast)(point_in, point_rows, 3);
   FN(load_broadcast)(direction_in, direction_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
-    if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+      if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+    } else {
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
+      if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
+    }
     FN(pga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
-    if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
-    FN(pga3d_line_euclidean_euclidean)(out, status, point_in, direction_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1594,21 +1681,22 @@ static void FN(pga3d_line_through_euclidean_euclidean_batch)(ptrdiff_t begin, pt
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+    }
     FN(pga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    FN(pga3d_line_through_euclidean_euclidean)(out, status, a_in, b_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1628,21 +1716,22 @@ static void FN(pga3d_plane_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(normal_in, normal_rows, 3);
   FN(load_broadcast)(offset_in, offset_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
-    if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
+    } else {
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
+    }
     FN(pga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
-    if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
-    FN(pga3d_plane_euclidean_number)(out, status, normal_in, offset_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1666,23 +1755,24 @@ static void FN(pga3d_plane_through_euclidean_euclidean_euclidean_batch)(ptrdiff_
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
   FN(load_broadcast)(c_in, c_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
-    if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-    if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+      if (c_stride) FN(load_rows)(c_in, c_rows + i * 3, 3);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+      if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
+    }
     FN(pga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
-    if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-    if (c_stride) FN(load_tail)(c_in, c_rows + i * 3, 3, rows);
-    FN(pga3d_plane_through_euclidean_euclidean_euclidean)(out, status, a_in, b_in, c_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1696,17 +1786,19 @@ static void FN(pga3d_translator_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end,
   V out[4];
   if (begin >= end) return;
   FN(load_broadcast)(t_in, t_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (t_stride) FN(load_rows)(t_in, t_rows + i * 3, 3);
+    } else {
+      if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
+    }
     FN(pga3d_translator_euclidean)(out, t_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (t_stride) FN(load_tail)(t_in, t_rows + i * 3, 3, rows);
-    FN(pga3d_translator_euclidean)(out, t_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
   }
 }
 
@@ -1726,21 +1818,22 @@ static void FN(pga3d_rotor_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t en
   if (begin >= end) return;
   FN(load_broadcast)(axis_in, axis_rows, 3);
   FN(load_broadcast)(angle_in, angle_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+    }
     FN(pga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    FN(pga3d_rotor_euclidean_number)(out, status, axis_in, angle_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1764,23 +1857,24 @@ static void FN(pga3d_rotor_about_euclidean_number_euclidean_batch)(ptrdiff_t beg
   FN(load_broadcast)(axis_in, axis_rows, 3);
   FN(load_broadcast)(angle_in, angle_rows, 1);
   FN(load_broadcast)(point_in, point_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
-    if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 3, 3);
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
+    }
     FN(pga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
-    FN(pga3d_rotor_about_euclidean_number_euclidean)(out, status, axis_in, angle_in, point_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1808,25 +1902,26 @@ static void FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean_b
   FN(load_broadcast)(e2_in, e2_rows, 3);
   FN(load_broadcast)(e3_in, e3_rows, 3);
   FN(load_broadcast)(origin_in, origin_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
-    if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
-    if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
-    if (origin_stride) FN(load_rows)(origin_in, origin_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
+      if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
+      if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+      if (origin_stride) FN(load_rows)(origin_in, origin_rows + i * 3, 3);
+    } else {
+      if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
+      if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
+      if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
+      if (origin_stride) FN(load_tail)(origin_in, origin_rows + i * 3, 3, rows);
+    }
     FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
-    if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
-    if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
-    if (origin_stride) FN(load_tail)(origin_in, origin_rows + i * 3, 3, rows);
-    FN(pga3d_motor_from_matrix_euclidean_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in, origin_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1850,23 +1945,24 @@ static void FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean_batch)(ptrd
   FN(load_broadcast)(e1_in, e1_rows, 3);
   FN(load_broadcast)(e2_in, e2_rows, 3);
   FN(load_broadcast)(e3_in, e3_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
-    if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
-    if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (e1_stride) FN(load_rows)(e1_in, e1_rows + i * 3, 3);
+      if (e2_stride) FN(load_rows)(e2_in, e2_rows + i * 3, 3);
+      if (e3_stride) FN(load_rows)(e3_in, e3_rows + i * 3, 3);
+    } else {
+      if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
+      if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
+      if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
+    }
     FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
-FN(store_rows)(out_rows + i * 4, out, 4);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (e1_stride) FN(load_tail)(e1_in, e1_rows + i * 3, 3, rows);
-    if (e2_stride) FN(load_tail)(e2_in, e2_rows + i * 3, 3, rows);
-    if (e3_stride) FN(load_tail)(e3_in, e3_rows + i * 3, 3, rows);
-    FN(pga3d_rotor_from_matrix_euclidean_euclidean_euclidean)(out, status, e1_in, e2_in, e3_in);
-FN(store_tail)(out_rows + i * 4, out, 4, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 4, out, 4);
+    } else {
+      FN(store_tail)(out_rows + i * 4, out, 4, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1880,17 +1976,19 @@ static void FN(pga3d_motor_to_matrix_motor_batch)(ptrdiff_t begin, ptrdiff_t end
   V matrix[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 8);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 8, 8);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
+    }
     FN(pga3d_motor_to_matrix_motor)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 16, matrix, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 8, 8, rows);
-    FN(pga3d_motor_to_matrix_motor)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else {
+      FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    }
   }
 }
 
@@ -1904,17 +2002,19 @@ static void FN(pga3d_motor_to_matrix_rotor_batch)(ptrdiff_t begin, ptrdiff_t end
   V matrix[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(pga3d_motor_to_matrix_rotor)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 16, matrix, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(pga3d_motor_to_matrix_rotor)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else {
+      FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    }
   }
 }
 
@@ -1928,17 +2028,19 @@ static void FN(pga3d_motor_to_matrix_translator_batch)(ptrdiff_t begin, ptrdiff_
   V matrix[16];
   if (begin >= end) return;
   FN(load_broadcast)(r_in, r_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (r_stride) FN(load_rows)(r_in, r_rows + i * 4, 4);
+    } else {
+      if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
+    }
     FN(pga3d_motor_to_matrix_translator)(matrix, r_in);
-FN(store_rows)(matrix_rows + i * 16, matrix, 16);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (r_stride) FN(load_tail)(r_in, r_rows + i * 4, 4, rows);
-    FN(pga3d_motor_to_matrix_translator)(matrix, r_in);
-FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    if (rows == W) {
+      FN(store_rows)(matrix_rows + i * 16, matrix, 16);
+    } else {
+      FN(store_tail)(matrix_rows + i * 16, matrix, 16, rows);
+    }
   }
 }
 
@@ -1954,19 +2056,20 @@ static void FN(pga3d_point_parameters_point_batch)(ptrdiff_t begin, ptrdiff_t en
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_point_parameters_point)(position, status, x_in);
-FN(store_rows)(position_rows + i * 3, position, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_point_parameters_point)(position, status, x_in);
-FN(store_tail)(position_rows + i * 3, position, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(position_rows + i * 3, position, 3);
+    } else {
+      FN(store_tail)(position_rows + i * 3, position, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -1982,19 +2085,20 @@ static void FN(pga3d_point_parameters_any_point_batch)(ptrdiff_t begin, ptrdiff_
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_point_parameters_any_point)(position, status, x_in);
-FN(store_rows)(position_rows + i * 3, position, 3);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_point_parameters_any_point)(position, status, x_in);
-FN(store_tail)(position_rows + i * 3, position, 3, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(position_rows + i * 3, position, 3);
+    } else {
+      FN(store_tail)(position_rows + i * 3, position, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2008,17 +2112,19 @@ static void FN(pga3d_direction_parameters_direction_batch)(ptrdiff_t begin, ptrd
   V vector[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 3);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 3, 3);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
+    }
     FN(pga3d_direction_parameters_direction)(vector, x_in);
-FN(store_rows)(vector_rows + i * 3, vector, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 3, 3, rows);
-    FN(pga3d_direction_parameters_direction)(vector, x_in);
-FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(vector_rows + i * 3, vector, 3);
+    } else {
+      FN(store_tail)(vector_rows + i * 3, vector, 3, rows);
+    }
   }
 }
 
@@ -2034,19 +2140,21 @@ static void FN(pga3d_line_parameters_line_batch)(ptrdiff_t begin, ptrdiff_t end,
   V direction[3];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 6, 6);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
+    }
     FN(pga3d_line_parameters_line)(point, direction, x_in);
-FN(store_rows)(point_rows + i * 3, point, 3);
-FN(store_rows)(direction_rows + i * 3, direction, 3);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 6, 6, rows);
-    FN(pga3d_line_parameters_line)(point, direction, x_in);
-FN(store_tail)(point_rows + i * 3, point, 3, rows);
-FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
+    if (rows == W) {
+      FN(store_rows)(point_rows + i * 3, point, 3);
+      FN(store_rows)(direction_rows + i * 3, direction, 3);
+    } else {
+      FN(store_tail)(point_rows + i * 3, point, 3, rows);
+      FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
+    }
   }
 }
 
@@ -2062,19 +2170,21 @@ static void FN(pga3d_plane_parameters_plane_batch)(ptrdiff_t begin, ptrdiff_t en
   V offset[1];
   if (begin >= end) return;
   FN(load_broadcast)(x_in, x_rows, 4);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (x_stride) FN(load_rows)(x_in, x_rows + i * 4, 4);
+    } else {
+      if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
+    }
     FN(pga3d_plane_parameters_plane)(normal, offset, x_in);
-FN(store_rows)(normal_rows + i * 3, normal, 3);
-FN(store_rows)(offset_rows + i * 1, offset, 1);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (x_stride) FN(load_tail)(x_in, x_rows + i * 4, 4, rows);
-    FN(pga3d_plane_parameters_plane)(normal, offset, x_in);
-FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
-FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
+    if (rows == W) {
+      FN(store_rows)(normal_rows + i * 3, normal, 3);
+      FN(store_rows)(offset_rows + i * 1, offset, 1);
+    } else {
+      FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
+      FN(store_tail)(offset_rows + i * 1, offset, 1, rows);
+    }
   }
 }
 
@@ -2094,23 +2204,24 @@ static void FN(pga3d_screw_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
   V status[1];
   if (begin >= end) return;
   FN(load_broadcast)(s_in, s_rows, 6);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (s_stride) FN(load_rows)(s_in, s_rows + i * 6, 6);
+    } else {
+      if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
+    }
     FN(pga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
-FN(store_rows)(axis_rows + i * 6, axis, 6);
-FN(store_rows)(pitch_rows + i * 1, pitch, 1);
-FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (s_stride) FN(load_tail)(s_in, s_rows + i * 6, 6, rows);
-    FN(pga3d_screw_twist)(axis, pitch, magnitude, status, s_in);
-FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
-FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
-FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(axis_rows + i * 6, axis, 6);
+      FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+      FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+    } else {
+      FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+      FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+      FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2140,29 +2251,30 @@ static void FN(pga3d_screw_of_lines_line_line_number_batch)(ptrdiff_t begin, ptr
   FN(load_broadcast)(l1_in, l1_rows, 6);
   FN(load_broadcast)(l2_in, l2_rows, 6);
   FN(load_broadcast)(alpha_in, alpha_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
-    if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
-    if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (l1_stride) FN(load_rows)(l1_in, l1_rows + i * 6, 6);
+      if (l2_stride) FN(load_rows)(l2_in, l2_rows + i * 6, 6);
+      if (alpha_stride) FN(load_rows)(alpha_in, alpha_rows + i * 1, 1);
+    } else {
+      if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
+      if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
+      if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
+    }
     FN(pga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
-FN(store_rows)(axis_rows + i * 6, axis, 6);
-FN(store_rows)(pitch_rows + i * 1, pitch, 1);
-FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
-FN(store_rows)(fraction_rows + i * 1, fraction, 1);
-FN(store_status)(status_rows + i, status, W);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (l1_stride) FN(load_tail)(l1_in, l1_rows + i * 6, 6, rows);
-    if (l2_stride) FN(load_tail)(l2_in, l2_rows + i * 6, 6, rows);
-    if (alpha_stride) FN(load_tail)(alpha_in, alpha_rows + i * 1, 1, rows);
-    FN(pga3d_screw_of_lines_line_line_number)(axis, pitch, magnitude, fraction, status, l1_in, l2_in, alpha_in);
-FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
-FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
-FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
-FN(store_tail)(fraction_rows + i * 1, fraction, 1, rows);
-FN(store_status)(status_rows + i, status, rows);
+    if (rows == W) {
+      FN(store_rows)(axis_rows + i * 6, axis, 6);
+      FN(store_rows)(pitch_rows + i * 1, pitch, 1);
+      FN(store_rows)(magnitude_rows + i * 1, magnitude, 1);
+      FN(store_rows)(fraction_rows + i * 1, fraction, 1);
+    } else {
+      FN(store_tail)(axis_rows + i * 6, axis, 6, rows);
+      FN(store_tail)(pitch_rows + i * 1, pitch, 1, rows);
+      FN(store_tail)(magnitude_rows + i * 1, magnitude, 1, rows);
+      FN(store_tail)(fraction_rows + i * 1, fraction, 1, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
   }
 }
 
@@ -2184,21 +2296,23 @@ static void FN(pga3d_screw_bivector_line_number_number_batch)(ptrdiff_t begin, p
   FN(load_broadcast)(axis_in, axis_rows, 6);
   FN(load_broadcast)(pitch_in, pitch_rows, 1);
   FN(load_broadcast)(magnitude_in, magnitude_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
-    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
-    if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+      if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+      if (magnitude_stride) FN(load_rows)(magnitude_in, magnitude_rows + i * 1, 1);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+      if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+      if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
+    }
     FN(pga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
-FN(store_rows)(out_rows + i * 6, out, 6);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
-    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
-    if (magnitude_stride) FN(load_tail)(magnitude_in, magnitude_rows + i * 1, 1, rows);
-    FN(pga3d_screw_bivector_line_number_number)(out, axis_in, pitch_in, magnitude_in);
-FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
   }
 }
 
@@ -2220,21 +2334,23 @@ static void FN(pga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
   FN(load_broadcast)(axis_in, axis_rows, 6);
   FN(load_broadcast)(angle_in, angle_rows, 1);
   FN(load_broadcast)(pitch_in, pitch_rows, 1);
-  ptrdiff_t i = begin;
-  for (; i + W <= end; i += W) {
-    if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
-    if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
-    if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (axis_stride) FN(load_rows)(axis_in, axis_rows + i * 6, 6);
+      if (angle_stride) FN(load_rows)(angle_in, angle_rows + i * 1, 1);
+      if (pitch_stride) FN(load_rows)(pitch_in, pitch_rows + i * 1, 1);
+    } else {
+      if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
+      if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
+      if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
+    }
     FN(pga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
-FN(store_rows)(out_rows + i * 8, out, 8);
-  }
-  if (i < end) {
-    const int rows = (int)(end - i);
-    if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 6, 6, rows);
-    if (angle_stride) FN(load_tail)(angle_in, angle_rows + i * 1, 1, rows);
-    if (pitch_stride) FN(load_tail)(pitch_in, pitch_rows + i * 1, 1, rows);
-    FN(pga3d_screw_motor_line_number_number)(out, axis_in, angle_in, pitch_in);
-FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
   }
 }
 
