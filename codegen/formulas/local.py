@@ -37,7 +37,8 @@ def inward(x: Multivector, o: Multivector) -> Multivector:
     about the centre, where it is larger than what is made so: the smaller number has the smaller rounding error.
     Flats are translated, and projected.
     """
-    moved = as_computed((translator(-o) >> as_computed(x)).grade(*x.grades))  # of an exact round both ways are one: no simplifying by that
+    # as computed: of an exact round both ways are one, and nothing may be simplified by that
+    moved = as_computed((translator(-o) >> as_computed(x)).grade(*x.grades))
     if x.grades == (1,):
         weight = -(moved | infinity(x))
         return point(euclidean_part(moved) / weight).grade(1)
