@@ -241,7 +241,7 @@ def _choose(kernel: Kernel, record: Record | None, quick: bool) -> Form:
         best = _recorded(kernel, record)
     try:
         form = best.build(kernel) if best else staged(kernel)
-    except (TraceError, IndexError, ValueError) as error:
+    except (TraceError, IndexError, ValueError, RecursionError) as error:  # of another formula it may go in circles
         raise SpecError(
             f"the recorded form of {kernel.name!r} does not fit ({error}); generate with --search."
         ) from None

@@ -5,10 +5,9 @@ A file says which algebra its coefficients belong to by the algebra's metric, ne
 
 from __future__ import annotations
 
-import errno
+import io
 import json
 import os
-import tempfile
 import zipfile
 from fractions import Fraction
 from pathlib import Path
@@ -21,6 +20,7 @@ from .algebras import Algebra
 from .codegen.algebra import validated_identifier
 from .codegen.catalogue import STOCK
 from .codegen.errors import BladesmithError, InputError, KindError
+from .files import write_atomically
 from .multivector import Multivector
 
 FORMAT = 1
@@ -58,30 +58,12 @@ def save(path: str | os.PathLike[str], *items: Multivector, **named: Multivector
         if x._status is not None:
             stored[f"{name}.status"] = x._status
     stored[HEADER] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    buffer = io.BytesIO()
+    np.savez(buffer, **stored)
     try:
-        if Path(path).is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        _written(Path(path), stored)
-    except OSError as error:  # it may name the temporary file
+        write_atomically(Path(path), buffer.getvalue())
+    except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", where=str(path)) from None
-
-
-def _written(path: Path, stored: dict[str, Any]) -> None:
-    handle, temporary = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, **stored)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    current = os.umask(0)
-    os.umask(current)
-    return current
 
 
 def _described(x: Multivector) -> dict[str, Any]:

@@ -55,35 +55,24 @@ def project_to_blade(x: Multivector) -> Multivector:
     return blade_projector(x) * x
 
 
-def project(x: Multivector) -> Checked:
-    """S x, with its status: see `project_sum`."""
-    return project_sum(x, x)
-
-
 def project_sum(x: Multivector, written: Multivector) -> Checked:
     """S x for a sum x; ``written`` are the sums of the absolute values of its terms, the scale of its rounding errors.
 
     IMAGINARY: Sigma has no real root, so that x stands for no real object. SINGULAR: x has no length left, as L and
     -L together (or two planes of equal weight: then no blade is nearest). INVALID: x is not finite.
     """
-    regular, imaginary = cases_of_sum(x, written)
-    value = project_to_blade(x) * only_if(regular, x.constant(1))
-    return value, sum_status(x, regular, imaginary, value)
+    return checked_sum(x, cases_of_sum(x, written), project_to_blade(x))
 
 
 def project_far_sum(x: Multivector, written: Multivector, distance: Multivector) -> Checked:
     """`project_sum` in coordinates about a local origin: ``distance`` is how far away the terms were given."""
-    regular, imaginary = cases_of_sum(x, written, distance)
-    value = project_to_blade(x) * only_if(regular, x.constant(1))
-    return value, sum_status(x, regular, imaginary, value)
+    return checked_sum(x, cases_of_sum(x, written, distance), project_to_blade(x))
 
 
 def project_rate(x: Multivector, dx: Multivector) -> Checked:
-    """Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`."""
+    """Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`."""
     (rate,) = derivative_formula(project_to_blade, ["x"], "x", is_scalar=False)(x, dx)
-    regular, imaginary = cases_of_sum(x, x)
-    value = rate.value * only_if(regular, x.constant(1))
-    return value, sum_status(x, regular, imaginary, value)
+    return checked_sum(x, cases_of_sum(x, x), rate.value)
 
 
 def written_size(*terms: Multivector) -> Multivector:
@@ -117,12 +106,15 @@ def cases_of_sum(x: Multivector, written: Multivector, distance: Multivector | N
     return (positive & isolated) | (~positive & resolved), negative & ~resolved
 
 
-def sum_status(x: Multivector, regular: Mask, imaginary: Mask, value: Multivector) -> Result:
-    """Status of a projection from its cases. Every value that is not finite has one that says so."""
-    return outcome(
+def checked_sum(x: Multivector, cases: tuple[Mask, Mask], value: Multivector) -> Checked:
+    """The value where x has a projection, with the status of its case. Whatever is not finite has one that says so."""
+    regular, imaginary = cases
+    value = value * only_if(regular, x.constant(1))
+    status = outcome(
         x,
         (~is_finite(x), Status.INVALID),
         (imaginary, Status.IMAGINARY),
         (~regular, Status.SINGULAR),
         (~is_finite(value), Status.INVALID),
     )
+    return value, status

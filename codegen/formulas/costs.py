@@ -81,12 +81,12 @@ def pair_cost_thesis(x1: Multivector, x2: Multivector) -> Multivector:
 
 def aligned_cost(x1: Multivector, x2: Multivector) -> Multivector:
     """`pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation."""
-    return _positive(_rotor(x1, _aligned(x2, x1)))
+    return _positive(_rotor(x1, aligned(x2, x1)))
 
 
 def aligned_cost_thesis(x1: Multivector, x2: Multivector) -> Multivector:
     """`pair_cost_thesis`, aligned in the same way."""
-    return _printed(_rotor(x1, _aligned(x2, x1)))
+    return _printed(_rotor(x1, aligned(x2, x1)))
 
 
 def agreement(x: Multivector, reference: Multivector) -> Multivector:
@@ -94,7 +94,7 @@ def agreement(x: Multivector, reference: Multivector) -> Multivector:
     return gamma(x) * x.scalar_product(reference)
 
 
-def _aligned(x: Multivector, reference: Multivector) -> Multivector:
+def aligned(x: Multivector, reference: Multivector) -> Multivector:
     """x or -x, whichever agrees with the reference. A point has one orientation only."""
     if x.grades == (1,):
         return x

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..differentiate import derivative_formula
 from ..multivector import Multivector, select
 from ..trace import Result, named
-from .blades import Checked, cases_of_sum, project_far_sum, project_sum, project_to_blade, sum_status, written_size
-from .outcome import NOISE, epsilon, only_if
+from .blades import Checked, cases_of_sum, checked_sum, project_far_sum, project_sum, project_to_blade, written_size
+from .outcome import NOISE, epsilon
 from .sizes import product_sizes, sizes
 
 
@@ -40,9 +40,7 @@ def interpolate_far_rate(x1: Multivector, x2: Multivector, alpha: Multivector, d
 def _rate(x1: Multivector, x2: Multivector, alpha: Multivector, distance: Multivector | None) -> Checked:
     (rate,) = derivative_formula(interpolant, ["x1", "x2", "alpha"], "alpha", is_scalar=True)(x1, x2, alpha)
     a, b = alpha * x1, (1 - alpha) * x2
-    regular, imaginary = cases_of_sum(a + b, written_size(a, b), distance)
-    value = rate.value * only_if(regular, x1.constant(1))
-    return value, sum_status(a + b, regular, imaginary, value)
+    return checked_sum(a + b, cases_of_sum(a + b, written_size(a, b), distance), rate.value)
 
 
 def orientation(x1: Multivector, x2: Multivector) -> Result:

@@ -10,7 +10,7 @@ from ..multivector import Multivector, select, sqrt
 from ..trace import Result, row
 from .blades import Checked, norm_squared, project_sum, written_size
 from .conformal import infinity, origin
-from .costs import agreement
+from .costs import aligned
 from .euclidean import coordinates, euclidean_part, space
 from .local import anchor, curvature
 from .outcome import only_if
@@ -24,10 +24,7 @@ def mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivect
 
 def aligned_mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
     """`mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned."""
-    if x1.grades == (1,):
-        return mean_of_two(x1, x2, w1, w2)
-    turned = select(agreement(x2, x1) < 0, x1.constant(-1), x1.constant(1))
-    return mean_of_two(x1, turned * x2, w1, w2)
+    return mean_of_two(x1, aligned(x2, x1), w1, w2)
 
 
 def landmark(x: Multivector) -> Result:

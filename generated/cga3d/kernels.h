@@ -8612,7 +8612,7 @@ BS_INLINE void FN(cga3d_project_sum_any_sphere_any_sphere)(V *RESTRICT out, V *R
   status[0] = t45; /* 1 */
 }
 
-/* cga3d_project_rate_any_point_any_point: Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 32 mul, 18 add, 27 other. */
+/* cga3d_project_rate_any_point_any_point: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 32 mul, 18 add, 27 other. */
 BS_INLINE void FN(cga3d_project_rate_any_point_any_point)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
 {
   const V x_e1 = x_in[0];
@@ -8668,7 +8668,7 @@ BS_INLINE void FN(cga3d_project_rate_any_point_any_point)(V *RESTRICT out, V *RE
   status[0] = t36; /* 1 */
 }
 
-/* cga3d_project_rate_any_point_pair_any_point_pair: Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 304 mul, 176 add, 64 other. */
+/* cga3d_project_rate_any_point_pair_any_point_pair: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 304 mul, 176 add, 64 other. */
 BS_INLINE void FN(cga3d_project_rate_any_point_pair_any_point_pair)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
 {
   const V x_e12 = x_in[0];
@@ -8841,7 +8841,7 @@ BS_INLINE void FN(cga3d_project_rate_any_point_pair_any_point_pair)(V *RESTRICT 
   status[0] = t136; /* 1 */
 }
 
-/* cga3d_project_rate_any_line_any_line: Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 52 mul, 38 add, 31 other. */
+/* cga3d_project_rate_any_line_any_line: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 52 mul, 38 add, 31 other. */
 BS_INLINE void FN(cga3d_project_rate_any_line_any_line)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
 {
   const V x_e12ni = x_in[0];
@@ -8916,7 +8916,7 @@ BS_INLINE void FN(cga3d_project_rate_any_line_any_line)(V *RESTRICT out, V *REST
   status[0] = t50; /* 1 */
 }
 
-/* cga3d_project_rate_any_circle_any_circle: Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 304 mul, 176 add, 64 other. */
+/* cga3d_project_rate_any_circle_any_circle: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 304 mul, 176 add, 64 other. */
 BS_INLINE void FN(cga3d_project_rate_any_circle_any_circle)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
 {
   const V x_e123 = x_in[0];
@@ -9089,7 +9089,7 @@ BS_INLINE void FN(cga3d_project_rate_any_circle_any_circle)(V *RESTRICT out, V *
   status[0] = t136; /* 1 */
 }
 
-/* cga3d_project_rate_any_plane_any_plane: Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 23 mul, 17 add, 26 other. */
+/* cga3d_project_rate_any_plane_any_plane: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 23 mul, 17 add, 26 other. */
 BS_INLINE void FN(cga3d_project_rate_any_plane_any_plane)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
 {
   const V x_e123ni = x_in[0];
@@ -9145,7 +9145,7 @@ BS_INLINE void FN(cga3d_project_rate_any_plane_any_plane)(V *RESTRICT out, V *RE
   status[0] = t37; /* 1 */
 }
 
-/* cga3d_project_rate_any_sphere_any_sphere: Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 31 mul, 24 add, 28 other. */
+/* cga3d_project_rate_any_sphere_any_sphere: Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 31 mul, 24 add, 28 other. */
 BS_INLINE void FN(cga3d_project_rate_any_sphere_any_sphere)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT x_in, const V *RESTRICT dx_in)
 {
   const V x_e123no = x_in[0];

@@ -11170,7 +11170,7 @@ def cga3d_project_sum_any_sphere_any_sphere_batch(
         store(status_rows, status_columns, first, count)
 
 
-# Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 32 mul, 18 add, 27 other.
+# Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 32 mul, 18 add, 27 other.
 def cga3d_project_rate_any_point_any_point(x_e1, x_e2, x_e3, x_no, x_ni, dx_e1, dx_e2, dx_e3, dx_no, dx_ni):
     t0 = x_no * x_no
     t1 = K(1.0) / (K(2.0) * t0)
@@ -11243,7 +11243,7 @@ def cga3d_project_rate_any_point_any_point_batch(begin, end, out_rows, status_ro
         store(status_rows, status_columns, first, count)
 
 
-# Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 304 mul, 176 add, 64 other.
+# Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 304 mul, 176 add, 64 other.
 def cga3d_project_rate_any_point_pair_any_point_pair(
     x_e12, x_e13, x_e1no, x_e1ni, x_e23, x_e2no, x_e2ni, x_e3no, x_e3ni, x_noni, dx_e12, dx_e13,
     dx_e1no, dx_e1ni, dx_e23, dx_e2no, dx_e2ni, dx_e3no, dx_e3ni, dx_noni,
@@ -11429,7 +11429,7 @@ def cga3d_project_rate_any_point_pair_any_point_pair_batch(begin, end, out_rows,
         store(status_rows, status_columns, first, count)
 
 
-# Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 52 mul, 38 add, 31 other.
+# Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 52 mul, 38 add, 31 other.
 def cga3d_project_rate_any_line_any_line(
     x_e12ni, x_e13ni, x_e1noni, x_e23ni, x_e2noni, x_e3noni, dx_e12ni, dx_e13ni, dx_e1noni,
     dx_e23ni, dx_e2noni, dx_e3noni,
@@ -11522,7 +11522,7 @@ def cga3d_project_rate_any_line_any_line_batch(begin, end, out_rows, status_rows
         store(status_rows, status_columns, first, count)
 
 
-# Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 304 mul, 176 add, 64 other.
+# Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 304 mul, 176 add, 64 other.
 def cga3d_project_rate_any_circle_any_circle(
     x_e123, x_e12no, x_e12ni, x_e13no, x_e13ni, x_e1noni, x_e23no, x_e23ni, x_e2noni, x_e3noni,
     dx_e123, dx_e12no, dx_e12ni, dx_e13no, dx_e13ni, dx_e1noni, dx_e23no, dx_e23ni, dx_e2noni,
@@ -11709,7 +11709,7 @@ def cga3d_project_rate_any_circle_any_circle_batch(begin, end, out_rows, status_
         store(status_rows, status_columns, first, count)
 
 
-# Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 23 mul, 17 add, 26 other.
+# Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 23 mul, 17 add, 26 other.
 def cga3d_project_rate_any_plane_any_plane(
     x_e123ni, x_e12noni, x_e13noni, x_e23noni, dx_e123ni, dx_e12noni, dx_e13noni, dx_e23noni,
 ):
@@ -11784,7 +11784,7 @@ def cga3d_project_rate_any_plane_any_plane_batch(begin, end, out_rows, status_ro
         store(status_rows, status_columns, first, count)
 
 
-# Derivative of S x along dx (thesis 4.26 to 4.30), generated from `project_to_blade`; statuses as of `project`. 31 mul, 24 add, 28 other.
+# Derivative of S x along dx (4.26 to 4.30), generated from `project_to_blade`; statuses as of `project_sum`. 31 mul, 24 add, 28 other.
 def cga3d_project_rate_any_sphere_any_sphere(
     x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni, dx_e123no, dx_e123ni, dx_e12noni,
     dx_e13noni, dx_e23noni,

@@ -142,7 +142,8 @@ def _studies(folder: Path, results: list[Any], quiet: bool) -> str:
 
 def _write(folder: Path, stages: list[tuple[str, str, float]], results: list[Any], width: int | None) -> Path:
     from ..codegen.templating import render
-    from ..report.write import machine, write_atomically
+    from ..files import write_atomically
+    from ..report.write import machine
 
     source = demo_scene_path().read_text(encoding="utf-8")
     size = None if width is None else f"a width of {width}"

@@ -108,8 +108,9 @@ def _read(folder: Path) -> dict[str, str]:
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:
-    from ..report.write import write_atomically
+    from ..files import write_atomically
 
+    folder.mkdir(parents=True, exist_ok=True)
     for file, text in files.items():
         write_atomically(folder / file, text)
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import BladesmithError, InputError, SignatureError
+from ..files import write_atomically
 from ..multivector import Multivector
 from . import bases
 from .clifford import blade_table
@@ -42,8 +43,6 @@ def save_json(path: str | os.PathLike[str], x: Multivector) -> None:
     InputError
         If the batch has more dimensions, the algebra is too large, or the file cannot be written.
     """
-    from ..report.write import write_atomically
-
     if not isinstance(x, Multivector) or x.ndim > 1:
         raise InputError("save_json takes a multivector, or a batch of shape (n,); reshape it first.")
     _check_path(path)

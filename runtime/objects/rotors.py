@@ -18,6 +18,7 @@ from ..rows import embedded
 from ..status import Status
 from . import local
 from .inputs import OBJECTS, pair
+from .items import at, codes, joined, one_of, places
 
 #: Below this margin (see `codegen.formulas.rotors.margin`) the direct formula loses more than a digit and a half, so a
 #: second rotor, from where the first one leads, goes on top. Some per cent of random pairs.
@@ -173,29 +174,29 @@ def _rotors(a: Multivector, b: Multivector) -> Multivector:
     poor = ~np.asarray((margin > REFINED_BELOW) & (written < FAR))  # a singular margin is small too
     if not poor.any():
         return r
-    found = finite(_seen_locally(_refined, _at(a, poor), _at(b, poor)))  # the others are finite: NaN is below no bound
-    status, places = _codes(r), _places(poor)
-    r._data[places] = embedded(found, r.kind)  # a new array, which nobody has seen yet
-    status[places] = _codes(found)
+    found = finite(_seen_locally(_refined, at(a, poor), at(b, poor)))  # the others are finite: NaN is below no bound
+    status, where = codes(r), places(poor)
+    r._data[where] = embedded(found, r.kind)  # a new array, which nobody has seen yet
+    status[where] = codes(found)
     return r._make(r._type, r._data, r.shape, status)
 
 
 def _refined(a: Multivector, b: Multivector) -> Multivector:
     """Rotors with a second one on top where the margin is small, or a turn before where it is none."""
     r, margin, _ = _direct(a, b)
-    data, status = r._data, _codes(r)
+    data, status = r._data, codes(r)
     singular = status == Status.SINGULAR
     weak = ~(margin > REFINED_BELOW) & ~singular
     a, b = _widened(a), _widened(b)
     if weak.any():
         flipped = (status == Status.NOT_UNIQUE)[:, None]
         target = b._make(b._type, np.where(flipped, -b._data, b._data), b.shape)
-        first = call(a.algebra, "rotors.unit_rotor", _at(_even(r), weak)).value
-        second, _, _ = _direct(_led(first, _at(a, weak)), _at(target, weak))
+        first = call(a.algebra, "rotors.unit_rotor", at(_even(r), weak)).value
+        second, _, _ = _direct(_led(first, at(a, weak)), at(target, weak))
         data[weak] = embedded(_composed(second, first), r.kind)
     if singular.any():
-        turned = _turned(_at(a, singular), _at(b, singular))
-        data[singular], status[singular] = embedded(turned, r.kind), _codes(turned)
+        turned = _turned(at(a, singular), at(b, singular))
+        data[singular], status[singular] = embedded(turned, r.kind), codes(turned)
     return r._make(r._type, data, r.shape, status)
 
 
@@ -211,9 +212,9 @@ def _turned(a: Multivector, b: Multivector) -> Multivector:
     by_half, margin, _ = _direct(_led(half, a), b)
     by_quarter, other, _ = _direct(_led(quarter, a), b)
     take_other = HALF_TURN_PREFERRED * margin < other
-    second, first = _chosen(take_other, by_quarter, by_half), _chosen(take_other, quarter, half)
+    second, first = one_of(take_other, by_quarter, by_half), one_of(take_other, quarter, half)
     r = _composed(second, first)
-    lost = _codes(second) == Status.SINGULAR
+    lost = codes(second) == Status.SINGULAR
     return r._make(r._type, r._data, r.shape, np.where(lost, Status.SINGULAR, Status.NOT_UNIQUE).astype(np.uint8))
 
 
@@ -254,12 +255,12 @@ def _seen_locally(function: Between, a: Multivector, b: Multivector) -> Multivec
     far = np.asarray(~(_written(a, b) < FAR))
     if not far.any():
         return function(a, b)
-    x, y = _at(a, far), _at(b, far)
+    x, y = at(a, far), at(b, far)
     frame = _frame(x, y)
     found = frame.outward(function(frame.inward(x), frame.inward(y)))
     if far.all():
         return found.reshape(far.shape)
-    return _joined(far, found, function(_at(a, ~far), _at(b, ~far)))
+    return joined(far, found, function(at(a, ~far), at(b, ~far)))
 
 
 def _frame(a: Multivector, b: Multivector) -> local.Frame:
@@ -285,37 +286,6 @@ def _written(a: Multivector, b: Multivector) -> NDArray[Any]:
     """How large a pair is written: the product of the sums of the absolute values of their coefficients."""
     with np.errstate(over="ignore"):  # infinity is as good: larger than any bound
         return np.asarray(np.abs(a._data).sum(-1) * np.abs(b._data).sum(-1))
-
-
-def _at(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
-    """Items of a batch that broadcasts with a mask, where it holds: (n,)."""
-    data = np.broadcast_to(x._data, (*where.shape, x._type.size))[_places(where)]
-    return x._make(x._type, data, data.shape[:-1])
-
-
-def _places(where: NDArray[np.bool_]) -> Any:
-    """The index of a mask's items: for few of many several times faster than the mask."""
-    return np.nonzero(where) if where.ndim else where
-
-
-def _chosen(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
-    """One of two batches, item by item."""
-    data = np.where(where[..., None], inside._data, outside._data)
-    return outside._make(outside._type, data, outside.shape, np.where(where, _codes(inside), _codes(outside)))
-
-
-def _joined(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
-    """One batch of the items under a mask and the others."""
-    data = np.empty((*where.shape, outside._type.size), outside.dtype)
-    status = np.empty(where.shape, np.uint8)
-    data[where], data[~where] = embedded(inside, outside.kind), outside._data
-    status[where], status[~where] = _codes(inside), _codes(outside)
-    return outside._make(outside._type, data, where.shape, status)
-
-
-def _codes(x: Multivector) -> NDArray[np.uint8]:
-    """Statuses as a new array."""
-    return np.zeros(x.shape, np.uint8) if x._status is None else np.array(x._status)
 
 
 __all__ = ["mirror_between", "rotor_between", "trs_rotor"]

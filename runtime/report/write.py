@@ -6,7 +6,6 @@ import json
 import os
 import platform
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -15,6 +14,7 @@ from typing import Any
 
 from ..codegen.templating import render
 from ..errors import MissingExtraError
+from ..files import write_atomically
 from .runner import SEED, Measurement
 from .study import Study
 
@@ -51,26 +51,6 @@ def _processor() -> str:
     return f"{name}, {os.cpu_count()} threads"
 
 
-def write_atomically(path: Path, data: str | bytes) -> None:
-    """Write a file under a temporary name and rename it into place, so that no reader sees half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:  # told with the name that the user knows
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data.encode() if isinstance(data, str) else data)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        os.unlink(temporary)
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    except BaseException:
-        os.unlink(temporary)
-        raise
-
-
 def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
     """Work-precision plot: one panel per case, largest error against nanoseconds per item, a line per method.
 
@@ -98,6 +78,7 @@ def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder:
             s.name: {"title": s.title, "unit": s.unit, "rows": [asdict(r) for r in rows]} for s, rows in results
         },
     }
+    folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "report.json", json.dumps(raw, indent=1) + "\n")
     for study, rows in results:
         plot(study, rows, folder / f"{study.name}.png")
