@@ -12,7 +12,8 @@ import pytest
 from bladesmith import tracer
 from bladesmith.codegen.build import compiler, generated_extension, load
 from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.programs.scene import EVERYTHING, METHODS, SURFACES, needs, scene_program
+from bladesmith.codegen.programs.scene import EVERYTHING, needs, scene_program
+from bladesmith.codegen.programs.surface_kinds import METHODS, stock_kinds, surface_kind
 from bladesmith.curves import Bezier
 from bladesmith.errors import CompilerMissingError, SceneError
 from bladesmith.tracer import engine
@@ -44,12 +45,12 @@ def test_a_scene_without_evolved_surfaces_compiles_no_evolved_code():
     assert "evolved" not in plain.program.files["kernels.c"]
     assert b"evolved" not in library_of(plain) and b"sphere_hits" in library_of(plain)
     assert {"cga3d_evolved_octic", "cga3d_evolved_ray", "cga3d_evolved_normal"} <= set(evolved.kernels)
-    assert b"evolved_circles_hits" in library_of(evolved) and b"plane_hits" not in library_of(evolved)
+    assert b"evolved_circles_1_hits" in library_of(evolved) and b"plane_hits" not in library_of(evolved)
 
 
 def test_only_the_chosen_method_is_compiled():
     for method, own in (("isolate", "octic"), ("companion", "dodecic")):
-        kernels = scene_program(needs(["evolved_circles"], [method])).kernels
+        kernels = scene_program(needs(["evolved_circles_1"], [method])).kernels
         found = {other for other in ("octic", "dodecic") if f"cga3d_evolved_{other}" in kernels}
         assert found == {own}
     assert needs(["sphere"], ["companion"]) == needs(["sphere"])
@@ -79,18 +80,18 @@ def test_unknown_names_never_reach_a_template():
     with pytest.raises(SceneError, match="did you mean 'sphere'"):
         needs(["sphare"])
     with pytest.raises(SceneError, match="did you mean 'sampled'"):
-        needs(["evolved_circles"], ["sample"])
+        needs(["evolved_circles_1"], ["sample"])
 
 
 def test_rows_of_constants_have_the_declared_length():
-    for kind in SURFACES.values():
+    for kind in map(surface_kind, stock_kinds()):
         assert not kind.layout or sum(size for _, size in kind.layout) == kind.constants
 
 
 @pytest.mark.skipif(compiler() is None, reason="no compiler")
 @pytest.mark.parametrize(
     "wanted",
-    [EVERYTHING, needs([]), needs(["evolved_circles"], ["companion"], pictures=False), needs(["disc"], single=True)],
+    [EVERYTHING, needs([]), needs(["evolved_circles_1"], ["companion"], pictures=False), needs(["disc"], single=True)],
     ids=["everything", "nothing", "companion", "disc"],
 )
 def test_generated_sources_compile_without_a_warning(wanted, tmp_path):
@@ -111,12 +112,12 @@ def test_a_generated_folder_of_the_program_compiles_and_loads(tmp_path):
         (folder / name).write_text(text)
     module = load(generated_extension(folder, Path(str(resources.files("bladesmith.templates"))) / "c"))
     assert module.ffi.string(module.lib.bs_source_hash()) != b""
-    row = engine.Engine(needs(["sphere"]), module).prepare("sphere", np.array([1.0, 2.0, 3.0, 0.5]))
-    assert row.tolist() == [1, 2, 3, 0.5]
+    rows = engine.Engine(needs(["sphere"]), module).prepare("sphere", np.array([[1.0, 2.0, 3.0, 0.5]]))
+    assert rows.tolist() == [[1, 2, 3, 0.5]]
 
 
 def test_what_the_wheel_carries_serves_every_scene():
-    for kinds in ([], ["sphere"], list(SURFACES)):
+    for kinds in ([], ["sphere"], list(stock_kinds())):
         for method in METHODS:
             assert EVERYTHING.covers(needs(kinds, [method], reflection=True, single=True))
     assert not needs(["sphere"]).covers(needs(["plane"]))

@@ -157,15 +157,17 @@ def test_rays_to_points_of_the_surface_find_them(seed):
 
 
 def test_bounding_spheres_hold_the_surface_tightly():
-    from bladesmith.codegen.programs.scene import SURFACES, needs
+    from bladesmith.codegen.programs.scene import needs
+    from bladesmith.codegen.programs.surface_kinds import surface_kind
     from bladesmith.tracer.engine import engine_for
+    from bladesmith.tracer.rows import gathered
 
-    engine = engine_for(needs(["evolved_circles"], pictures=False))
+    engine = engine_for(needs(["evolved_circles_1"], pictures=False))
     random = np.random.default_rng(8)
     for surface in random_surfaces(20, seed=3):
-        row = surface.constants(engine)
+        (row,) = gathered(engine, [surface])[surface.program_kind].constants
         center, unit = surface.frame
-        x, y, z, radius = row[SURFACES["evolved_circles"].slice("bound")]
+        x, y, z, radius = row[surface_kind("evolved_circles_1").slice("bound")]
         points = points_on(surface, random.uniform(size=2000), random.uniform(0, 2 * np.pi, size=2000))
         reach = np.linalg.norm((points - center) / unit - (x, y, z), axis=1).max()
         assert reach < radius < 2.5 * reach

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..codegen.formulas import surfaces
 from ..codegen.multivector import from_values
 from ..codegen.programs import cga3d
+from ..codegen.programs.surface_kinds import SurfaceKind
 from ..codegen.rings import Terms
 
 Array = NDArray[np.float64]
@@ -72,6 +73,18 @@ class IntervalRing:
         return False
 
 
+def completed(kind: SurfaceKind, constants: Array) -> Array:
+    """Rows of constants with the bounds that only Python knows: of evolved surfaces."""
+    if not any(name == "bound" for name, _ in kind.layout):
+        return constants
+    bound, scalars, circles = (kind.slice(name) for name in ("bound", "scalars", "circles"))
+    for row in constants:
+        center, radius = evolved_bound(row[scalars], row[circles].reshape(4, 10))
+        if np.isfinite(radius):
+            row[bound] = [*center, radius]
+    return constants
+
+
 def evolved_bound(scalars: Array, circles: Array) -> tuple[Array, float]:
     """Centre and radius of a sphere around the surface; the radius is infinite if the surface is unbounded.
 
@@ -108,4 +121,4 @@ def evolved_bound(scalars: Array, circles: Array) -> tuple[Array, float]:
     return middle, bound
 
 
-__all__ = ["IntervalRing", "evolved_bound"]
+__all__ = ["IntervalRing", "completed", "evolved_bound"]

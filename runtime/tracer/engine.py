@@ -1,13 +1,8 @@
-"""Compiled scene programs: found or made for what a scene needs, and called on arrays.
-
-The only module of the tracer that knows the layout of the driver's structures (templates/c/scene_types.h).
-"""
+"""Compiled scene programs: found or made for what a scene needs; rows of constants are made here."""
 
 from __future__ import annotations
 
 import logging
-import math
-from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
 from importlib import import_module
 from typing import Any
@@ -15,19 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import parallel
 from ..codegen.build import load
 from ..codegen.programs import Program
-from ..codegen.programs.scene import EVERYTHING, METHODS, SURFACES, SceneNeeds, scene_program
+from ..codegen.programs.scene import EVERYTHING, SceneNeeds, scene_program
+from ..codegen.programs.surface_kinds import surface_kind
 from ..errors import CompilerMissingError, SceneError
 
 Array = NDArray[Any]
-#: Numbers that the driver reads per surface and per light, as in templates/c/scene_common.h.
-MATERIAL_SIZE, LIGHT_SIZE = 17, 6
-#: Points of a line on a surface that arrays have room for at first.
-FEW_ROOTS = 2
-#: Rays per chunk: a few milliseconds at most.
-RAYS_PER_CHUNK = 4096
 _log = logging.getLogger("bladesmith")
 
 
@@ -55,158 +44,22 @@ class Engine:
         return scene_program(self.needs)
 
     def prepare(self, kind: str, parameters: Array) -> Array:
-        """A row of constants from a surface's parameters."""
-        constants = np.zeros(SURFACES[kind].constants)
-        row = np.ascontiguousarray(parameters, np.float64)
+        """Rows of constants (n, constants) from rows of surfaces' parameters (n, parameters)."""
+        known = surface_kind(kind)
+        rows = np.ascontiguousarray(parameters, np.float64).reshape(-1, known.parameters)
+        constants = np.zeros((len(rows), known.constants))
+        if not len(rows):
+            return constants
         buffer = self.ffi.from_buffer
-        if not self.lib.bs_scene_prepare(
-            self.numbers[kind], buffer("double[]", row), buffer("double[]", constants, require_writable=True)
-        ):
-            raise SceneError(f"{kind}: these parameters make no surface.")
-        return constants
-
-    def scene(self, rows: Mapping[str, Sequence[tuple[int, Array]]], dtype: Any, **arrays: Any) -> BoundScene:
-        """Constants of surfaces by kind, each with its place in the list, ready for the driver."""
-        return BoundScene(self, rows, np.dtype(dtype), **arrays)
-
-
-class BoundScene:
-    """A driver's scene structure and the arrays that it points into."""
-
-    def __init__(
-        self,
-        engine: Engine,
-        rows: Mapping[str, Sequence[tuple[int, Array]]],
-        dtype: np.dtype[Any],
-        materials: Array | None = None,
-        lights: Array | None = None,
-        camera: Array | None = None,
-        sky: Array | None = None,
-        depth: int = 0,
-        grid: int = 1,
-        method: str = "isolate",
-        samples: int = 64,
-    ) -> None:
-        self.engine, self.dtype, self.single = engine, dtype, int(dtype == np.float32)
-        self._kept: list[Any] = []
-        scene = self._scene = engine.ffi.new("bs_scene *")
-        for kind, members in rows.items():
-            entry = scene.surfaces[engine.numbers[kind]]
-            entry.count = len(members)
-            if members:
-                entry.constants = self._pointer(np.stack([row for _, row in members]))
-                entry.ids = engine.ffi.cast("int32_t *", self._keep(np.array([i for i, _ in members], np.int32)))
-        for name, value in (("materials", materials), ("lights", lights), ("camera", camera), ("sky", sky)):
-            if value is not None and value.size:
-                setattr(scene, name, self._pointer(value))
-        scene.light_count = 0 if lights is None else len(lights)
-        scene.depth, scene.grid = depth, grid
-        scene.method, scene.samples = METHODS[method], samples
-
-    def _keep(self, array: Array) -> Any:
-        buffer = self.engine.ffi.from_buffer(np.ascontiguousarray(array))
-        self._kept.append(buffer)
-        return buffer
-
-    def _pointer(self, array: Array) -> Any:
-        with np.errstate(over="ignore"):
-            return self._keep(array.astype(self.dtype))
-
-    def _rays(self, origins: Array, directions: Array) -> tuple[list[Any], tuple[int, ...]]:
-        """The driver's structure of rays, followed by the buffers that it points into."""
-        lead = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
-        rays = [self.engine.ffi.new("bs_rays *")]
-        for name, array in (("origin", origins), ("direction", directions)):
-            single = array.size == 3
-            whole = array if single else np.broadcast_to(array, (*lead, 3))
-            rays.append(self.engine.ffi.from_buffer(np.ascontiguousarray(whole, self.dtype)))
-            setattr(rays[0], f"{name}s", rays[-1])
-            setattr(rays[0], f"{name}_stride", 0 if single else 3)
-        return rays, lead
-
-    def _run(
-        self,
-        function: Callable[..., None],
-        rays: list[Any],
-        n: int,
-        results: Mapping[str, Array],
-        roots: int,
-        threads: int | None,
-    ) -> None:
-        ffi = self.engine.ffi
-        hits = ffi.new("bs_hits *")
-        kept = {name: ffi.from_buffer(array) for name, array in results.items()}
-        types = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *"}
-        for name, buffer in kept.items():
-            setattr(hits, name, ffi.cast(types.get(name, "void *"), buffer))
-        hits.roots = roots
-        scene, single = self._scene, self.single
-
-        def part(begin: int, end: int) -> None:
-            function(scene, single, begin, end, rays[0], hits)
-
-        parallel.run(part, n, threads, chunk=RAYS_PER_CHUNK if n > RAYS_PER_CHUNK else None)
-
-    def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
-        """First hits of rays: t, point, normal, alpha, surface, status."""
-        rays, lead = self._rays(origins, directions)
-        results = {**self._floats(lead), "surface": np.empty(lead, np.int32), "status": np.empty(lead, np.uint8)}
-        self._run(self.engine.lib.bs_scene_first, rays, math.prod(lead), results, 1, threads)
-        return results
-
-    def all(self, origins: Array, directions: Array, roots: int, threads: int | None = None) -> dict[str, Array]:
-        """All points of lines on the scene's only surface: t, point, normal, alpha, count, status.
-
-        Arrays have room for the most that there are. More than two are rare, and memory that is never read
-        costs more than the geometry: lines that have more are asked again.
-        """
-        found = self._all(origins, directions, min(roots, FEW_ROOTS), threads)
-        most = int(np.max(found["count"], initial=0))
-        room = found["t"].shape[-1]
-        if most <= room:
-            return found
-        lead = found["count"].shape
-        crowded = found["count"] > room
-        again = self._all(
-            np.broadcast_to(origins, (*lead, 3))[crowded],
-            np.broadcast_to(directions, (*lead, 3))[crowded],
-            most,
-            threads,
+        done = self.lib.bs_scene_prepare(
+            self.numbers[kind],
+            len(rows),
+            buffer("double[]", rows),
+            buffer("double[]", constants, require_writable=True),
         )
-        for name, array in self._floats((*lead, most)).items():
-            array.fill(np.nan)
-            rows = array.reshape(math.prod(lead), most, -1)
-            rows[:, :room] = found[name].reshape(math.prod(lead), room, -1)
-            array[crowded] = again[name]
-            found[name] = array
-        return found
-
-    def _all(self, origins: Array, directions: Array, roots: int, threads: int | None) -> dict[str, Array]:
-        rays, lead = self._rays(origins, directions)
-        results = {
-            **self._floats((*lead, roots)),
-            "count": np.empty(lead, np.int32),
-            "status": np.empty(lead, np.uint8),
-        }
-        self._run(self.engine.lib.bs_scene_all, rays, math.prod(lead), results, roots, threads)
-        return results
-
-    def _floats(self, lead: tuple[int, ...]) -> dict[str, Array]:
-        shapes = {"t": lead, "alpha": lead, "point": (*lead, 3), "normal": (*lead, 3)}
-        return {name: np.empty(shape, self.dtype) for name, shape in shapes.items()}
-
-    def render(self, width: int, height: int, threads: int | None, progress: Callable[[int], None] | None) -> Array:
-        """The picture, (height, width, 3); ``progress`` is told how many pixels were newly done."""
-        image = np.empty((height, width, 3), self.dtype)
-        buffer = self.engine.ffi.from_buffer(image)
-        scene, single, function = self._scene, self.single, self.engine.lib.bs_scene_render
-
-        def part(begin: int, end: int) -> None:
-            function(scene, single, begin, end, width, height, buffer)
-
-        chunk = max(1, RAYS_PER_CHUNK // (scene.grid * scene.grid))
-        parallel.run(part, width * height, threads, chunk=chunk, progress=progress)
-        return image
+        if done < len(rows):
+            raise SceneError(f"{kind}: the parameters {rows[done].tolist()} make no surface.")
+        return constants
 
 
 @cache

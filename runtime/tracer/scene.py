@@ -17,7 +17,9 @@ from ..codegen.programs.scene import SceneNeeds, needs, with_method
 from ..errors import SceneError
 from . import values
 from .camera import Camera
-from .engine import LIGHT_SIZE, BoundScene, Engine, engine_for
+from .driver import LIGHT_SIZE, BoundScene, Rows
+from .engine import Engine, engine_for
+from .rows import gathered
 from .surfaces import LEAST_SAMPLES, Surface, ray_arrays
 
 Array = NDArray[Any]
@@ -104,6 +106,7 @@ class Scene:
         self.reflections = values.whole(reflections, "reflections", 0)
         self.settings = dict(settings or {})
         self._bound: dict[Any, BoundScene] = {}
+        self._rows: dict[str, Rows] | None = None
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
@@ -120,7 +123,7 @@ class Scene:
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what is bound to compiled code, so that scenes can be pickled and copied."""
-        return {**self.__dict__, "_bound": {}}
+        return {**self.__dict__, "_bound": {}, "_rows": None}
 
     # -- what is compiled -------------------------------------------------------------------------------
 
@@ -128,7 +131,7 @@ class Scene:
     def needs(self) -> SceneNeeds:
         """What this scene is made of: the key of its program."""
         return needs(
-            [surface.kind for surface in self.surfaces],
+            [surface.program_kind for surface in self.surfaces],
             reflection=self.reflections > 0 and any(s.material.reflectivity > 0 for s in self.surfaces),
             checker=any(s.material.checker is not None for s in self.surfaces),
         )
@@ -156,11 +159,9 @@ class Scene:
             if single:
                 wanted = replace(wanted, single=True)
             engine = self._engine(wanted)
-            rows: dict[str, list[tuple[int, Array]]] = {}
-            for i, surface in enumerate(self.surfaces):
-                rows.setdefault(surface.kind, []).append((i, surface.constants(engine)))
-            self._bound[key] = engine.scene(
-                rows,
+            self._bound[key] = BoundScene(
+                engine,
+                self._rows_from(engine),
                 dtype,
                 materials=np.array([s.material.row(s.flat_normal) for s in self.surfaces]),
                 lights=np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT_SIZE),
@@ -172,6 +173,12 @@ class Scene:
                 samples=samples,
             )
         return self._bound[key]
+
+    def _rows_from(self, engine: Engine) -> dict[str, Rows]:
+        """Rows of constants, made once: every program that has the kinds makes the same."""
+        if self._rows is None:
+            self._rows = gathered(engine, self.surfaces)
+        return self._rows
 
     # -- what it is for ---------------------------------------------------------------------------------
 

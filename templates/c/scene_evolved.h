@@ -71,7 +71,7 @@ enum { BS_EVOLVED_STEPS = 4 };
 #endif
 
 /* Parameters of a surface: frame (centre, unit, one over it), then centre, normal, radius of both circles in it. */
-BS_INLINE int FN(evolved_circles_prepare)(S *k, const S *parameters)
+BS_INLINE int FN(evolved_circles_1_prepare)(S *k, const S *parameters)
 {
   const S *first = parameters + 5, *second = parameters + 12;
   S *circles = k + FN(EVOLVED_CIRCLES);
@@ -155,7 +155,7 @@ BS_INLINE int FN(evolved_roots)(S *roots, const S *ray, const S *surface, const 
   return 0;
 }
 
-BS_OWN void FN(evolved_circles_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OWN void FN(evolved_circles_1_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   const S *const surface = k + FN(EVOLVED_SURFACE), *const c = k + FN(EVOLVED_CIRCLES);
   const S *const bound = k + FN(EVOLVED_BOUND), *const unit = k + FN(EVOLVED_SCALE);
@@ -186,7 +186,7 @@ BS_OWN void FN(evolved_circles_hits)(FN(search) *search, const S *k, const FN(ra
   }
 }
 
-BS_OWN void FN(evolved_circles_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
+BS_OWN void FN(evolved_circles_1_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
 {
   const S *const c = k + FN(EVOLVED_CIRCLES), b = hit->alpha, a = K(1) - b;
   (void)ray;

@@ -7,7 +7,7 @@ typedef struct {
 } bs_surfaces;
 
 typedef struct {
-  bs_surfaces surfaces[16]; /* by kind */
+  bs_surfaces surfaces[32]; /* by kind */
   const void *materials;    /* a row for each surface of the scene's list */
   const void *lights;       /* rows: position, color */
   ptrdiff_t light_count;
@@ -33,7 +33,7 @@ typedef struct {            /* rays: a stride is 0 (one for all) or 3 */
 } bs_rays;
 
 const char *bs_source_hash(void);
-int bs_scene_prepare(int kind, const double *parameters, double *constants);
+ptrdiff_t bs_scene_prepare(int kind, ptrdiff_t rows, const double *parameters, double *constants);
 void bs_scene_first(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                     const bs_hits *hits);
 void bs_scene_all(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,

@@ -1,57 +1,4 @@
-/* bladesmith: one ray through a scene: nearest hit, shadow, light, and the path of reflections. */
-
-BS_INLINE int FN(scene_prepare)(int kind, const S *parameters, S *constants)
-{
-#define BS_EACH(number, name, size) \
-  if (kind == number) return FN(name##_prepare)(constants, parameters);
-  BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
-  (void)kind, (void)parameters, (void)constants; /* of a scene without surfaces */
-  return 0;
-}
-
-/* The row of a surface. */
-#define BS_ROW(scene, number, size, i) ((const S *)(scene)->surfaces[number].constants + (i) * (size))
-
-/* Ask every surface of the scene. */
-BS_INLINE void FN(scene_search)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
-{
-#define BS_EACH(number, name, size) \
-  search->kind = number; \
-  for (search->index = 0; search->index < scene->surfaces[number].count; search->index++) \
-    FN(name##_hits)(search, BS_ROW(scene, number, size, search->index), ray);
-  BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
-  (void)search, (void)scene, (void)ray;
-}
-
-/* Unit normal at a hit, on the side that the ray comes from. */
-BS_INLINE void FN(scene_normal)(S *normal, const bs_scene *scene, const FN(ray) *ray, const FN(hit) *hit)
-{
-  S either[3] = {0, 0, 0};
-#define BS_EACH(number, name, size) \
-  if (hit->kind == number) FN(name##_normal)(either, BS_ROW(scene, number, size, hit->index), ray, hit);
-  BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
-  (void)scene, (void)hit;
-  FN(cga3d_facing)(normal, either, ray->direction);
-}
-
-#if BS_SCENE_PICTURES
-/* 1 if anything lies on the ray between its origin and t = 1. */
-BS_INLINE int FN(scene_shadowed)(const bs_scene *scene, const FN(ray) *ray)
-{
-  FN(hit) hit;
-  FN(search) search = FN(search_for)(scene, &hit, 1);
-  search.t_max = 1;
-#define BS_EACH(number, name, size) \
-  for (ptrdiff_t i = 0; i < scene->surfaces[number].count && !search.count; i++) \
-    FN(name##_hits)(&search, BS_ROW(scene, number, size, i), ray);
-  BS_SCENE_KINDS(BS_EACH)
-#undef BS_EACH
-  (void)ray;
-  return search.count;
-}
+/* bladesmith: light and color: what is seen along one ray, with shadows and the path of reflections. */
 
 /* Size of the numbers that a hit was made of: its errors are relative to it. */
 BS_INLINE S FN(scene_size)(const FN(ray) *ray, const FN(hit) *hit)
@@ -142,4 +89,3 @@ BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
     return;
   }
 }
-#endif

@@ -1,0 +1,142 @@
+"""What all surfaces share: rows of parameters, checked once, and all points of lines on one of them.
+
+A kind is a class whose program kind the scene compiler knows; geometry is compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...codegen.programs.scene import needs
+from ...codegen.programs.surface_kinds import surface_kind
+from ...errors import SceneError
+from .. import values
+from ..driver import BoundScene
+from ..engine import engine_for
+from ..rows import gathered
+from .material import Material, as_material
+
+Array = NDArray[Any]
+#: Fewer samples along a curve show no change of sign on either side of the middle.
+LEAST_SAMPLES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Intersections:
+    """All points of lines on a surface, each line's in the order of t; NaN fills up to the most there are.
+
+    Attributes
+    ----------
+    alpha : (..., roots) array
+        Parameter t of the surface's curve, 0 at its first object; NaN for surfaces without one.
+    count : (...) array of int
+    t : (..., roots) array
+        Distance along the ray; negative behind its origin.
+    point, normal : (..., roots, 3) arrays
+        The normal has length 1 and looks to where the ray comes from.
+    status : (...) array of `bladesmith.Status`
+    """
+
+    alpha: Array
+    count: Array
+    t: Array
+    point: Array
+    normal: Array
+    status: Array
+
+
+class Surface:
+    """Base of all surfaces."""
+
+    kind: ClassVar[str]
+    material: Material
+
+    def __init__(self, material: Material | Mapping[str, Any] | None) -> None:
+        self.material = as_material(material)
+        if self.material.checker is not None and self.flat_normal is None:
+            raise SceneError("material.checker is for planes and discs.")
+
+    @property
+    def program_kind(self) -> str:
+        """Name of the kind in programs: that of scene files, or a member of a family."""
+        return self.kind
+
+    @property
+    def parameters(self) -> Array:
+        """Rows of numbers (n, parameters) that the program's `prepare` takes; most surfaces are one row."""
+        raise NotImplementedError
+
+    @property
+    def most_roots(self) -> int:
+        """The most points that a line can have on the surface."""
+        return surface_kind(self.program_kind).roots * len(self.parameters)
+
+    @property
+    def flat_normal(self) -> Array | None:
+        """The normal of a flat surface."""
+        return None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is bound to compiled code, so that surfaces can be pickled and copied."""
+        return {name: value for name, value in self.__dict__.items() if name != "_scenes"}
+
+    def _bound(self, method: str, samples: int, single: bool) -> BoundScene:
+        """A scene of this surface alone, compiled for nothing else; kept for the next call."""
+        key = (method, samples, single)
+        kept: dict[Any, BoundScene] = self.__dict__.setdefault("_scenes", {})
+        if key not in kept:
+            engine = engine_for(needs([self.program_kind], [method], pictures=False, single=single))
+            dtype = np.float32 if single else np.float64
+            kept[key] = BoundScene(engine, gathered(engine, [self]), dtype, method=method, samples=samples)
+        return kept[key]
+
+    def intersect(
+        self, origins: Any, directions: Any, method: str = "isolate", samples: int = 64, threads: int | None = None
+    ) -> Intersections:
+        """All points of rays' lines on this surface.
+
+        Parameters
+        ----------
+        origins, directions : (..., 3) arrays
+            They broadcast. Directions may have any length. If both are float32, so is the computation.
+        method : {"isolate", "companion", "sampled"}
+            How roots on evolved surfaces are found: certain isolation on the polynomial of degree 8; the
+            printed companion matrix of degree 12; sign changes between samples.
+        samples : int
+            For "sampled": values along the curve, at least 3.
+        threads : int, optional
+
+        Returns
+        -------
+        Intersections
+        """
+        samples = values.whole(samples, "samples", LEAST_SAMPLES)
+        start, direction = ray_arrays(origins, directions)
+        single = start.dtype == np.float32
+        found = self._bound(method, samples, single).all(start, direction, self.most_roots, threads)
+        return Intersections(**found)
+
+
+def ray_arrays(origins: Any, directions: Any) -> tuple[Array, Array]:
+    """Origins and directions of one floating type, shapes checked."""
+    arrays = []
+    for name, value in (("origins", origins), ("directions", directions)):
+        found = values.reals(value)
+        if found is None:
+            raise SceneError(f"{name} are no real numbers.")
+        array = found if found.dtype in (np.float32, np.float64) else found.astype(np.float64)
+        if array.ndim == 0 or array.shape[-1] != 3:
+            raise SceneError(f"{name} have shape {array.shape}; the last axis holds 3 coordinates.")
+        arrays.append(array)
+    try:
+        np.broadcast_shapes(arrays[0].shape, arrays[1].shape)
+    except ValueError:
+        raise SceneError(f"origins {arrays[0].shape} and directions {arrays[1].shape} do not broadcast.") from None
+    if arrays[0].dtype != arrays[1].dtype:
+        arrays = [a.astype(np.float64) for a in arrays]
+    return arrays[0], arrays[1]

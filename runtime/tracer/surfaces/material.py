@@ -1,0 +1,87 @@
+"""How a surface looks: the Blinn-Phong model with a mirror, as one row of numbers for the driver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import SceneError
+from .. import values
+from ..driver import MATERIAL_SIZE
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """How a surface looks: the Blinn-Phong model with a mirror.
+
+    Attributes
+    ----------
+    color : (3,) array
+        Linear red, green, blue.
+    ambient, diffuse, specular : float
+        Shares of the color that is always seen, of Lambert's law, and of the highlight (which is white).
+    shininess : float
+        Exponent of the highlight.
+    reflectivity : float
+        Share of what is seen that comes from the mirror image, 0 to 1.
+    checker : (3,) array or None
+        Second color of a pattern of squares, on planes and discs.
+    checker_size : float
+        Side of a square.
+    """
+
+    color: Any = (0.8, 0.8, 0.8)
+    ambient: float = 0.1
+    diffuse: float = 0.8
+    specular: float = 0.3
+    shininess: float = 32.0
+    reflectivity: float = 0.0
+    checker: Any = None
+    checker_size: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("color", "checker"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, values.color(value, f"material.{name}"))
+        for name in ("ambient", "diffuse", "specular"):
+            object.__setattr__(self, name, values.between(getattr(self, name), f"material.{name}", 0.0, np.inf))
+        object.__setattr__(self, "shininess", values.positive(self.shininess, "material.shininess"))
+        object.__setattr__(self, "checker_size", values.positive(self.checker_size, "material.checker_size"))
+        mirror = values.between(self.reflectivity, "material.reflectivity", 0.0, 1.0)
+        object.__setattr__(self, "reflectivity", mirror)
+
+    def row(self, normal: Array | None) -> Array:
+        """What the driver reads; squares lie in the plane of the normal."""
+        row = np.zeros(MATERIAL_SIZE)
+        row[:3] = row[8:11] = self.color
+        row[3:8] = self.ambient, self.diffuse, self.specular, self.shininess, self.reflectivity
+        if self.checker is not None:
+            if normal is None:
+                raise SceneError("material.checker is for planes and discs.")
+            row[8:11] = self.checker
+            row[11:17] = np.concatenate(_across(normal)) / self.checker_size
+        return row
+
+
+def _across(normal: Array) -> tuple[Array, Array]:
+    """Two unit vectors across a normal; e1 and e2 for the normal e3."""
+    first = np.eye(3)[1 if abs(normal[1]) < 0.9 else 2]
+    u = np.cross(first, normal)
+    u = u / np.linalg.norm(u)
+    return u, np.cross(normal, u)
+
+
+def as_material(value: Material | Mapping[str, Any] | None) -> Material:
+    if value is None or isinstance(value, Material):
+        return value or Material()
+    try:
+        return Material(**value)
+    except TypeError as error:
+        raise SceneError(f"material: {error}.") from None
