@@ -1,127 +1,125 @@
-"""Roots of a ray against an evolved surface: lost, false, largest error and time of each method.
+"""Roots of rays on evolved surfaces: lost, false, largest error and time of each method, by family of references.
 
-Truth is 50-digit arithmetic from the circles and the ray themselves, so that the rounding of the scalars that
-the methods start from counts as error. The peer is NumPy: batched eigenvalues of the printed companion
-matrices.
+Truth are the certified roots of tests/references, of 50 digits and from the surfaces' own definition, so that all
+rounding counts. Times are processor time on one thread.
 
-    python benchmarks/bench_roots.py --pairs 10000 --processes 2      (about three minutes)
+    python benchmarks/bench_roots.py
+    python benchmarks/bench_roots.py circles_random pairs_cubic --surfaces 50
 """
 
+from __future__ import annotations
+
 import argparse
+import logging
 import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from multiprocessing import Pool
 from pathlib import Path
+from typing import Any
 
-import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-import evolved_support as es  # noqa: E402
+from bladesmith import cga3d, tracer
+from bladesmith.curves import KochanekBartels
 
-FAMILIES = ("random", "tube", "cospherical")
-SAMPLES = (8, 16, 32, 64, 128, 256, 512)
+TESTS = Path(__file__).resolve().parents[1] / "tests"
+sys.path.insert(0, str(TESTS))
+from references.families import FAMILIES, Controls, Family, controls, rays  # noqa: E402
+
+Array = NDArray[Any]
+SAMPLES = (16, 64, 256, 1024)
 REACH = 0.01  # a true root is found when a reported one is as near as that
-REPEATS = 7
-BATCH = 1000  # rays per timed call: they stay in the cache, as a tile of an image would
-
-Truth = tuple[list[float], list[float], list[float]]  # scalars of the ray, of the surface, roots
-Found = list[NDArray[np.floating]]
+REPEATS = 3
+COPIES = 20  # of each surface's rays in a timed call, so that the time is the loop's
 
 
-def truth(task: tuple[str, int]) -> Truth:
-    with mp.workdps(es.DIGITS):
-        surface, ray = es.pair(*task)
-        nine = surface.ray(ray)
-        return es.as_floats(nine), es.as_floats(surface.scalars), es.reference(nine, *surface.scalars)
+def surface_of(family: Family, objects: Controls) -> Any:
+    """The surface, from parameters wherever a curve takes them."""
+    made = tracer.EvolvedCircles if family.kind == "circles" else tracer.EvolvedPointPairs
+    given = objects.given()
+    if family.curve == "bezier":
+        return made(given)
+    if family.kind == "pairs":
+        return made(KochanekBartels(cga3d.point_pair(*(np.array(x) for x in zip(*given, strict=True))), *objects.shape))
+    return made(KochanekBartels(given, *objects.shape))
 
 
-def numpy_companion(rays: NDArray[np.float64], surfaces: NDArray[np.float64], some: slice) -> Found:
-    """The printed method with batched numpy.linalg.eigvals."""
-    rays, surfaces = rays[some], surfaces[some]
-    powers = np.zeros((len(rays), 13))
-    es.call("dodecics", np.float64, len(rays), rays, surfaces, powers)
-    matrices = np.zeros((len(rays), 12, 12))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        matrices[:, 0] = -powers[:, 11::-1] / powers[:, 12:]
-    matrices[:, range(1, 12), range(11)] = 1
-    matrices[~np.isfinite(matrices).all(axis=(1, 2))] = 0  # the highest power is missing
-    values = np.linalg.eigvals(matrices)
-    a = np.real(values)
-    a = np.where((np.imag(values) == 0) & (a >= 0) & (a <= 1), a, np.nan)
-    b, (m0, kappa) = 1 - a, surfaces.T[:, :, None]
-    aa, ab, bb = a * a, a * b, b * b
-    s0 = aa + bb + ab * m0
-    with np.errstate(invalid="ignore", divide="ignore"):
-        s = np.sqrt(s0 * s0 - kappa * ab * ab)
-        t = np.where(s0 >= 0, s0 + s, -kappa * ab * ab / (s - s0))
-        part = rays.T[:, :, None]
-        u, x, e = (part[i] * bb + part[i + 1] * ab + part[i + 2] * aa for i in (0, 3, 6))
-        f = (t * u - 2 * ab * x + ab * ab * e / t) / (2 * s * s)
-        keep = np.abs(f) < 1e-6
-    return [np.sort(row[k]) for row, k in zip(a, keep, strict=True)]
+def matched(want: Array, got: Array) -> tuple[int, int, float]:
+    """Lost, false and largest error: each true root takes the nearest found one within reach."""
+    rest, error, lost = [float(x) for x in got], 0.0, 0
+    for root in want:
+        nearest = min(rest, key=lambda x: abs(x - root), default=np.inf)
+        if abs(nearest - root) <= REACH:
+            rest.remove(nearest)
+            error = max(error, abs(nearest - root))
+        else:
+            lost += 1
+    return lost, len(rest), error
 
 
-def timed(solve: Callable[[slice], Found], count: int) -> tuple[Found, float]:
-    """What is found, and the best time of a ray in nanoseconds."""
-    total, found = 0.0, []
-    for begin in range(0, count, BATCH):
-        part, times = slice(begin, min(begin + BATCH, count)), []
-        for _ in range(REPEATS):
-            start = time.perf_counter()
-            result = solve(part)
-            times.append(time.perf_counter() - start)
-        found += result
-        total += min(times)
-    return found, total / count * 1e9
+class Work:
+    """Surfaces of a family with their rays and true roots."""
+
+    def __init__(self, family: Family, most: int) -> None:
+        with np.load(TESTS / "references" / f"{family.name}.npz") as file:
+            attempts, counts, roots = file["attempts"], file["counts"], file["roots"]
+        self.wanted = np.split(roots, np.cumsum(counts.ravel())[:-1])[: most * family.rays]
+        self.items: list[tuple[Any, Array, Array]] = []
+        for number, attempt in enumerate(attempts[:most]):
+            objects = controls(family, number, int(attempt))
+            origins, directions = rays(family, number, objects)
+            self.items.append((surface_of(family, objects), origins + objects.shift, directions))
 
 
-def compiled(
-    method: str, dtype: type, samples: int, rays: NDArray[np.float64], surfaces: NDArray[np.float64]
-) -> tuple[Found, float]:
-    """Rays through the compiled loop, without the conversion to lists."""
-    rays, surfaces, number = rays.astype(dtype), surfaces.astype(dtype), es.METHODS[method]
-    roots, counts = np.zeros((len(rays), es.MOST), dtype), np.zeros(len(rays), np.int32)
-
-    def run(part: slice) -> Found:
-        n, arrays = part.stop - part.start, (x[part] for x in (rays, surfaces, roots, counts))
-        es.call("many", dtype, number, samples, es.MOST, n, *arrays)
-        return []
-
-    _, ns = timed(run, len(rays))
-    return [row[: max(k, 0)] for row, k in zip(roots, counts, strict=True)], ns
+def best(run: Callable[[], Any]) -> float:
+    """Seconds of processor time of the fastest of several runs."""
+    times = []
+    for _ in range(REPEATS):
+        start = time.process_time()
+        run()
+        times.append(time.process_time() - start)
+    return min(times)
 
 
-def report(name: str, wanted: list[list[float]], found: Found, ns: float) -> None:
-    results = [es.matched(w, g, REACH) for w, g in zip(wanted, found, strict=True)]
-    lost, false, error = sum(r[0] for r in results), sum(r[1] for r in results), max(r[2] for r in results)
-    print(f"{name:34s} {sum(map(len, wanted)):7d} {lost:6d} {false:6d} {error:10.1e} {ns:10.0f}", flush=True)
+def report(work: Work, method: str, samples: int, dtype: Any) -> None:
+    """One line of the table; every tenth surface is timed."""
+    found: list[Array] = []
+    times = []
+    for number, (surface, origins, directions) in enumerate(work.items):
+        o, d = (x.astype(dtype) for x in (origins, directions))
+        ask = partial(surface.intersect, method=method, samples=samples, threads=1)
+        hits = ask(o, d)
+        found += [np.asarray(row[:count], float) for row, count in zip(hits.alpha, hits.count, strict=True)]
+        if number % 10 == 0:
+            times.append(best(partial(ask, *(np.tile(x, (COPIES, 1)) for x in (o, d)))) / (COPIES * len(o)))
+    results = [matched(w, g) for w, g in zip(work.wanted, found, strict=True)]
+    lost, false = (sum(r[k] for r in results) for k in (0, 1))
+    error = max(r[2] for r in results)
+    name = f"  {method}{f' {samples}' if method == 'sampled' else ''}, {np.dtype(dtype).name}"
+    total = sum(map(len, work.wanted))
+    print(f"{name:28s} {total:7d} {lost:6d} {false:6d} {error:10.1e} {np.mean(times) * 1e9:10.0f}", flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--pairs", type=int, default=900, help="of a ray and a surface, in all")
-    parser.add_argument("--processes", type=int, default=2, help="for the 50-digit reference")
+    names = ", ".join(FAMILIES)
+    parser.add_argument("families", nargs="*", metavar="family", help=f"of {names}; all, if none is named")
+    parser.add_argument("--surfaces", type=int, default=50, help="of each family, at most")
     options = parser.parse_args()
-    each = -(-options.pairs // len(FAMILIES))
-    es.library()
-    print(f"{'':34s} {'roots':>7s} {'lost':>6s} {'false':>6s} {'max error':>10s} {'ns per ray':>10s}")
-    for family in FAMILIES:
-        with Pool(options.processes) as pool:
-            exact = pool.map(truth, [(family, seed) for seed in range(each)], chunksize=16)
-        rays, surfaces = (np.array([t[i] for t in exact]) for i in (0, 1))
-        wanted = [t[2] for t in exact]
-        print(f"{family}, {each} pairs, {np.mean([not w for w in wanted]):.0%} of them missed")
+    unknown = set(options.families) - set(FAMILIES)
+    if unknown:
+        parser.error(f"there is no family {sorted(unknown)[0]!r}; there are: {names}.")
+    logging.getLogger("bladesmith").setLevel(logging.ERROR)
+    print(f"{'':28s} {'roots':>7s} {'lost':>6s} {'false':>6s} {'max error':>10s} {'ns per ray':>10s}")
+    for name in options.families or FAMILIES:
+        work = Work(FAMILIES[name], options.surfaces)
+        print(f"{name}, {len(work.wanted)} rays")
         runs = [("isolate", 0), ("companion", 0), *(("sampled", n) for n in SAMPLES)]
-        for dtype in (np.float64, np.float32):
-            for method, samples in runs if dtype is np.float64 else runs[:1]:
-                title = f"  {method}{f' {samples}' if samples else ''}, {np.dtype(dtype).name}"
-                report(title, wanted, *compiled(method, dtype, samples, rays, surfaces))
-        peer = timed(partial(numpy_companion, rays, surfaces), len(rays))
-        report("  numpy eigvals, float64", wanted, *peer)
+        for method, samples in runs:
+            report(work, method, samples or 64, np.float64)
+        report(work, "isolate", 64, np.float32)
 
 
 if __name__ == "__main__":

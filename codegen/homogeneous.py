@@ -1,7 +1,7 @@
 """Homogeneous polynomials in (a, b) over another ring: how a formula along a curve yields its own coefficients.
 
-Run a formula with alpha = `parameter(...)` and 1 - alpha = the other: its result is the list of coefficients of
-a^k b^(n-k), built by convolution, without subtraction of equal terms. For a + b = 1 these are scaled Bernstein
+Run a formula with `parameters(...)` for a = 1 - t and b = t: its result is the list of coefficients of a^(n-k) b^k,
+first k = 0, built by convolution, without subtraction of equal terms. For a + b = 1 these are scaled Bernstein
 coefficients (the k-th Bernstein coefficient times n choose k). Sums must be of equal degree: a formula that adds
 unequal ones is not homogeneous and is refused.
 """
@@ -17,7 +17,7 @@ from .errors import TraceError
 from .multivector import Multivector
 from .rings import Ring, Terms
 
-#: Coefficients of b^n, a b^(n-1), ..., a^n.
+#: Coefficients of a^n, a^(n-1) b, ..., b^n.
 Polynomial = tuple[Any, ...]
 
 
@@ -64,7 +64,7 @@ def parameters(algebra: Algebra, base: Ring) -> tuple[Multivector, Multivector]:
     """The scalars a and b over the homogeneous ring of ``base``."""
     ring = HomogeneousRing(base)
     zero, one = base.constant(Fraction(0)), base.constant(Fraction(1))
-    return Multivector(algebra, ring, {0: (zero, one)}), Multivector(algebra, ring, {0: (one, zero)})
+    return Multivector(algebra, ring, {0: (one, zero)}), Multivector(algebra, ring, {0: (zero, one)})
 
 
 def lift(x: Multivector, ring: Ring) -> Multivector:
@@ -72,15 +72,31 @@ def lift(x: Multivector, ring: Ring) -> Multivector:
     return Multivector(x.algebra, ring, {blade: (c,) for blade, c in x.terms.items()})
 
 
-def coefficients(x: Multivector, degree: int, base: Ring) -> Sequence[Multivector]:
-    """Coefficients of b^n .. a^n of a scalar, as scalars over the base ring."""
-    polynomial = x.terms.get(0, ()) or tuple(base.constant(Fraction(0)) for _ in range(degree + 1))
-    if len(polynomial) != degree + 1:
-        raise TraceError(f"the polynomial has degree {len(polynomial) - 1}, not {degree}.")
-    return [Multivector(x.algebra, base, {0: c}) for c in polynomial]
+def coefficients(x: Multivector, degree: int, base: Ring) -> list[Multivector]:
+    """Coefficients of a^n .. b^n, as multivectors over the base ring."""
+    for polynomial in x.terms.values():
+        if len(polynomial) != degree + 1:
+            raise TraceError(f"the polynomial has degree {len(polynomial) - 1}, not {degree}.")
+    return [Multivector(x.algebra, base, {b: p[k] for b, p in x.terms.items()}) for k in range(degree + 1)]
 
 
 def polynomial(coefficients: Sequence[Multivector], ring: Ring) -> Multivector:
-    """The scalar polynomial of given coefficients (of b^n .. a^n), over the homogeneous ring."""
-    first = coefficients[0]
-    return Multivector(first.algebra, ring, {0: tuple(c.scalar() for c in coefficients)})
+    """The polynomial of given coefficients (of a^n .. b^n), over the homogeneous ring."""
+    first, zero = coefficients[0], coefficients[0].ring.constant(Fraction(0))
+    blades = dict.fromkeys(b for c in coefficients for b in c.terms)
+    return Multivector(first.algebra, ring, {b: tuple(c.terms.get(b, zero) for c in coefficients) for b in blades})
+
+
+def value(coefficients: Sequence[Multivector], a: Multivector, b: Multivector) -> Multivector:
+    """sum c_k a^(n-k) b^k on numbers: all terms as they are, so that the error is relative to their absolute sum."""
+    total, power = coefficients[0], b
+    for place, c in enumerate(coefficients[1:], 1):
+        total = a * total + power * c
+        power = power * b if place < len(coefficients) - 1 else power
+    return total
+
+
+def rate(coefficients: Sequence[Multivector]) -> list[Multivector]:
+    """Coefficients of the derivative by b along a + b = 1."""
+    n = len(coefficients) - 1
+    return [(k + 1) * coefficients[k + 1] - (n - k) * coefficients[k] for k in range(n)]

@@ -1,7 +1,7 @@
 """What the tests and the benchmark of the root finders share: roots.h and its kin, compiled, and a reference.
 
 The reference has nothing in common with them: geometric algebra on the orthonormal basis, mpmath's roots of
-the octic, and the condition f at 50 digits. The kernels that the headers ask for are in evolved_standin.h.
+the octic, and the condition f at 50 digits. Everywhere a = t, and C1 is the circle at a = 1.
 """
 
 from functools import cache
@@ -13,7 +13,11 @@ from mpmath import mpf
 
 from bladesmith.codegen.build import ExtensionSource, load
 from bladesmith.codegen.flags import WARNING_FLAGS
-from bladesmith.codegen.templating import template_text
+from bladesmith.codegen.programs import traced
+from bladesmith.codegen.programs.surface_kinds import surface_kind
+from bladesmith.codegen.simplify import staged
+from bladesmith.codegen.targets.c import c_function
+from bladesmith.codegen.templating import render, template_text
 
 HEADERS = ("platform.h", "instance.h", "instance_end.h", "roots.h", "companion.h", "evolved.h")
 METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
@@ -21,26 +25,34 @@ VANISHES, INVALID = -1, -2
 MOST = 8  # roots of one branch
 DIGITS = 50
 SAME = mpf(10) ** -25  # at 50 digits: an imaginary part or a relative value of f below this is zero
+KIND = "evolved_circles_1"
 
 CDEF = "".join(
     f"""
-    void many_{tag}(int method, int samples, int most, int n, const {S} *rays, const {S} *surfaces,
-                    {S} *roots, int *counts);
-    void dodecics_{tag}(int n, const {S} *rays, const {S} *surfaces, {S} *powers);
-    int eigenvalues_{tag}(int n, const {S} *powers, {S} *re, {S} *im);
-    {S} value_{tag}(int which, const {S} *ray, const {S} *surface, {S} a);
+    void {KIND}_many_{tag}(int method, int samples, int most, int n, const {S} *rays, const {S} *rows,
+                           {S} *roots, int *counts);
+    void {KIND}_printed_{tag}(int n, const {S} *rays, const {S} *rows, {S} *powers);
+    int {KIND}_eigenvalues_{tag}(int n, const {S} *powers, {S} *re, {S} *im);
+    void {KIND}_values_{tag}(const {S} *ray, const {S} *row, {S} t, {S} *square_f_rate);
     """
     for tag, S in (("f64", "double"), ("f32", "float"))
 )
 
+
 @cache
 def library():
-    source = '#include "platform.h"\n' + "".join(
-        f"#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n"
-        '#include "instance.h"\n#include "standin.h"\n'
+    kind = surface_kind(KIND)
+    declared = dict.fromkeys([*kind.kernels, *(k for _, kernels in kind.methods for k in kernels)])
+    functions = [c_function(staged(traced(d))) for d in declared]
+    features = "".join(f"#define BS_SCENE_{method.upper()} 1\n" for method in METHODS)
+    defines = "".join(f"#define {name} {value}\n" for name, value in kind.defines)
+    source = '#include "platform.h"\n' + features + "".join(
+        f"#define BS_BITS {bits}\n#define BS_BYTES 0\n#define BS_TAG f{bits}\n{defines}"
+        '#include "instance.h"\n#include "kernels.h"\n#include "standin.h"\n'
         for bits in (64, 32)
-    )
+    )  # fmt: skip
     headers = {name: template_text(f"c/{name}") for name in HEADERS}
+    headers["kernels.h"] = render("c/kernels.h.j2", functions=functions)
     headers["standin.h"] = Path(__file__).with_name("evolved_standin.h").read_text(encoding="utf-8")
     return load(ExtensionSource("roots_standin", CDEF, source, headers, WARNING_FLAGS))
 
@@ -50,14 +62,43 @@ def call(name, dtype, *arguments):
     module, scalar = library(), {8: "double", 4: "float"}[np.dtype(dtype).itemsize]
     kinds = {np.dtype(dtype): f"{scalar}[]", np.dtype(np.int32): "int[]"}
     ready = [module.ffi.from_buffer(kinds[x.dtype], x) if isinstance(x, np.ndarray) else x for x in arguments]
-    return getattr(module.lib, f"{name}_f{8 * np.dtype(dtype).itemsize}")(*ready)
+    return getattr(module.lib, f"{KIND}_{name}_f{8 * np.dtype(dtype).itemsize}")(*ready)
 
 
-def solve(method, rays, surfaces, dtype=np.float64, samples=64, most=MOST):
+def real_spans(m0, kappa, dtype):
+    """Where the interpolant is real. Sigma's smaller eigenvalue a^2 + b^2 + a b (m0 - sqrt(kappa)) may be negative."""
+    unit = float(np.finfo(dtype).eps) / 2
+    rounding = 32 * unit * max(1.0, abs(m0))
+    above = m0 - np.sqrt(max(kappa, 0.0)) + 2
+    if kappa < -(rounding**2) or not above <= rounding:
+        return [0, 1, 1, 0, 1, 0, 1, 0]
+    root = np.sqrt(max(above * (above - 4), 0.0))
+    end = 1 / (1 + (root - above + 2) / 2) - 16 * unit / (root + np.sqrt(unit))
+    return [0, end, 1 - end, 1, 1, 0, 1, 0]
+
+
+def rows(rays, surfaces, nearness, dtype):
+    """Rows of constants as far as roots need them, from (m0, kappa) and the relative size of M4."""
+    kind = surface_kind(KIND)
+    out = np.zeros((len(rays), kind.constants), dtype)
+    for row, ray, (m0, kappa), near in zip(out, np.abs(rays), surfaces, nearness, strict=True):
+        u, x, e = (np.max(part / (1, 2, 1)) for part in ray.reshape(3, 3))
+        s0, k = max(1, abs(m0) / 2), abs(kappa)
+        row[kind.slice("spans")] = real_spans(float(m0), float(kappa), dtype)
+        row[kind.slice("norm")] = 1, m0, 1
+        row[kind.slice("kappa")] = kappa
+        size = 4 * (s0 * u + x / 4) * (s0 * e + k * x / 4) + (k * u + e) ** 2 / 16
+        row[kind.slice("sizes")] = near, size
+    return out
+
+
+def solve(method, rays, surfaces, dtype=np.float64, samples=64, most=MOST, nearness=1.0):
     """Roots, nan-padded, and counts or statuses, of many rays (n, 9) and surfaces (n, 2)."""
     rays, surfaces = (np.ascontiguousarray(np.atleast_2d(x), dtype) for x in (rays, surfaces))
+    with np.errstate(all="ignore"):
+        constants = rows(rays, surfaces, np.broadcast_to(nearness, len(rays)), dtype)
     roots, counts = np.full((len(rays), MOST), np.nan, dtype), np.zeros(len(rays), np.int32)
-    call("many", dtype, METHODS[method], samples, most, len(rays), rays, surfaces, roots, counts)
+    call("many", dtype, METHODS[method], samples, most, len(rays), rays, constants, roots, counts)
     return [row[: max(count, 0)] for row, count in zip(roots, counts, strict=True)], counts
 
 
@@ -146,6 +187,12 @@ class Surface:
         self.c, self.m0, self.m4 = (c1, c2), m.get(0, mpf(0)), grade(m, 4)
         self.kappa = scalar(self.m4, self.m4)
         self.d = [grade(product(self.m4, c), 3) for c in self.c]
+
+    @property
+    def nearness(self):
+        """Size of M4 relative to the circles."""
+        length = lambda x: mp.sqrt(sum(p * p for p in x.values()))  # noqa: E731
+        return float(length(self.m4) / (length(self.c[0]) * length(self.c[1])))
 
     @property
     def scalars(self):

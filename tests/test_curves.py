@@ -650,20 +650,22 @@ def test_circles_by_parameters() -> None:
     assert mixed.controls.isclose(curves.KochanekBartels([*circles, LINE]).controls).all()
 
 
-def test_the_ray_tracer_takes_straight_curves_between_circles_only() -> None:
+def test_the_ray_tracer_follows_every_curve_of_circles() -> None:
     from bladesmith import tracer
 
     x = near_objects("circle", 3)
-    tube = tracer.EvolvedCircles(curves.Bezier(x[:2]))
-    np.testing.assert_allclose(tube.circles[1].center, x[1].parameters().center, rtol=1e-13)
-    for curve in (
-        curves.RationalBezier(x[:2], [1, 2]),
-        curves.KochanekBartels(x[:2]),
-        curves.Bezier([2 * x[0], x[1]], raw=True),
-        curves.Bezier(x),
+    for curve, kind in (
+        (curves.Bezier(x[:2]), "evolved_circles_1"),
+        (curves.RationalBezier(x[:2], [1, 2]), "evolved_circles_1"),
+        (curves.KochanekBartels(x[:2]), "evolved_circles_3"),
+        (curves.Bezier([2 * x[0], x[1]], raw=True), "evolved_circles_1"),
+        (curves.Bezier(x), "evolved_circles_2"),
     ):
-        with pytest.raises(errors.SceneError):
-            tracer.EvolvedCircles(curve)
+        tube = tracer.EvolvedCircles(curve)
+        assert tube.program_kind == kind
+        assert tube.curve(0.5).isclose(curve.turned(tube.flipped)(0.5)) or curve.kind.is_layout
+    with pytest.raises(errors.SceneError, match="spheres"):
+        tracer.EvolvedCircles(curves.Bezier(near_objects("sphere", 2)))
 
 
 def test_curves_describe_themselves() -> None:

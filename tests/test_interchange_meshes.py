@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import runpy
 import struct
@@ -49,7 +50,33 @@ def write_stl(path, vertices, faces):
     return path
 
 
-WRITERS = {".obj": write_obj, ".ply": write_ply, ".stl": write_stl}
+def write_glb(path, vertices, faces):
+    """Single precision, half as large, in a node that doubles and moves it; the cube moves back."""
+    corners = np.asarray((np.asarray(vertices) + 1) / 2, "<f4").tobytes()
+    places = np.asarray(faces, "<u4").tobytes()
+    scene = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "scale": [2, 2, 2], "translation": [-1, -1, -1]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": len(vertices), "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5125, "count": 3 * len(faces), "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": len(corners)},
+            {"buffer": 0, "byteOffset": len(corners), "byteLength": len(places)},
+        ],
+        "buffers": [{"byteLength": len(corners) + len(places)}],
+    }  # fmt: skip
+    text = json.dumps(scene).encode()
+    text += b" " * (-len(text) % 4)
+    body = corners + places
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(body), 0x004E4942) + body
+    path.write_bytes(struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks)
+    return path
+
+
+WRITERS = {".obj": write_obj, ".ply": write_ply, ".stl": write_stl, ".glb": write_glb}
 
 
 @pytest.mark.parametrize("suffix", WRITERS)
@@ -189,7 +216,7 @@ def test_damaged_files_are_named(tmp_path):
 def test_what_is_no_mesh_file_is_named(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         load_mesh(tmp_path / "none.ply")
-    with pytest.raises(InputError, match=r"\.obj, \.ply, \.stl, not \.png"):
+    with pytest.raises(InputError, match=r"\.obj, \.ply, \.stl, \.glb, not \.png"):
         load_mesh(tmp_path / "picture.png")
     with pytest.raises(InputError, match="a name without an ending"):
         load_mesh(tmp_path)

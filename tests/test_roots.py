@@ -28,7 +28,7 @@ def precision():
 def isolate(surface, ray, dtype=np.float64):
     """Roots and status of one ray whose scalars are exact up to their last rounding."""
     nine, two = (es.as_floats(x, dtype) for x in (surface.ray(ray), surface.scalars))
-    roots, counts = es.solve("isolate", nine, two, dtype)
+    roots, counts = es.solve("isolate", nine, two, dtype, nearness=surface.nearness)
     return [float(r) for r in roots[0]], int(counts[0])
 
 
@@ -57,9 +57,11 @@ def test_condition_is_the_square_of_the_meet(seed):
         assert mp.almosteq(p8 * ab * ab, branches[0] * branches[1], 1e-35)
         if f is not None:
             assert mp.almosteq(f[0] / (2 * square * sums[0]), direct, 1e-35)
-            given = es.as_floats(nine), es.as_floats([m0, kappa])
-            computed = es.call("value", np.float64, 1, *given, float(a))
-            assert computed == pytest.approx(float(direct), rel=1e-12)
+            given = np.array([es.as_floats(nine)])
+            row, values = es.rows(given, [es.as_floats([m0, kappa])], [1.0], np.float64), np.zeros(3)
+            es.call("values", np.float64, given[0], row[0], float(a), values)
+            rate = mp.diff(lambda z: es.condition(nine, m0, kappa, z)[0], a)
+            assert values == pytest.approx([float(direct), float(f[0]), float(rate)], rel=1e-11)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -67,7 +69,8 @@ def test_printed_polynomial_has_four_roots_too_many(seed):
     surface, ray = es.pair("random", seed)
     nine, two = (es.as_floats(x) for x in (surface.ray(ray), surface.scalars))
     powers = np.zeros((1, 13))
-    es.call("dodecics", np.float64, 1, np.array([nine]), np.array([two]), powers)
+    given = np.array([nine])
+    es.call("printed", np.float64, 1, given, es.rows(given, [two], [1.0], np.float64), powers)
     factor = es.powers([0, 0, 1, 0, 0])  # a^2 b^2
     p8 = es.powers(es.octic([mpf(x) for x in nine], *map(mpf, two)))
     want = [float(c) for c in es.convolve(p8, factor)]
@@ -113,7 +116,7 @@ def test_isolate_in_single_precision(family):
         nine, two = (es.as_floats(x, np.float32) for x in (surface.ray(ray), surface.scalars))
         if abs(two[1]) < (32 * 6e-8 * max(1, abs(two[0]))) ** 2:
             continue
-        roots, _ = es.solve("isolate", nine, two, np.float32)
+        roots, _ = es.solve("isolate", nine, two, np.float32, nearness=surface.nearness)
         want = es.reference([mpf(x) for x in nine], *map(mpf, two))
         assert es.matched(want, roots[0], 1e-4)[:2] == (0, 0), (family, seed, want, roots[0])
 
@@ -163,7 +166,7 @@ def test_tangent_rays(family, place):
             given = [mpf(x) for x in nine]
             near, bound = es.condition(given, *map(mpf, two), a)[0], es.majorant(given, *map(mpf, two), a)
             want = es.reference(given, *map(mpf, two))
-            roots, _ = es.solve("isolate", nine, two)
+            roots, _ = es.solve("isolate", nine, two, nearness=surface.nearness)
             got = list(roots[0])
             lost, false, _ = es.matched(want, got, 1e-6)
             if abs(near) > 64 * 2.0**-53 * bound:
@@ -285,6 +288,7 @@ def test_ray_that_meets_every_circle():
     assert isolate(disc, es.line([0.2, 0.1, 0], [1, 2, 0])) == ([], es.VANISHES)
     assert isolate(disc, es.line([0.7, 0.1, 0], [1, 2, 3]))[1] == 1
     assert es.solve("isolate", [0] * 9, [1, -2])[1] == es.VANISHES
+    assert es.solve("isolate", [0] * 9, [1, -2], nearness=0)[1] == es.VANISHES
 
 
 def test_numbers_that_are_not_finite():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
+from math import comb
+
 import mpmath
 import numpy as np
 import pytest
@@ -11,18 +14,40 @@ from bladesmith.codegen.formulas.blades import blade_projector
 from bladesmith.codegen.multivector import from_values
 from bladesmith.codegen.programs import cga3d
 from bladesmith.codegen.rings import NumericRing, PrecisionRing
-from bladesmith.curves import Bezier
+from bladesmith.curves import Bezier, Interpolating, KochanekBartels, RationalBezier
+from bladesmith.loading import stock_algebra
 from bladesmith.status import Status
 
 TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
 
 
-def random_surfaces(count, seed):
+def random_surfaces(count, seed, degree=1):
+    """Between any two circles; of higher degree along tubes, so that they stay real."""
     random = np.random.default_rng(seed)
     for _ in range(count):
-        yield tracer.EvolvedCircles(
-            Bezier([(random.normal(size=3), random.normal(size=3), random.uniform(0.2, 1.5)) for _ in range(2)])
-        )
+        axis = random.normal(size=3)
+        spread = 0.4 if degree > 1 else 1.0
+        controls = [
+            (
+                (degree > 1) * k * axis * 0.5 + spread * random.normal(size=3),
+                (degree > 1) * axis + spread * random.normal(size=3),
+                random.uniform(0.4, 1.2) if degree > 1 else random.uniform(0.2, 1.5),
+            )
+            for k in range(degree + 1)
+        ]
+        yield tracer.EvolvedCircles(Bezier(controls), gaps=degree > 1)
+
+
+Circle = namedtuple("Circle", "center normal radius")
+
+
+def controls_of(surface):
+    """The circles that were given, turned over where the surface says so."""
+    turns = np.where(surface.flipped, -1.0, 1.0)
+    return [
+        Circle(np.asarray(c, float), turn * np.asarray(n, float) / np.linalg.norm(n), float(r))
+        for (c, n, r), turn in zip(surface.segments.given.given, turns, strict=True)
+    ]
 
 
 class Geometry:
@@ -31,7 +56,7 @@ class Geometry:
     def __init__(self, surface, ring, number=float):
         self.ring = ring
         self.like = from_values(cga3d(), ring, (0,), [number(1)])
-        self.circles = [self._circle(c, number) for c in surface.circles]
+        self.circles = [self._circle(c, number) for c in controls_of(surface)]
 
     def scalar(self, x):
         return from_values(cga3d(), self.ring, (0,), [x])
@@ -62,8 +87,24 @@ class Geometry:
         return blade * self.scalar(1 / norm)
 
     def circle(self, a):
-        mixed = self.scalar(a) * self.circles[0] + self.scalar(1 - a) * self.circles[1]
+        """The circle of weight a = 1 - t of the first end."""
+        n = len(self.circles) - 1
+        parts = (
+            self.scalar(comb(n, k) * a ** (n - k) * (1 - a) ** k) * circle for k, circle in enumerate(self.circles)
+        )
+        mixed = self.scalar(0 * a).sum(parts)
         return (blade_projector(mixed) * mixed).grade(3)
+
+    def parameters(self, a):
+        """Centre, normal, which is not of unit length, and radius."""
+        circle = self.circle(a)
+        ni = circle.basis("ni")
+        image = (circle * ni * circle).grade(1)
+        weight = -image.scalar_product(ni).scalar()
+        center = [image[n].scalar() / weight for n in ("e1", "e2", "e3")]
+        plane = (circle ^ ni).dual()
+        normal = [plane[n].scalar() for n in ("e1", "e2", "e3")]
+        return center, normal, 1 / (normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2) ** (a * 0 + 1 / 2)
 
     def meet(self, origin, direction, a):
         """(L v C), a vector, and its square."""
@@ -94,17 +135,19 @@ def reference_roots(surface, origin, direction):
     return sorted(roots)
 
 
-def test_every_root_is_found_and_none_is_false():
+@pytest.mark.parametrize("degree", [1, 2, 3, 5])
+def test_every_root_is_found_and_none_is_false(degree):
     random = np.random.default_rng(5)
     total = 0
-    for surface in random_surfaces(3, seed=11):
-        origins = random.normal(size=(12, 3)) * 3
-        directions = random.normal(size=(12, 3)) * 0.6 - origins
+    for surface in random_surfaces(3, 11, degree):
+        middle = points_on(surface, np.array([0.5]), np.array([0.0]))[0] if degree > 1 else np.zeros(3)
+        origins = middle + random.normal(size=(12, 3)) * 3
+        directions = middle + random.normal(size=(12, 3)) * 0.6 - origins
         found = surface.intersect(origins, directions)
         for i in range(12):
             expected = reference_roots(surface, origins[i], directions[i])
             order = np.argsort(found.alpha[i, : found.count[i]])
-            assert len(expected) == found.count[i], (surface.circles, origins[i], directions[i])
+            assert len(expected) == found.count[i], (controls_of(surface), origins[i], directions[i])
             for (alpha, point), j in zip(expected, order, strict=True):
                 assert abs(found.alpha[i, j] - alpha) < 1e-10
                 np.testing.assert_allclose(found.point[i, j], point, atol=1e-9)
@@ -112,15 +155,51 @@ def test_every_root_is_found_and_none_is_false():
     assert total > 20
 
 
+def precise_normal(surface, alpha, point):
+    """At 50 digits: across the circle through the point, and from it to the circles beside it."""
+    ring = PrecisionRing(50)
+    number = ring.context.mpf
+    geometry = Geometry(surface, ring, number)
+    step = number(10) ** -16
+
+    def at(a):
+        center, normal, radius = geometry.parameters(a)
+        return np.array(center), np.array(normal) * radius, radius
+
+    center, axis, radius = at(1 - number(alpha))
+    away = np.array([number(float(x)) for x in point]) - center
+    away -= axis * (axis @ away)
+    away *= radius / (away @ away) ** (number(1) / 2)
+
+    def beside(shift):  # the point of another circle in the plane through its own axis and the given point
+        other, turned, size = at(1 - number(alpha) + shift)
+        flat = away - turned * (turned @ away)
+        return other + flat * (size / (flat @ flat) ** (number(1) / 2))
+
+    normal = np.cross(np.cross(axis, away), beside(step) - beside(-step))
+    return normal / (normal @ normal) ** (number(1) / 2)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_normals_at_fifty_digits(degree):
+    """1 - |cos| is the square of half the angle: taken from the angle, it keeps its digits."""
+    random = np.random.default_rng(degree)
+    seen = 0
+    for surface in random_surfaces(3, 71, degree):
+        targets = points_on(surface, random.uniform(0.05, 0.95, size=4), random.uniform(0, 6, size=4))
+        found = surface.intersect(targets + (3, 2, 4), -np.array([3.0, 2, 4]))
+        for i, j in zip(*np.nonzero(~np.isnan(found.t)), strict=True):
+            expected = precise_normal(surface, found.alpha[i, j], found.point[i, j])
+            across = np.cross(expected, found.normal[i, j])
+            assert float(across @ across) / 2 < 1e-12, (surface.segments.given, found.alpha[i, j], found.point[i, j])
+            seen += 1
+    assert seen >= 12
+
+
 def circles_of(surface, alphas):
     """Centres, unit normals and radii of the surface's circles, from their own geometry."""
-    circle = Geometry(surface, NumericRing()).circle(1 - alphas)
-    ni = circle.basis("ni")
-    image = (circle * ni * circle).grade(1)
-    weight = -image.scalar_product(ni).scalar()
-    center = np.stack([image[n].scalar() / weight for n in ("e1", "e2", "e3")], -1)
-    plane = (circle ^ ni).dual()
-    normal = np.stack([plane[n].scalar() for n in ("e1", "e2", "e3")], -1)
+    center, normal, _ = Geometry(surface, NumericRing()).parameters(1 - alphas)
+    center, normal = np.stack(center, -1), np.stack(normal, -1)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     return center, normal / size, 1 / size
 
@@ -141,7 +220,7 @@ def test_rays_to_points_of_the_surface_find_them(seed):
     for surface in random_surfaces(6, seed):
         alphas, angles = random.uniform(size=800), random.uniform(0, 2 * np.pi, size=800)
         targets = points_on(surface, alphas, angles)
-        size = np.linalg.norm(targets - surface.circles[0].center, axis=1).max()
+        size = np.linalg.norm(targets - controls_of(surface)[0].center, axis=1).max()
         directions = random.normal(size=(800, 3))
         origins = targets - 3 * size * directions
         found = surface.intersect(origins, directions)
@@ -166,7 +245,7 @@ def test_bounding_spheres_hold_the_surface_tightly():
     random = np.random.default_rng(8)
     for surface in random_surfaces(20, seed=3):
         (row,) = gathered(engine, [surface])[surface.program_kind].constants
-        center, unit = surface.frame
+        center, unit = surface.segments.center[0], surface.segments.size[0]
         x, y, z, radius = row[surface_kind("evolved_circles_1").slice("bound")]
         points = points_on(surface, random.uniform(size=2000), random.uniform(0, 2 * np.pi, size=2000))
         reach = np.linalg.norm((points - center) / unit - (x, y, z), axis=1).max()
@@ -283,11 +362,10 @@ def test_opposed_circles_are_turned_over_and_it_is_said(caplog):
     circles = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 0.5), (0, 0, -1), 1.0)]
     with caplog.at_level("WARNING", "bladesmith"):
         surface = tracer.EvolvedCircles(Bezier(circles))
-    assert surface.flipped and "turned over" in caplog.text
-    assert surface.circles[1].normal[2] == 1
+    assert surface.flipped.tolist() == [False, True] and "turned over" in caplog.text
     kept = tracer.EvolvedCircles(Bezier(circles), align=False)
-    assert not kept.flipped and kept.circles[1].normal[2] == -1
-    assert not tracer.EvolvedCircles(Bezier(TUBE)).flipped
+    assert not kept.flipped.any()
+    assert not tracer.EvolvedCircles(Bezier(TUBE)).flipped.any()
 
 
 def test_opposition_is_the_sign_of_the_scalar_part():
@@ -330,3 +408,64 @@ def test_exact_arithmetic_of_the_oracle():
     points = points_on(surface, np.zeros(5), np.linspace(0, 5, 5))
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, atol=1e-12)
     np.testing.assert_allclose(points[:, 2], 0.0, atol=1e-12)
+
+
+def tube_controls(random, count):
+    axis = np.array([0.2, -0.1, 1.0])
+    return [
+        (0.8 * k * axis + 0.25 * random.normal(size=3), axis + 0.25 * random.normal(size=3), random.uniform(0.5, 1.0))
+        for k in range(count)
+    ]
+
+
+CURVES = {
+    "kochanek_bartels": lambda c: KochanekBartels(c),
+    "rational": lambda c: RationalBezier(c, weights=[1.0, 2.0, 0.5, 1.0]),
+    "interpolating": lambda c: Interpolating(c, [0, 1, 2, 3]),
+    "quadratic": lambda c: Interpolating(c[:3], [0, 0.5, 1], degree=2),
+    "coefficients": lambda c: [np.ravel(stock_algebra("cga3d").circle(*x).values) for x in c],
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_curves_of_every_class(name):
+    """Changes of sign of (L v C)^2 by the public algebra on the public curve, where no two roots are close."""
+    random = np.random.default_rng(17)
+    surface = tracer.EvolvedCircles(CURVES[name](tube_controls(random, 4)))
+    curve, cga = surface.curve, stock_algebra("cga3d")
+    start, end = (curve.breaks[0], curve.breaks[-1]) if hasattr(curve, "breaks") else (0.0, 1.0)
+    alphas = np.linspace(start, end, 1501)
+    circles = curve(alphas)
+    origins = random.normal(size=(60, 3)) * 3 + (0, 0, 1)
+    directions = random.normal(size=(60, 3)) * 0.6 + (0, 0, 1) - origins
+    found = surface.intersect(origins, directions)
+    seen = 0
+    for i in range(60):
+        meet = cga.line(origins[i], directions[i]) & circles
+        f = (meet * meet).grade(0).values.ravel()
+        changes = alphas[:-1][(f[:-1] < 0) != (f[1:] < 0)]
+        alpha = np.sort(found.alpha[i, : found.count[i]])
+        if len(alpha) > 1 and np.diff(alpha).min() < 2 * (alphas[1] - alphas[0]):
+            continue
+        assert len(alpha) == len(changes), (i, alpha, changes)
+        assert np.all((alpha >= changes - 1e-12) & (alpha <= changes + alphas[1] - alphas[0] + 1e-12))
+        seen += len(alpha)
+    assert seen > 40
+    single = surface.intersect(origins.astype(np.float32), directions.astype(np.float32))
+    assert np.mean(single.count == found.count) > 0.95
+
+
+def test_both_printed_methods_at_degree_two():
+    (surface,) = random_surfaces(1, 91, 2)
+    random = np.random.default_rng(19)
+    middle = points_on(surface, np.array([0.5]), np.array([0.0]))[0]
+    origins = middle + random.normal(size=(300, 3)) * 3
+    directions = middle + random.normal(size=(300, 3)) * 0.5 - origins
+    isolate = surface.intersect(origins, directions)
+    for method, samples, share in (("sampled", 400, 0.97), ("companion", 64, 0.5)):
+        found = surface.intersect(origins, directions, method=method, samples=samples)
+        assert np.all(found.count <= isolate.count)
+        same = found.count == isolate.count
+        assert same.mean() > share
+        width = min(found.alpha.shape[1], isolate.alpha.shape[1])
+        np.testing.assert_allclose(found.alpha[same][:, :width], isolate.alpha[same][:, :width], atol=1e-3)

@@ -7,12 +7,20 @@ stores the square of its distance, and subtracting two such squares loses every 
 
 from __future__ import annotations
 
-from ..multivector import Multivector, exp, log, select, sqrt
+from ..multivector import Mask, Multivector, absolute, exp, log, select, sqrt
+from ..status import Status
 from ..trace import Result, named, row
 from .conformal import infinity as ni
+from .conformal import line as unit_line
 from .conformal import origin as no
 from .conformal import point
+from .euclidean import attached_part, length
 from .euclidean import euclidean_part as euclidean
+from .motions import translator
+from .outcome import epsilon, is_finite, only_if, outcome, size
+
+#: A ray lies in a plane if its slope is below this many rounding errors: two or three come with its own numbers.
+FLAT = 8
 
 
 def zero(x: Multivector) -> Multivector:
@@ -100,10 +108,15 @@ def sphere_hit(
     return row(pair_parameters(pair, relative, direction), "t"), named("first", first), named("last", last)
 
 
+def along_plane(direction: Multivector, normal: Multivector) -> Mask:
+    """Whether a direction lies in the planes of a normal, to rounding."""
+    return absolute(dot(direction, normal)) <= FLAT * epsilon(direction) * size(direction)
+
+
 def disc_hit(
     origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
 ) -> tuple[Result, Result]:
-    """Parameter of the point of a ray on a disc's plane with Y^2, and the point relative to the centre.
+    """Where a ray is on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the centre.
 
     Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1).
     """
@@ -111,10 +124,37 @@ def disc_hit(
     rim = (dual_sphere(zero(relative), radius * radius) ^ normal).undual()
     meet = line(relative, direction) & rim
     t = -dot(relative, normal) / dot(direction, normal)
-    return row([t, dot(meet, meet)], "t_square"), named("local", relative + t * direction)
+    along = select(along_plane(direction, normal), t.constant(1), t.constant(0))
+    return row([t, dot(meet, meet), along], "t_square_along"), named("local", relative + t * direction)
 
 
-# -- reflection and light ----------------------------------------------------------------------------------
+def rim_hit(
+    origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
+) -> tuple[Result, Result, Result]:
+    """Parameters and points, relative to the centre, of a ray that lies in a disc's plane on its rim; NaN for none.
+
+    There Y vanishes, and the meet is taken in the plane: <L C>_2 dualised in it, two points where its square is
+    positive (4.4.1 says negative). That pair is L v S with the sphere of the rim's own centre and radius, which has
+    no trouble with a line that leaves the plane by rounding. A tangent has one point, the foot of the centre. Both
+    are told to rounding of the numbers that ray and disc are made of.
+    """
+    relative = origin - center
+    middle = -dot(relative, direction) / dot(direction, direction)
+    foot = relative + middle * direction
+    # twice that of `along_plane`: where the slope is below its noise, a point within the disc is below this one
+    noise = 2 * FLAT * epsilon(origin) * (size(origin) + size(center) + radius)
+    inside = along_plane(direction, normal) & (absolute(dot(foot, normal)) <= noise)
+    distance = sqrt(dot(foot, foot))
+    touches = absolute(distance - radius) <= noise
+    pair = line(foot, direction) & dual_sphere(zero(foot), radius * radius).undual()
+    first, last = pair_points(pair)
+    early, late = (middle + t for t in pair_parameters(pair, foot, direction))
+    once, twice = inside & touches, inside & ~touches & (distance < radius)
+    t = [select(once, middle, only_if(twice, early)), only_if(twice, late)]
+    return row(t, "t"), named("first", select(once, foot, first)), named("last", last)
+
+
+# -- reflection ----------------------------------------------------------------------------------------------
 
 
 def reflect_in_plane(ray: Multivector, plane: Multivector) -> Multivector:
@@ -149,6 +189,73 @@ def facing(normal: Multivector, direction: Multivector) -> Multivector:
     return select(along > 0, along.constant(-1), along.constant(1)) * normal
 
 
+# -- lines at a point of a surface ---------------------------------------------------------------------------
+
+
+def line_from(position: Multivector, ray: Multivector) -> tuple[Result, Result]:
+    """Direction of a unit line, and its distance from a position: its moment as seen from there."""
+    moved = (translator(-position) >> ray).grade(3)
+    return named("direction", line_direction(moved)), row([length(attached_part(moved.dual()))], "distance")
+
+
+def plane_contact(position: Multivector, normal: Multivector, offset: Multivector) -> tuple[Result, Result]:
+    """Distance of a position from a plane, and the unit normal there."""
+    return row([absolute(dot(point(position), dual_plane(normal, offset)))], "distance"), named("normal", normal)
+
+
+def sphere_contact(position: Multivector, center: Multivector, radius: Multivector) -> tuple[Result, Result]:
+    """Distance of a position from a sphere, and the unit normal there: that of (X . S) ^ n_inf in (4.8)."""
+    relative = position - center
+    far = length(relative)
+    return row([absolute(far - radius)], "distance"), named("normal", relative / far)
+
+
+def disc_contact(
+    position: Multivector, center: Multivector, normal: Multivector, radius: Multivector
+) -> tuple[Result, Result]:
+    """Distance of a position from a disc, and the disc's normal."""
+    relative = position - center
+    height = dot(relative, normal)
+    across = length(relative - height * normal) - radius
+    beyond = select(across > 0, across, across.constant(0))
+    return row([sqrt(height * height + beyond * beyond)], "distance"), named("normal", normal)
+
+
+def reflected_line(position: Multivector, direction: Multivector, normal: Multivector) -> tuple[Multivector, Result]:
+    """The unit line Phi L Phi through a position, for the plane Phi there (4.8)."""
+    line, _ = unit_line(position, reflected_direction(direction, normal))
+    return line, outcome(normal, (~is_finite(normal), Status.SINGULAR))
+
+
+def normal_line(
+    position: Multivector, direction: Multivector, normal: Multivector, least: Multivector
+) -> tuple[Multivector, Result]:
+    """N ~ L' - L: the unit line along the normal, on the side that L comes from.
+
+    The difference vanishes where L grazes the surface; the normal does not, but its side is lost there. NOT_UNIQUE,
+    where the cosine of their angle is below ``least``.
+    """
+    cosine = absolute(dot(normal, direction))
+    line, _ = unit_line(position, facing(normal, direction))
+    return line, outcome(cosine, (~is_finite(normal), Status.SINGULAR), (cosine <= least, Status.NOT_UNIQUE))
+
+
+def tangent_line(
+    position: Multivector, direction: Multivector, normal: Multivector, least: Multivector
+) -> tuple[Multivector, Result]:
+    """L_T ~ L' + L: the unit line along L's own part in the tangent plane, (m ^ n) n.
+
+    SINGULAR: L comes along the normal, and the sine of their angle is below ``least``.
+    """
+    along = ((direction ^ normal) * normal).grade(1)
+    sine = length(along)
+    line, _ = unit_line(position, only_if(sine > least, sine) / sine * along)
+    return line, outcome(sine, (~(sine > least), Status.SINGULAR))
+
+
+# -- light and camera ----------------------------------------------------------------------------------------
+
+
 def light_terms(
     position: Multivector, normal: Multivector, direction: Multivector, light: Multivector, shininess: Multivector
 ) -> tuple[Result, Result]:
@@ -164,9 +271,6 @@ def light_terms(
     nothing = lambert.constant(0)
     highlight = select((lambert > 0) & (blinn > 0), exp(shininess * log(blinn)), nothing)
     return named("towards", towards), row([select(lambert > 0, lambert, nothing), highlight], "factors")
-
-
-# -- camera ------------------------------------------------------------------------------------------------
 
 
 def camera_direction(motor: Multivector, lens: tuple[Multivector, ...], pixel: tuple[Multivector, ...]) -> Multivector:

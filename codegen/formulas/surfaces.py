@@ -1,204 +1,331 @@
-"""Surfaces evolved linearly between two circles: constants, conditions for a ray to meet them, normals.
+"""Surfaces evolved along curves of circles, of any degree n: constants, conditions for a ray to meet them, normals.
 
-C' = a C1 + b C2 with b = 1 - a, C1 C2 + C2 C1 = m0 + M4, kappa = M4^2, D_i = M4 C_i. The square of C' is
-S0 + S4 with S0 = a^2 + b^2 + a b m0 and S4 = a b M4, its norm s = sqrt(S0^2 - kappa a^2 b^2). The circle
-itself is, up to a positive weight, (t - S4) C' with t = S0 + s. Every function of (a, b) is homogeneous.
+C' = sum c_k a^(n-k) b^k with b = t, a = 1 - t: controls with the binomial inside. -C' ~C' = S0 + w Q, with w = a b
+where both ends are circles (blades), else w = 1. K = Q^2, s = sqrt(S0^2 - w^2 K), m = S0 + s; the circle itself is, up
+to a positive weight, (m - w Q) C'. Polynomials are rows of coefficients of a^(d-k) b^k, first k = 0. The degree n and
+w are known from their lengths; nothing else depends on n.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from math import comb
 
-from ..homogeneous import coefficients, parameters, polynomial
-from ..multivector import Multivector, absolute, select, sqrt
-from ..trace import Result, named, row
+from ..homogeneous import HomogeneousRing, coefficients, parameters, polynomial, rate, value
+from ..multivector import Multivector, absolute, from_values, select, sqrt
+from ..trace import Result, row
 from .conformal import infinity as ni
-from .conformal import origin as no
 from .conformal import point
 from .euclidean import euclidean_part as euclidean
-from .rays import circle, dot, dual_sphere, line, pair_parameters, unit, zero
+from .rays import dot, dual_sphere, line, pair_parameters, zero
 
 Scalars = Sequence[Multivector]
+#: Coefficients of a trivector, and of the meet of a ray with one in the ray's own frame.
+TRIVECTOR, MEET = 10, 3
+#: Coefficients of Q.
+QUAD = 5
+#: Square of what u is at most for |C'| = 1 and a unit line through the origin; (1 + x^2)^2 as much at the distance x.
+LINE = 16
+
+
+def trivectors(numbers: Scalars) -> list[Multivector]:
+    """Trivectors from a row of their coefficients."""
+    algebra, ring = numbers[0].algebra, numbers[0].ring
+    blades = algebra.kind("circle").blades
+    rows = [numbers[i : i + TRIVECTOR] for i in range(0, len(numbers), TRIVECTOR)]
+    return [from_values(algebra, ring, blades, [c.scalar() for c in values]) for values in rows]
+
+
+def _flat(values: Sequence[Multivector], name: str) -> Result:
+    """Trivectors as one row of numbers."""
+    blades = values[0].algebra.kind("circle").blades
+    return row([c.new({0: c.terms[b]} if b in c.terms else {}) for c in values for b in blades], name)
 
 
 # -- constants of one surface --------------------------------------------------------------------------
 
 
-def evolved_constants(
-    center1: Multivector, normal1: Multivector, radius1: Multivector,
-    center2: Multivector, normal2: Multivector, radius2: Multivector,
-) -> tuple[Result, ...]:  # fmt: skip
-    """C1, C2, D1 = M4 C1, D2 = M4 C2, and (m0, kappa), from two circles near the origin."""
-    c1, c2 = circle(center1, normal1, radius1), circle(center2, normal2, radius2)
-    m = c1 * c2 + c2 * c1
-    m4 = m.grade(4)
-    d1, d2 = (m4 * c1).grade(3), (m4 * c2).grade(3)
-    scalars = row([m.grade(0), dot(m4, m4)], "scalars")
-    return named("c1", c1), named("c2", c2), named("d1", d1), named("d2", d2), scalars
+def square_term(
+    norm: Multivector, quad: Scalars, first: Multivector, last: Multivector, weight: Multivector
+) -> tuple[Result, Result]:
+    """Coefficients of S0 and w Q with the product of two controls added: -weight (C ~D + D ~C)/2."""
+    square = -(weight / 2) * (first * ~last + last * ~first)
+    q = _quad(quad) + square.grade(4)
+    return row([norm + square.grade(0)], "norm_sum"), row(_quad_numbers(q), "quad_sum")
+
+
+def kappa_term(kappa: Multivector, first: Scalars, last: Scalars, weight: Multivector) -> Result:
+    """A coefficient of K with the product of two of Q's added."""
+    return row([kappa + weight * dot(_quad(first), _quad(last))], "kappa_sum")
+
+
+def product_term(product: Scalars, quad: Scalars, control: Multivector) -> Result:
+    """A coefficient of Q C' with the product of one of Q's and a control added."""
+    return _flat([trivectors(product)[0] + (_quad(quad) * control).grade(3)], "product_sum")
+
+
+def _quad_blades(like: Multivector) -> list[int]:
+    full = like.algebra.pseudoscalar
+    return [full ^ b for b in like.algebra.kind("vector").blades]
+
+
+def _quad(numbers: Scalars) -> Multivector:
+    """A 4-vector from its coefficients."""
+    like = numbers[0]
+    return from_values(like.algebra, like.ring, _quad_blades(like), [c.scalar() for c in numbers])
+
+
+def _quad_numbers(q: Multivector) -> list[Multivector]:
+    return [q.new({0: q.terms[b]} if b in q.terms else {}) for b in _quad_blades(q)]
+
+
+def evolved_sizes(norm: Scalars, kappa: Scalars, quad: Scalars, controls: Scalars, products: Scalars) -> Result:
+    """Size of Q relative to the products that it is made of, and the most that the terms of p can add up to.
+
+    The first is rounding where all circles lie on one sphere. The second is for unit lines through the origin.
+    """
+    c, qc = trivectors(controls), trivectors(products)
+    q = [coefficient_product(x, x) for x in (_quad(quad[i : i + QUAD]) for i in range(0, len(quad), QUAD))]
+    squares = [coefficient_product(x, x) for x in c]
+    inner = squares[1:-1] if _ended(norm, kappa) else squares
+    nothing = zero(norm[0])
+    whole = nothing.sum(squares)
+    pairs = (whole * whole - nothing.sum(x * x for x in squares)) / 2 + nothing.sum(x * x for x in inner)
+    s0, k = (_largest([absolute(x) for x in part]) for part in (norm, kappa))
+    b, e = (sqrt(_largest([coefficient_product(x, x) for x in part], square=True)) for part in (c, qc))
+    w = nothing + (Fraction(1, 4) if _ended(norm, kappa) else 1)
+    return row([sqrt(nothing.sum(q) / pairs), LINE * _both(1, b * b, b * e, e * e, s0, k, w)], "sizes")
+
+
+def _largest(scaled: Scalars, square: bool = False) -> Multivector:
+    """Largest of some numbers over the binomial coefficients of their place, or over their squares."""
+    most = zero(scaled[0])
+    for i, c in enumerate(scaled):
+        part = c / comb(len(scaled) - 1, i) ** (2 if square else 1)
+        most = select(part > most, part, most) if i else part
+    return most
 
 
 # -- constants of one ray and one surface --------------------------------------------------------------
 
 
+def evolved_approach(origin: Multivector, direction: Multivector, center: Multivector, radius: Multivector) -> Result:
+    """Parameter of the point of a ray nearest to a centre, and half the chord in its sphere; NaN for a miss."""
+    relative = origin - center
+    pair = line(relative, direction) & dual_sphere(zero(relative), radius * radius).undual()
+    first, last = pair_parameters(pair, relative, direction)
+    return row([(first + last) / 2, (last - first) / 2], "middle_half")
+
+
 def evolved_ray(
-    origin: Multivector, direction: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
-) -> Result:  # fmt: skip
-    """u = B.B, x = B.E, e = E.E for B = L v C', E = L v (M4 C'): three coefficients of b^2, a b, a^2 each."""
-    ray = line(origin, direction)
-    b1, b2, e1, e2 = (ray & trivector for trivector in (c1, c2, d1, d2))
-    u = [dot(b2, b2), 2 * dot(b1, b2), dot(b1, b1)]
-    x = [dot(b2, e2), dot(b1, e2) + dot(b2, e1), dot(b1, e1)]
-    e = [dot(e2, e2), 2 * dot(e1, e2), dot(e1, e1)]
-    return row([*u, *x, *e], "scalars")
+    origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars
+) -> tuple[Result, Result]:
+    """u = B.B, x = B.E, e = E.E for B = L v C', E = L v (Q C') of the unit line L, and the meets B, E themselves.
+
+    A meet of L = X ^ D ^ n_inf is Y = w X + v D + h n_inf, three numbers: w, v, h.
+    """
+    x, n = point(origin), ni(origin)
+    along = direction + dot(origin, direction) * n
+    square = dot(direction, direction)
+    frame = (direction ^ n) / square, n ^ x, x ^ along
+    meets = [[_wedge(part, c) for part in frame] for c in (*trivectors(controls), *trivectors(products))]
+    size, ring = len(controls) // TRIVECTOR, HomogeneousRing(origin.ring)
+    (bw, bv, bh), (ew, ev, eh) = (
+        [polynomial([y[i] for y in part], ring) for i in range(MEET)] for part in (meets[:size], meets[size:])
+    )
+    u, e = bv * bv - 2 * (bw * bh), ev * ev - 2 * (ew * eh)
+    x_ = bv * ev - (bw * eh + ew * bh)
+    lowest, highest = 2 * (size - 1), 2 * (len(meets) - size - 1)
+    degrees = (u, lowest), (x_, (lowest + highest) // 2), (e, highest)
+    scalars = [c for part, degree in degrees for c in coefficients(part, degree, origin.ring)]
+    return row(scalars, "scalars"), row([c for y in meets for c in y], "meets")
+
+
+def _wedge(part: Multivector, trivector: Multivector) -> Multivector:
+    """(L . V) ^ C as a number: the inner product of V and the meet L v C, for V in the line L."""
+    return (part ^ trivector).dual()
 
 
 # -- polynomials ---------------------------------------------------------------------------------------
 
 
-def evolved_octic(ray: Scalars, surface: Scalars) -> Result:
-    """Coefficients of b^8 .. a^8 of p8 = 4 (S0 u - a b x)(S0 e - kappa a b x) + a^2 b^2 (kappa u - e)^2.
+def evolved_polynomial(ray: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+    """Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches.
 
-    The printed polynomial of degree 12 without its spurious factor kappa a^2 b^2, and without a division.
+    Of degree 12 n - 4. The printed polynomial without its spurious factor w^2 Q^2, and without a division.
     """
-    u, x, e, s0, ab = _polynomials(ray, surface)
-    p8 = _octic(u, x, e, s0, ab, polynomial([surface[1]], s0.ring), minus=-1)
-    return row(coefficients(p8, 8, ray[0].ring), "octic")
+    u, x, e, s0, k, w = _polynomials(ray, norm, kappa)
+    degree = _degree(norm, kappa)
+    scaled = coefficients(_both(-1, u, x, e, s0, k, w), degree, ray[0].ring)
+    return row([c / comb(degree, i) for i, c in enumerate(scaled)], "bernstein")
 
 
-def evolved_octic_bound(ray: Scalars, surface: Scalars, a: Multivector, b: Multivector) -> Result:
-    """Sum of the absolute values of p8's terms at (a, b): the scale of its rounding errors. It rises in both."""
-    u, x, e, ab = _values([absolute(c) for c in ray], a, b)
-    m0, kappa = (absolute(c) for c in surface)
-    return row([_octic(u, x, e, a * a + b * b + ab * m0, ab, kappa, minus=1)], "bound")
+def evolved_polynomial_bound(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both."""
+    ray, norm, kappa = ([absolute(c) for c in part] for part in (ray, norm, kappa))
+    return row([_both(1, *_values(ray, norm, kappa, a, b))], "bound")
 
 
-def _octic(
-    u: Multivector, x: Multivector, e: Multivector, s0: Multivector, ab: Multivector, kappa: Multivector, minus: int
+def _degree(norm: Scalars, kappa: Scalars) -> int:
+    """Degree of p: that of S0^2 u e."""
+    return 4 * (len(norm) - 1) + len(kappa) - 1
+
+
+def _both(
+    minus: int, u: Multivector, x: Multivector, e: Multivector, s0: Multivector, k: Multivector, w: Multivector
 ) -> Multivector:
-    """p8, or with ``minus = 1`` the same with all terms added."""
-    difference = kappa * u + minus * e
-    product = (s0 * u + minus * (ab * x)) * (s0 * e + minus * (kappa * (ab * x)))
-    return 4 * product + ab * ab * (difference * difference)
+    """p for ``minus = -1``, or with 1 the same with all terms added."""
+    difference = k * u + minus * e
+    product = (s0 * u + minus * (w * x)) * (s0 * e + minus * (k * (w * x)))
+    return 4 * product + w * w * (difference * difference)
 
 
-def evolved_dodecic(ray: Scalars, surface: Scalars) -> Result:
-    """Coefficients of 1, a, .. a^12 of the printed polynomial, (4.16) with its two sides subtracted.
+def evolved_printed(ray: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+    """Coefficients of 1, t, t^2, .. of the printed polynomial of degree 12 n, (4.16) with its sides subtracted.
 
-    With P = S0 B - S4-part, Q = B: (P^2 + s^2 Q^2)^2 - s^2 (P Q + Q P)^2.
+    With P = S0 B - w E and Q = B: (P^2 + s^2 Q^2)^2 - s^2 (P Q + Q P)^2.
     """
-    u, x, e, s0, ab = _polynomials(ray, surface)
-    kappa = polynomial([surface[1]], s0.ring)
-    norm = s0 * s0 - kappa * (ab * ab)
-    p_square = s0 * s0 * u - 2 * (s0 * ab) * x + ab * ab * e
-    p_q = s0 * u - ab * x
-    even = p_square + norm * u
-    printed = even * even - 4 * (norm * (p_q * p_q))
-    return row(_powers(coefficients(printed, 12, ray[0].ring)), "dodecic")
+    u, x, e, s0, k, w = _polynomials(ray, norm, kappa)
+    square = s0 * s0 - k * (w * w)
+    p_square = s0 * s0 * u - 2 * (s0 * w) * x + w * w * e
+    p_q = s0 * u - w * x
+    even = p_square + square * u
+    printed = even * even - 4 * (square * (p_q * p_q))
+    return row(_powers(coefficients(printed, 6 * (len(norm) - 1), ray[0].ring)), "powers")
 
 
-def _polynomials(ray: Scalars, surface: Scalars) -> tuple[Multivector, ...]:
-    """u, x, e, S0 and a b as polynomials in (a, b)."""
-    base = ray[0].ring
-    a, b = parameters(ray[0].algebra, base)
-    u, x, e = (polynomial(ray[i : i + 3], a.ring) for i in (0, 3, 6))
-    s0 = polynomial([ray[0].constant(1), surface[0], ray[0].constant(1)], a.ring)
-    return u, x, e, s0, a * b
-
-
-def _powers(bernstein: Scalars) -> list[Multivector]:
-    """Coefficients of 1, a, a^2, ... of sum h_k a^k (1 - a)^(n - k)."""
-    n = len(bernstein) - 1
+def _powers(scaled: Scalars) -> list[Multivector]:
+    """Coefficients of 1, t, t^2, ... of sum h_k (1 - t)^(n-k) t^k."""
+    n = len(scaled) - 1
     powers = []
     for j in range(n + 1):
-        total = zero(bernstein[0])
+        total = zero(scaled[0])
         for k in range(j + 1):
-            total = total + (-1) ** (j - k) * comb(n - k, j - k) * bernstein[k]
+            total = total + (-1) ** (j - k) * comb(n - k, j - k) * scaled[k]
         powers.append(total)
     return powers
+
+
+def _parts(ray: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Scalars, ...]:
+    """Coefficients of u, x and e."""
+    u, x = len(norm), len(norm) + len(kappa) // 2
+    return ray[:u], ray[u : u + x], ray[u + x :]
+
+
+def _polynomials(ray: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Multivector, ...]:
+    """u, x, e, S0, K and w as polynomials."""
+    a, b = parameters(ray[0].algebra, ray[0].ring)
+    rows = (*_parts(ray, norm, kappa), norm, kappa)
+    return (*(polynomial(part, a.ring) for part in rows), _weight(norm, kappa, a, b))
+
+
+def _values(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, ...]:
+    """u, x, e, S0, K and w at (a, b)."""
+    rows = (*_parts(ray, norm, kappa), norm, kappa)
+    return (*(value(part, a, b) for part in rows), _weight(norm, kappa, a, b))
+
+
+def _weight(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Multivector:
+    """w: a b where the ends are circles."""
+    return a * b if _ended(norm, kappa) else a.constant(1)
+
+
+def _weight_rate(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Multivector:
+    return a - b if _ended(norm, kappa) else zero(a)
+
+
+def _ended(norm: Scalars, kappa: Scalars) -> bool:
+    """Whether the curve begins and ends with circles."""
+    return len(kappa) < 2 * len(norm) - 1
 
 
 # -- the condition that is not squared -----------------------------------------------------------------
 
 
-def evolved_condition(ray: Scalars, surface: Scalars, a: Multivector, b: Multivector) -> Result:
-    """2 s^2 t f for f = (L v C)^2: t (t u - 2 a b x) + a^2 b^2 e."""
-    u, x, e, ab = _values(ray, a, b)
-    t, _, _ = evolved_norm(surface, a, b)
-    return row([_condition(u, x, e, ab, t)], "f")
+def evolved_condition(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """2 s^2 m f for f = (L v C)^2: m (m u - 2 w x) + w^2 e."""
+    return row([_condition(*_values(ray, norm, kappa, a, b))[0]], "f")
 
 
-def evolved_meet_square(ray: Scalars, surface: Scalars, a: Multivector, b: Multivector) -> Result:
+def evolved_condition_rate(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """The condition and its derivative by t."""
+    u, x, e, s0, k, w = _values(ray, norm, kappa, a, b)
+    du, dx, de, ds0, dk = (_rate(part, a, b) for part in (*_parts(ray, norm, kappa), norm, kappa))
+    m, s = _branch(s0, k, w)
+    dw = _weight_rate(norm, kappa, a, b)
+    dm = (m * ds0 - (dk * (w * w) / 2 + k * (w * dw))) / s
+    half = m * u - w * x
+    first = 2 * (dm * half + w * dw * e - m * dw * x)
+    return row([m * (half - w * x) + w * w * e, first + m * (m * du - 2 * w * dx) + w * w * de], "f_rate")
+
+
+def evolved_condition_bound(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """Sum of the absolute values of its terms: what its rounding error is relative to."""
+    u, x, e = ([absolute(c) for c in part] for part in _parts(ray, norm, kappa))
+    return row([_condition(*_values([*u, *(-c for c in x), *e], norm, kappa, a, b))[0]], "bound")
+
+
+def evolved_meet_square(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """f = (L v C)^2 itself, for the unit circle C."""
-    u, x, e, ab = _values(ray, a, b)
-    t, s, _ = evolved_norm(surface, a, b)
-    return row([_condition(u, x, e, ab, t) / (2 * s * s * t)], "f")
+    f, m, s = _condition(*_values(ray, norm, kappa, a, b))
+    return row([f / (2 * s * s * m)], "f")
 
 
-def _values(ray: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, ...]:
-    aa, ab, bb = a * a, a * b, b * b
-    u, x, e = (ray[i] * bb + ray[i + 1] * ab + ray[i + 2] * aa for i in (0, 3, 6))
-    return u, x, e, ab
+def _condition(
+    u: Multivector, x: Multivector, e: Multivector, s0: Multivector, k: Multivector, w: Multivector
+) -> tuple[Multivector, ...]:
+    """The condition, m and s."""
+    m, s = _branch(s0, k, w)
+    return m * (m * u - 2 * (w * x)) + w * w * e, m, s
 
 
-def _condition(u: Multivector, x: Multivector, e: Multivector, ab: Multivector, t: Multivector) -> Multivector:
-    return t * (t * u - 2 * (ab * x)) + ab * ab * e
-
-
-def evolved_norm(surface: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, Multivector, Multivector]:
-    """t, s and S0. For S0 < 0 the sum t = S0 + s cancels: there t = -kappa a^2 b^2/(s - S0)."""
-    m0, kappa = surface
-    ab = a * b
-    s0 = a * a + b * b + ab * m0
-    quad = kappa * (ab * ab)
+def _branch(s0: Multivector, k: Multivector, w: Multivector) -> tuple[Multivector, Multivector]:
+    """m = S0 + s and s. For S0 < 0 the sum cancels: there m = -K w^2/(s - S0)."""
+    quad = k * (w * w)
     square = s0 * s0 - quad
     s = sqrt(select(square > 0, square, square.constant(0)))  # rounding may leave less than nothing
-    return select(s0 >= 0, s0 + s, -quad / (s - s0)), s, s0
+    return select(s0 >= 0, s0 + s, -quad / (s - s0)), s
 
 
-# -- the point and the normal --------------------------------------------------------------------------
+def common_sphere_condition(u: Scalars, a: Multivector, b: Multivector) -> Result:
+    """f of circles that lie on one sphere, Q = 0, up to a positive factor: u; and the sum of its absolute terms."""
+    return row([value(u, a, b), value([absolute(c) for c in u], a, b)], "f_bound")
+
+
+def common_sphere_polynomial(u: Scalars) -> Result:
+    """Bernstein coefficients of u."""
+    return row([c / comb(len(u) - 1, i) for i, c in enumerate(u)], "bernstein")
+
+
+# -- the circle of a parameter -------------------------------------------------------------------------
 
 
 def evolved_circle(
-    surface: Scalars, a: Multivector, b: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
+    norm: Scalars, kappa: Scalars, controls: Sequence[Multivector], products: Sequence[Multivector],
+    a: Multivector, b: Multivector,
 ) -> Multivector:  # fmt: skip
-    """The circle of parameter a, up to a positive weight: (t - S4) C'."""
-    t, _, _ = evolved_norm(surface, a, b)
-    return t * (a * c1 + b * c2) - a * b * (a * d1 + b * d2)
+    """The circle at (a, b), up to a positive weight: (m - w Q) C'."""
+    w = _weight(norm, kappa, a, b)
+    m, _ = _branch(value(norm, a, b), value(kappa, a, b), w)
+    return m * value(controls, a, b) - w * value(products, a, b)
 
 
 def evolved_circle_rate(
-    surface: Scalars, a: Multivector, b: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
+    norm: Scalars, kappa: Scalars, controls: Sequence[Multivector], products: Sequence[Multivector],
+    a: Multivector, b: Multivector,
 ) -> Multivector:  # fmt: skip
-    """Derivative of `evolved_circle` by a: dt = (t dS0 - kappa a b (b - a))/s divides by s only."""
-    m0, kappa = surface
-    t, s, _ = evolved_norm(surface, a, b)
-    ab, turn = a * b, b - a
-    dt = (t * (turn * (m0 - 2)) - kappa * (ab * turn)) / s
-    plain = dt * (a * c1 + b * c2) + t * (c1 - c2)
-    return plain - turn * (a * d1 + b * d2) - ab * (d1 - d2)
+    """Derivative of `evolved_circle` by t: dm = (m dS0 - d(K w^2)/2)/s divides by s only."""
+    s0, k, w = value(norm, a, b), value(kappa, a, b), _weight(norm, kappa, a, b)
+    m, s = _branch(s0, k, w)
+    dw = _weight_rate(norm, kappa, a, b)
+    ds0, dk, dc, dqc = (_rate(part, a, b) for part in (norm, kappa, controls, products))
+    dm = (m * ds0 - (dk * (w * w) / 2 + k * (w * dw))) / s
+    return dm * value(controls, a, b) + m * dc - dw * value(products, a, b) - w * dqc
 
 
-def evolved_point(
-    origin: Multivector, direction: Multivector, surface: Scalars, a: Multivector, b: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
-) -> tuple[Result, Result]:  # fmt: skip
-    """Where a ray meets the plane of a root's circle: (t, squared cosine to the circle's axis), position.
-
-    At a root the meet Y = L v C is null and the hit point itself. Its n0 part is the cosine times weights.
-    """
-    round_ = evolved_circle(surface, a, b, c1, c2, d1, d2)
-    meet = line(origin, direction) & round_
-    weight = -dot(meet, ni(meet))
-    position = euclidean(meet) / weight
-    carrier = round_ ^ ni(round_)
-    square = dot(direction, direction)
-    t = dot(position - origin, direction) / square
-    cosine = weight * weight / (-dot(carrier, carrier) * square)
-    return row([t, cosine], "t_cosine"), named("position", position)
+def _rate(coefficients: Sequence[Multivector], a: Multivector, b: Multivector) -> Multivector:
+    return value(rate(coefficients), a, b) if len(coefficients) > 1 else zero(coefficients[0])
 
 
 def circle_center(round_: Multivector) -> Multivector:
@@ -213,63 +340,10 @@ def circle_square(round_: Multivector) -> Multivector:
     return -dot(round_, round_) / dot(carrier, carrier)
 
 
-def evolved_sphere(
-    origin: Multivector, direction: Multivector, surface: Scalars, a: Multivector, b: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
-) -> Result:  # fmt: skip
-    """Both parameters t of the ray on the sphere that has the circle as equator.
-
-    For a ray in the circle's plane, where Y vanishes, these are its points on the circle.
-    """
-    round_ = evolved_circle(surface, a, b, c1, c2, d1, d2)
-    relative = origin - circle_center(round_)
-    pair = line(relative, direction) & dual_sphere(zero(relative), circle_square(round_)).undual()
-    return row(pair_parameters(pair, relative, direction), "t")
-
-
-def evolved_polish(
-    origin: Multivector, direction: Multivector, t: Multivector, surface: Scalars, a: Multivector, b: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
-) -> Result:  # fmt: skip
-    """Gauss-Newton step (dt, da) towards X ^ C = 0 for X = F(origin + t direction).
-
-    Well conditioned where the ray crosses the surface, also where it lies in the plane of the circle.
-    """
-    arguments = surface, a, b, c1, c2, d1, d2
-    round_, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
-    position = origin + t * direction
-    velocity = direction + dot(position, direction) * ni(position)
-    here = point(position)
-    residual, by_t, by_a = here ^ round_, velocity ^ round_, here ^ rate
-    tt, ta, aa = _sum(by_t, by_t), _sum(by_t, by_a), _sum(by_a, by_a)
-    rt, ra = _sum(residual, by_t), _sum(residual, by_a)
-    scale = tt * aa - ta * ta
-    return row([(ta * ra - aa * rt) / scale, (ta * rt - tt * ra) / scale], "step")
-
-
-def _sum(x: Multivector, y: Multivector) -> Multivector:
+def coefficient_product(x: Multivector, y: Multivector) -> Multivector:
     """Sum of products of coefficients: a plain, positive measure of residuals."""
     total = zero(x)
-    for name, value in x.terms.items():
+    for name, coefficient in x.terms.items():
         if name in y.terms:
-            total = total + x.new({0: value}) * y.new({0: y.terms[name]})
+            total = total + x.new({0: coefficient}) * y.new({0: y.terms[name]})
     return total
-
-
-def evolved_normal(
-    position: Multivector, surface: Scalars, a: Multivector, b: Multivector,
-    c1: Multivector, c2: Multivector, d1: Multivector, d2: Multivector,
-) -> Multivector:  # fmt: skip
-    """Unit normal at a position on the surface (4.17 to 4.25).
-
-    Two tangent lines: L_C along the circle, and L_T along dX = X . Omega, Omega = C dC. The weight of C
-    and its rate do not matter: they add a scalar to C dC.
-    """
-    arguments = surface, a, b, c1, c2, d1, d2
-    round_, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
-    x = point(position)
-    along = (x | round_) ^ ni(x)
-    velocity = x | (round_ * rate).grade(2)
-    across = velocity ^ x ^ ni(x)
-    normal = (across * along).grade(2) * x.pseudoscalar()
-    return unit(euclidean(-(normal | (no(x) ^ ni(x)))))

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..errors import SceneError, suggest
-from ..formulas import rays
-from ..targets.extension import SCALAR
+from ..formulas import boxes, rays
+from ..targets.extension import PORTABLE, SCALAR
 from . import Declared, Program, program
 from .surface_kinds import METHODS, in_order, stock_kinds, surface_kind
 
@@ -23,6 +23,11 @@ _PICTURE = (
     Declared(rays.light_terms, ("position", "unit", "unit", "position", "number")),
 )
 _REFLECTION = (Declared(rays.reflected_direction, ("position", "unit")),)
+#: Programs that look at the boxes of rows.
+_BOXES = (
+    Declared(boxes.box_ray, ("position", "position", "number")),
+    Declared(boxes.box_span, ("position",) * 5 + ("numbers2",)),
+)
 _HEADERS = (
     "platform.h",
     "instance.h",
@@ -31,12 +36,18 @@ _HEADERS = (
     "scene_common.h",
     "scene_ray.h",
     "scene_search.h",
+    "scene_gather.h",
     "scene_rays.h",
     "scene_end.h",
 )
 
 
-FLAGS = ("pictures", "reflection", "checker", "single")
+FLAGS = ("pictures", "layers", "reflection", "checker", "single", "tree")
+#: Kinds of which several rays are met at once, in scenes that have no others.
+WIDE_KINDS = frozenset(("plane", "sphere"))
+#: Rows of surfaces from which on a tree over their boxes costs less than asking each; where several rays are met at
+#: once, asking costs a fifth.
+TREE_PAYS, TREE_PAYS_WIDE = 12, 48
 
 
 @dataclass(frozen=True)
@@ -49,8 +60,9 @@ class SceneNeeds:
         Kinds of surface, in their order.
     methods : tuple of str
         Of `METHODS`; empty where no surface has a choice.
-    pictures, reflection, checker, single : bool
-        Camera and light; mirrors; checkered surfaces; float32 besides float64.
+    pictures, reflection, checker, single, layers, tree : bool
+        Camera and light; mirrors; checkered surfaces; float32 besides float64; normals, depth and more of pictures;
+        a tree over the boxes of many surfaces.
     """
 
     kinds: tuple[str, ...]
@@ -59,6 +71,13 @@ class SceneNeeds:
     reflection: bool = False
     checker: bool = False
     single: bool = False
+    layers: bool = False
+    tree: bool = False
+
+    @property
+    def wide(self) -> bool:
+        """Whether the program meets several rays at once, of first hits."""
+        return bool(self.kinds) and set(self.kinds) <= WIDE_KINDS and not self.tree
 
     def covers(self, other: SceneNeeds) -> bool:
         """Whether a program for these needs serves the other's too."""
@@ -70,7 +89,7 @@ class SceneNeeds:
 
 
 #: What the wheel carries for machines without a compiler.
-EVERYTHING = SceneNeeds(stock_kinds(), tuple(METHODS), True, True, True, True)
+EVERYTHING = SceneNeeds(stock_kinds(), tuple(METHODS), True, True, True, True, True, True)
 
 
 def needs(
@@ -81,8 +100,10 @@ def needs(
     reflection: bool = False,
     checker: bool = False,
     single: bool = False,
+    layers: bool = False,
+    rows: int = 0,
 ) -> SceneNeeds:
-    """Needs in their one spelling: sorted, without methods that no surface uses.
+    """Needs in their one spelling: sorted, without methods that no surface uses; ``rows`` of surfaces in all.
 
     Raises
     ------
@@ -94,7 +115,10 @@ def needs(
     used = in_order(set(kinds))
     choice = any(surface_kind(k).methods for k in used)
     chosen = tuple(m for m in METHODS if m in methods) if choice else ()
-    return SceneNeeds(used, chosen, pictures, pictures and reflection, pictures and checker, single)
+    tree = rows >= (TREE_PAYS_WIDE if set(used) <= WIDE_KINDS else TREE_PAYS)
+    return SceneNeeds(
+        used, chosen, pictures, pictures and reflection, pictures and checker, single, pictures and layers, tree
+    )
 
 
 def scene_program(wanted: SceneNeeds) -> Program:
@@ -105,13 +129,17 @@ def scene_program(wanted: SceneNeeds) -> Program:
         declared += _PICTURE
     if wanted.reflection:
         declared += _REFLECTION
+    boxed = wanted.tree or any("bound" in dict(kind.layout) for kind in kinds)
+    if boxed:
+        declared += _BOXES
     for kind in kinds:
         declared += kind.kernels
         for method, kernels in kind.methods:
             if method in wanted.methods:
                 declared += kernels
     features = {
-        "PICTURES": wanted.pictures, "REFLECTION": wanted.reflection, "CHECKER": wanted.checker,
+        "PICTURES": wanted.pictures, "LAYERS": wanted.layers, "REFLECTION": wanted.reflection,
+        "CHECKER": wanted.checker, "TREE": wanted.tree, "BOXES": boxed,
         **{method.upper(): method in wanted.methods for method in METHODS},
     }  # fmt: skip
     fragments = list(dict.fromkeys(kind.fragment for kind in kinds))
@@ -119,12 +147,17 @@ def scene_program(wanted: SceneNeeds) -> Program:
     values = {
         "title": _title(wanted),
         "kinds": kinds,
+        "roots": max((kind.roots for kind in kinds), default=1),
         "features": [(name, int(value)) for name, value in features.items()],
         "instances": SCALAR if wanted.single else SCALAR[:1],
         "elementary": wanted.pictures,
+        "wide": [i for i in PORTABLE if wanted.single or i.bits == 64] if wanted.wide else [],
     }
     pictures = ["elementary.h", "scene_shade.h", "scene_picture.h"] if wanted.pictures else []
-    headers = [*_HEADERS, *pictures, *fragments, *dict.fromkeys(extra)]
+    tree = ["scene_tree.h", "scene_build.h"] if wanted.tree else []
+    if wanted.wide:
+        tree += ["rows.h", "scene_wide.h"]
+    headers = [*_HEADERS, *tree, *pictures, *fragments, *dict.fromkeys(extra)]
     return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values)
 
 

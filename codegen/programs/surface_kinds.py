@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from functools import cache
 
 from ..errors import SceneError, suggest
-from ..formulas import rays, surfaces
+from ..formulas import facets, rays, ribbons, surface_points, surfaces
 from . import Declared
 
 #: How roots of a ray and an evolved surface are found; the number is the driver's.
 METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
-_CIRCLES = ("trivector",) * 4
 _RAY = ("position", "position")
-_PARAMETER = ("numbers2", "number", "number")
 
 
 @dataclass(frozen=True)
@@ -69,52 +67,165 @@ class SurfaceKind:
 
 
 SPHERE_HIT = Declared(rays.sphere_hit, (*_RAY, "position", "number"))
-_MEET_SQUARE = Declared(surfaces.evolved_meet_square, ("numbers9", *_PARAMETER))
-_EVOLVED = (
-    SPHERE_HIT,
-    Declared(surfaces.evolved_constants, ("position", "unit", "number") * 2),
-    Declared(surfaces.evolved_ray, (*_RAY, *_CIRCLES)),
-    Declared(surfaces.evolved_point, (*_RAY, *_PARAMETER, *_CIRCLES)),
-    Declared(surfaces.evolved_sphere, (*_RAY, *_PARAMETER, *_CIRCLES)),
-    Declared(surfaces.evolved_polish, (*_RAY, "number", *_PARAMETER, *_CIRCLES)),
-    Declared(surfaces.evolved_normal, ("position", *_PARAMETER, *_CIRCLES)),
-    Declared(surfaces.evolved_condition, ("numbers9", *_PARAMETER)),
+_CORNERS = ("position",) * 3
+_FACET = (
+    Declared(facets.facet_sides, (*_RAY, *_CORNERS)),
+    Declared(facets.facet_hit, (*_RAY, *_CORNERS, "numbers3")),
+    Declared(facets.facet_normal, _CORNERS),
 )
-_EVOLVED_METHODS = (
-    (
-        "isolate",
-        (
-            Declared(surfaces.evolved_octic, ("numbers9", "numbers2")),
-            Declared(surfaces.evolved_octic_bound, ("numbers9", *_PARAMETER)),
-        ),
-    ),
-    ("companion", (Declared(surfaces.evolved_dodecic, ("numbers9", "numbers2")), _MEET_SQUARE)),
-    ("sampled", (_MEET_SQUARE,)),
-)
-
+_SMOOTH = Declared(facets.smooth_normal, ("position", *_CORNERS, "unit", "unit", "unit", "numbers3"))
+_DISC = tuple(Declared(f, (*_RAY, "position", "unit", "number")) for f in (rays.disc_hit, rays.rim_hit))
 #: Kinds that are no family; programs number theirs in this order, families after them.
 PLAIN = {
     kind.name: kind
     for kind in (
         SurfaceKind("plane", 4, 4, "scene_plane.h", (Declared(rays.plane_hit, (*_RAY, "unit", "number")),)),
         SurfaceKind("sphere", 4, 4, "scene_sphere.h", (SPHERE_HIT,), roots=2),
-        SurfaceKind("disc", 7, 7, "scene_disc.h", (Declared(rays.disc_hit, (*_RAY, "position", "unit", "number")),)),
+        SurfaceKind("disc", 7, 7, "scene_disc.h", _DISC, roots=2),
+        SurfaceKind("facet", 9, 9, "scene_facet.h", _FACET),
+        SurfaceKind("smooth_facet", 18, 18, "scene_smooth_facet.h", (*_FACET, _SMOOTH), headers=("scene_facet.h",)),
     )
 }
 
 
-def _evolved_circles(degree: int) -> SurfaceKind:
+def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
+    """Circles along polynomial pieces: p has degree 12 n - 4 where pieces begin and end with circles, else 12 n."""
+    word = "free_" if free else ""
+    squares = 2 * degree - (0 if free else 2)  # degree of Q
+    norm, kappa, width = 2 * degree + 1, 2 * squares + 1, squares + degree + 1
+    controls, products, meets = 10 * (degree + 1), 10 * width, 3 * (degree + 1 + width)
+    ray = 3 * norm + kappa + squares - 1
+    roots = 4 * (norm - 1) + kappa - 1
+    scalars = (f"numbers{ray}", f"numbers{norm}", f"numbers{kappa}")
+    circle = (*scalars[1:], "number", "number", f"numbers{controls}", f"numbers{products}")
+
+    def kernel(formula: Callable[..., object], *kinds: str) -> Declared:
+        return Declared(formula, kinds, f"{formula.__name__}_{word}{degree}")
+
+    condition, meet_square = (
+        kernel(formula, *scalars, "number", "number")
+        for formula in (surfaces.evolved_condition, surfaces.evolved_meet_square)
+    )
+    kernels = (
+        Declared(surfaces.evolved_approach, (*_RAY, "position", "number")),
+        Declared(surfaces.square_term, ("number", "numbers5", "trivector", "trivector", "number")),
+        Declared(surfaces.kappa_term, ("number", "numbers5", "numbers5", "number")),
+        Declared(surfaces.product_term, ("numbers10", "numbers5", "trivector")),
+        kernel(
+            surfaces.evolved_sizes,
+            f"numbers{norm}",
+            f"numbers{kappa}",
+            f"numbers{5 * (squares + 1)}",
+            f"numbers{controls}",
+            f"numbers{products}",
+        ),
+        kernel(surfaces.evolved_ray, *_RAY, f"numbers{controls}", f"numbers{products}"),
+        kernel(surface_points.evolved_point, *_RAY, f"numbers{meets}", *circle),
+        kernel(surface_points.evolved_sphere, *_RAY, *circle),
+        kernel(surface_points.evolved_polish, *_RAY, "number", *circle),
+        kernel(surface_points.evolved_normal, "position", *circle),
+    )
+    values = (surfaces.evolved_condition_rate, surfaces.evolved_condition_bound, surfaces.evolved_polynomial_bound)
+    methods = (
+        (
+            "isolate",
+            (
+                condition,
+                kernel(surfaces.evolved_polynomial, *scalars),
+                *(kernel(value, *scalars, "number", "number") for value in values),
+                kernel(surfaces.common_sphere_polynomial, f"numbers{norm}"),
+                kernel(surfaces.common_sphere_condition, f"numbers{norm}", "number", "number"),
+            ),
+        ),
+        ("companion", (kernel(surfaces.evolved_printed, *scalars), meet_square)),
+        ("sampled", (meet_square,)),
+    )
+    layout = (
+        ("center", 3), ("unit", 2), ("start", 1), ("bound", 4), ("spans", 8),
+        ("norm", norm), ("kappa", kappa), ("controls", controls), ("products", products), ("sizes", 2),
+    )  # fmt: skip
     return SurfaceKind(
-        f"evolved_circles_{degree}", 19, 51, "scene_evolved.h", _EVOLVED, 8, _EVOLVED_METHODS,
-        ("evolved.h", "roots.h", "companion.h"),
-        (("center", 3), ("unit", 2), ("bound", 4), ("scalars", 2), ("circles", 40)),
+        f"evolved_circles_{word}{degree}", 14 + controls, sum(size for _, size in layout), "scene_evolved.h",
+        kernels, roots, methods, ("evolved.h", "roots.h", "companion.h"), layout,
+        (
+            ("BS_MEMBER", f"evolved_circles_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
+            ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),
+        ),
     )  # fmt: skip
 
 
+def _free_evolved_circles(degree: int) -> SurfaceKind:
+    """Circles along pieces that begin or end with sums that are no circles, such as those between knots."""
+    return _evolved_circles(degree, free=True)
+
+
+def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
+    """Point pairs along polynomial pieces: p has degree 6 n - 2 where pieces begin and end with pairs, else 6 n."""
+    word = "free_" if free else ""
+    squares = 2 * degree - (0 if free else 2)  # degree of Q
+    norm, kappa, width = 2 * degree + 1, 2 * squares + 1, squares + degree + 1
+    controls, products = 10 * (degree + 1), 10 * width
+    scalars = (f"numbers{degree + 1 + width}", f"numbers{norm}", f"numbers{kappa}")
+    at = ("number", "number")
+    pair = (*scalars[1:], *at, f"numbers{controls}", f"numbers{products}")
+
+    def kernel(formula: Callable[..., object], *kinds: str) -> Declared:
+        return Declared(formula, kinds, f"{formula.__name__}_{word}{degree}")
+
+    constants = ribbons.ribbon_free_constants if free else ribbons.ribbon_constants
+    meet = kernel(ribbons.ribbon_meet, *scalars, *at)
+    isolate = (
+        kernel(ribbons.ribbon_polynomial, *scalars),
+        *(
+            kernel(formula, *scalars, *at)
+            for formula in (ribbons.ribbon_condition, ribbons.ribbon_condition_bound, ribbons.ribbon_polynomial_bound)
+        ),
+        *([kernel(ribbons.ribbon_closed_alpha, scalars[0])] if degree == 1 else []),
+    )
+    layout = (
+        ("center", 3), ("unit", 2), ("start", 1), ("bound", 4), ("spans", 8), ("norm", norm), ("kappa", kappa),
+        ("controls", controls), ("products", products), ("sizes", 2), ("levers", 4),
+    )  # fmt: skip
+    return SurfaceKind(
+        f"evolved_point_pairs_{word}{degree}", 14 + controls, sum(size for _, size in layout), "scene_ribbons.h",
+        (
+            Declared(surfaces.evolved_approach, (*_RAY, "position", "number")),
+            Declared(constants, (f"numbers{controls}",), f"ribbon_constants_{word}{degree}"),
+            kernel(ribbons.ribbon_ray, *_RAY, f"numbers{controls}", f"numbers{products}", "numbers4"),
+            kernel(ribbons.ribbon_point, *_RAY, *pair),
+            kernel(ribbons.ribbon_place, "position", "position", *pair),
+            kernel(ribbons.ribbon_ends, *_RAY, *pair),
+            kernel(ribbons.ribbon_polish, *_RAY, "number", *pair),
+            kernel(ribbons.ribbon_normal, "position", *pair),
+        ),
+        squares + 4 * degree,
+        (
+            ("isolate", isolate),
+            ("companion", (kernel(ribbons.ribbon_printed, *scalars), meet)),
+            ("sampled", (meet,)),
+        ),
+        ("ribbons.h", "roots.h", "companion.h"), layout,
+        (
+            ("BS_MEMBER", f"evolved_point_pairs_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
+            ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),
+        ),
+    )  # fmt: skip
+
+
+def _free_evolved_point_pairs(degree: int) -> SurfaceKind:
+    """Point pairs along pieces that begin or end with sums that are no pairs."""
+    return _evolved_point_pairs(degree, free=True)
+
+
 #: Families: the word of their names, what makes the member of a degree, and the highest degree there is.
-FAMILIES: dict[str, tuple[Callable[[int], SurfaceKind], int]] = {"evolved_circles": (_evolved_circles, 1)}
+FAMILIES: dict[str, tuple[Callable[[int], SurfaceKind], int]] = {
+    "evolved_circles": (_evolved_circles, 8),
+    "evolved_circles_free": (_free_evolved_circles, 8),
+    "evolved_point_pairs": (_evolved_point_pairs, 8),
+    "evolved_point_pairs_free": (_free_evolved_point_pairs, 8),
+}
 #: Degrees that the wheel carries for machines without a compiler.
-STOCK_DEGREES = {"evolved_circles": (1,)}
+STOCK_DEGREES = {"evolved_circles": (1, 2, 3), "evolved_point_pairs": (1, 2, 3)}
 _MEMBER = re.compile(r"([a-z_]+)_([1-9][0-9]?)")
 
 

@@ -90,7 +90,10 @@ class Document(Generic[M]):
             place = f"{self.name}, {where}" if where else self.name
             raise self._error(f"{lowered(what)}.", where=place) from None
         except RecursionError:
-            raise self._error("arrays or tables are nested too deeply.", where=self.name) from None
+            raise self._too_deep() from None
+
+    def _too_deep(self) -> InputError:
+        return self._error("arrays or tables are nested too deeply.", where=self.name)
 
     def _validated(self, model: type[M]) -> M:
         for path, value in _leaves(self.data, ()):
@@ -100,6 +103,8 @@ class Document(Generic[M]):
             # JSON, because only there does pydantic's strict mode take an array for a tuple
             return model.model_validate_json(json.dumps(self.data, default=str), strict=True)
         except ValidationError as error:
+            if error.errors(include_url=False)[0]["type"] == "json_invalid":  # the one thing that JSON cannot say
+                raise self._too_deep() from None
             raise self._first_fault(model, error) from None
 
     def _first_fault(self, model: type[M], error: ValidationError) -> InputError:
@@ -140,9 +145,7 @@ def read_toml(path: str | FilePath, model: type[M], error: type[InputError] = In
 
 
 def _leaves(value: Any, path: Path) -> Iterator[tuple[Path, Any]]:
-    pairs = (
-        value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else None
-    )
+    pairs = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else None
     if pairs is None:
         yield path, value
     else:

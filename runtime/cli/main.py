@@ -21,6 +21,8 @@ from ..codegen.version import __version__
 COMMANDS = {
     "demo": "Do everything once, on bundled inputs, into a web page.",
     "render": "Render a scene file into an image.",
+    "mesh": "Write a scene's surfaces as triangle meshes.",
+    "view": "Write a scene as an interactive page.",
     "generate": "Write an algebra's sources, or check that they are up to date.",
     "report": "Measure error against run time, with plots.",
     "doctor": "Say what this machine has: compiler, targets, cache, threads.",

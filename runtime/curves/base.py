@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
 from ..calls import Numbers, Outcome, call, finite, merged, raise_first
-from ..codegen.errors import InputError
+from ..codegen.errors import InputError, ShapeError
 from ..codegen.kinds import Kind
 from ..multivector import Multivector
 from ..typed import F64
@@ -98,7 +99,7 @@ class Curve:
 
     @property
     def given(self) -> Any:
-        """The controls as they were handed over; where ``align`` turned one, the objects."""
+        """The controls as they were handed over, before ``align`` turned any."""
         return self._controls.given
 
     @property
@@ -122,9 +123,45 @@ class Curve:
         return 0.0, float(self.segments)
 
     @property
+    def breaks(self) -> Array:
+        """Parameters where pieces join, and the ends, (segments + 1,)."""
+        return np.linspace(*self.domain, self.segments + 1)
+
+    @property
     def degree(self) -> int:
         """Degree of the polynomials."""
         return self._local.degree
+
+    def blending(self) -> tuple[NDArray[np.intp], Array]:
+        """What the Bernstein coefficients of each piece take of the controls: curves are linear in them.
+
+        Returns
+        -------
+        members : array (segments, m)
+            Numbers of the controls that a piece takes from, the same count for all pieces.
+        shares : array (segments, degree + 1, m)
+            Coefficient k of piece i is ``sum_j shares[i, k, j] * controls[members[i, j]]``. Of a rational curve it
+            holds the weight as well. A Hermite curve has its tangents as further controls, 2 and 3.
+        """
+        found = self._rows(np.eye(len(self))).ordinates
+        shares = found.reshape(self.segments, -1, len(self))
+        return np.broadcast_to(np.arange(len(self)), (self.segments, len(self))), shares
+
+    def turned(self, which: Any) -> Self:
+        """The curve through these controls with some turned over: objects of the other orientation.
+
+        Parameters
+        ----------
+        which : array (n,) of bool
+        """
+        signs = np.where(np.asarray(which, bool), -1.0, 1.0)
+        if signs.shape != (len(self),):
+            raise ShapeError(f"which has shape {signs.shape}; say it of each of the {len(self)} controls.")
+        new = copy(self)
+        for name in ("_local", "_world"):
+            new.__dict__.pop(name, None)
+        new._controls = self._controls.turned(signs)
+        return new
 
     def __len__(self) -> int:
         """Number of controls."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
 from ..multivector import Multivector
 from ..objects import inputs
 from .base import Curve
 from .basis import Array, Pieces, Quotient, bezier_pieces, hermite_pieces
-from .controls import Controls, as_controls, joined, rows_of, scalars
+from .controls import Controls, as_controls, difference, joined, rows_of, scalars
 
 #: The least weight over the largest: the squares of weights, and what is divided by them, are numbers.
 LIGHTEST = 1e-60
@@ -24,7 +25,7 @@ class Bezier(Curve):
     ----------
     controls : Multivector (n,), or sequence of n >= 2
         Unit objects of one grade, rounds and flats mixed as they come; or circles as (center, normal, radius),
-        mappings of these, or coefficients.
+        mappings of these, or coefficients; point pairs as (a, b) or mappings.
     align : bool
         Turn each control over where it opposes the one before, in the sense of `objects.align`: between opposed
         objects sums may be imaginary. `flipped` says which were turned.
@@ -123,9 +124,9 @@ class Hermite(Curve):
     Parameters
     ----------
     c0, c1 : Multivector, shape ()
-        Unit objects of one grade.
-    v0, v1 : Multivector, shape ()
-        Derivatives of the sum by t: any multivectors of that grade.
+        Unit objects of one grade, or circles and point pairs by parameters, as for `Bezier`.
+    v0, v1 : Multivector, shape (), or mapping
+        Derivatives of the sum by t: any multivectors of that grade; ``{"from": X, "to": Y, "scale": s}`` is s (Y - X).
     align : bool
         Turn c1, and v1 with it, over where c1 opposes c0; see `Bezier`.
 
@@ -135,20 +136,33 @@ class Hermite(Curve):
         For objects that are no unit objects, and tangents that are not finite or of another grade.
     """
 
-    def __init__(
-        self, c0: Multivector, v0: Multivector, c1: Multivector, v1: Multivector, *, align: bool = False
-    ) -> None:
-        tangents = joined([v0, v1], "tangents")
+    def __init__(self, c0: Any, v0: Any, c1: Any, v1: Any, *, align: bool = False) -> None:
+        tangents = joined([difference(v, f"v{i}") for i, v in enumerate((v0, v1))], "tangents")
         super().__init__(as_controls([c0, c1], align, tangents=[tangents]))
         if len(self) != 2 or len(tangents) != 2:
             raise InputError("a Hermite curve has one object and one tangent at each end; these are batches.")
         signs = np.where(self._controls.flipped, -1.0, 1.0)
         self._tangents: Multivector = tangents.astype(float) * signs
+        self._given_tangents = v0, v1
+
+    @property
+    def given_tangents(self) -> tuple[Any, Any]:
+        """Tangents v0 and v1 as they were handed over, before ``align`` turned v1."""
+        return self._given_tangents
 
     @property
     def tangents(self) -> Multivector:
         """Derivatives v0 and v1, shape (2,); v1 turned over with c1."""
         return self._tangents.astype(self.controls.dtype)
+
+    def blending(self) -> tuple[NDArray[np.intp], Array]:
+        rows = np.eye(4)
+        return np.arange(4)[None], _cubic(rows[:2], rows[2:]).ordinates
+
+    def turned(self, which: Any) -> Self:
+        new = super().turned(which)
+        new._tangents = self._tangents * np.where(which, -1.0, 1.0)
+        return new
 
     def _rows(self, rows: Array) -> Pieces:
         """Tangents are moved to the frame that the rows are in."""

@@ -22,8 +22,10 @@ from ..status import Status
 from ..typed import F64
 from .basis import Array
 
-#: Parameters of a circle, in the order in which a plain tuple gives them.
-CIRCLE = ("center", "normal", "radius")
+#: Keys of a difference of objects: the scale is 1 where it is left out.
+DIFFERENCE = ("from", "to", "scale")
+#: Parameters of the objects that may be given by them, in the order in which a plain tuple gives them.
+PARAMETERS = {"circle": ("center", "normal", "radius"), "point_pair": ("a", "b")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +35,9 @@ class Controls:
     Attributes
     ----------
     given
-        What the user handed over; the turned objects where ``align`` turned one.
+        What the user handed over.
     objects : Multivector (n,)
+        Turned over where ``flipped`` says so.
     flipped : array (n,) of bool
     frame : Frame or None
         Where rows are computed: about a local origin, or in the world.
@@ -55,6 +58,11 @@ class Controls:
     def kind(self) -> Kind:
         """Kind of the objects; the layout, where they are any sums."""
         return self.objects.kind
+
+    def turned(self, signs: Array) -> Controls:
+        """These times signs (n,)."""
+        objects = _turned(self.objects, signs)
+        return Controls(self.given, objects, self.flipped ^ (signs < 0), self.frame, self.rows * signs[:, None])
 
 
 def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Sequence[Any] = ()) -> Controls:
@@ -77,16 +85,9 @@ def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Se
     objects = found.astype(F64)
     frame = None if raw else local.frame(objects, shared=True)
     inner = objects if frame is None else frame.inward(objects)
-    flipped = np.zeros(len(objects), bool)
-    rows = rows_of(inner, objects.kind)
-    if align:
-        flipped = _opposed(inner)
-    if flipped.any():
-        signs = np.where(flipped, -1.0, 1.0)
-        rows = rows * signs[:, None]
-        found = _turned(found, signs)
-        given = found
-    return Controls(given, found, flipped, frame, rows)
+    controls = Controls(given, found, np.zeros(len(objects), bool), frame, rows_of(inner, objects.kind))
+    flipped = _opposed(inner) if align else controls.flipped
+    return controls.turned(np.where(flipped, -1.0, 1.0)) if flipped.any() else controls
 
 
 def rows_of(x: Multivector, kind: Kind) -> Array:
@@ -109,6 +110,9 @@ def _gathered(given: Any, raw: bool) -> Multivector:
     if not isinstance(given, Multivector):
         if isinstance(given, (str, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
             raise InputError(f"controls are a {type(given).__name__}; give a list of objects, or a batch of them.")
+        circles = _circles(given)
+        if circles is not None:
+            return circles
         entries = [_entry(x, f"controls[{i}]") for i, x in enumerate(given)]
         if not entries:
             raise InputError("a curve needs at least 2 controls, not 0.")
@@ -120,33 +124,86 @@ def _gathered(given: Any, raw: bool) -> Multivector:
     return joined([given], "controls") if raw else inputs.as_objects(given, "controls")
 
 
+def _circles(given: Any) -> Multivector | None:
+    """Tuples and mappings of good parameters of circles at once; None for anything else, looked at one by one."""
+    if isinstance(given, np.ndarray) or not all(isinstance(x, (tuple, list, Mapping)) for x in given):
+        return None
+    try:
+        entries = [[x[key] for key in PARAMETERS["circle"]] if isinstance(x, Mapping) else x for x in given]
+        rows = np.array([(*center, *normal, radius) for center, normal, radius in entries])
+    except (TypeError, ValueError, KeyError, BladesmithError):
+        return None
+    if rows.dtype.kind not in "iuf" or rows.ndim != 2 or rows.shape[1] != 7:
+        return None
+    from ..loading import stock_algebra
+
+    found: Multivector = stock_algebra("cga3d").circle(rows[:, :3], rows[:, 3:6], rows[:, 6])
+    return None if found._status is not None and found._status.any() else found
+
+
 def _entry(x: Any, name: str) -> Multivector:
-    """One control: a multivector, or a circle from parameters or coefficients."""
+    """One control: a multivector, or a circle or a point pair from parameters, or a circle from coefficients."""
     if isinstance(x, Multivector):
         return x
     from ..loading import stock_algebra
 
     cga = stock_algebra("cga3d")
     if isinstance(x, Mapping):
-        missing = [key for key in CIRCLE if key not in x]
+        kind = "point_pair" if "a" in x or "b" in x else "circle"
+        missing = [key for key in PARAMETERS[kind] if key not in x]
         if missing:
-            raise InputError(f"{name} has no {missing[0]}; a circle has center, normal and radius.")
-        x = tuple(x[key] for key in CIRCLE)
-    if isinstance(x, (tuple, list)) and len(x) == len(CIRCLE):
-        try:
-            circle: Multivector = cga.circle(*x)
-        except BladesmithError as error:
-            raise InputError(f"{name} is no circle: {error}") from None
-        if circle._status is not None and circle._status.any():
-            raise InputError(
-                f"{name} is no circle: it is not finite, its normal is zero, or its radius is not positive."
-            )
-        return circle
+            raise InputError(f"{name} has no {missing[0]}; {_called(kind)} has {_listed(PARAMETERS[kind])}.")
+        x = tuple(x[key] for key in PARAMETERS[kind])
+    if isinstance(x, (tuple, list)):
+        for kind, fields in PARAMETERS.items():
+            if len(x) == len(fields):
+                return _from_parameters(cga, kind, x, name)
     if isinstance(x, np.ndarray) and x.shape == (cga.kind("circle").size,):
         return cga.multivector(x, kind="circle")
     raise InputError(
-        f"{name} is a {type(x).__name__}; controls are objects of cga3d, or circles as (center, normal, radius)."
+        f"{name} is a {type(x).__name__}; controls are objects of cga3d, circles as (center, normal, radius), "
+        "or point pairs as (a, b)."
     )
+
+
+def _from_parameters(cga: Any, kind: str, x: Sequence[Any], name: str) -> Multivector:
+    try:
+        made: Multivector = getattr(cga, kind)(*x)
+    except BladesmithError as error:
+        raise InputError(f"{name} is no {kind.replace('_', ' ')}: {error}") from None
+    if made._status is not None and made._status.any():
+        wanted = "its normal is zero, or its radius is not positive" if kind == "circle" else "its end points are one"
+        raise InputError(f"{name} is no {kind.replace('_', ' ')}: it is not finite, {wanted}.")
+    return made
+
+
+def _called(kind: str) -> str:
+    return f"a {kind.replace('_', ' ')}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def difference(x: Any, name: str) -> Multivector:
+    """A tangent: a multivector, or ``scale * (to - from)`` of two objects in a mapping.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(x, Mapping):
+        if isinstance(x, Multivector):
+            return x
+        raise InputError(f"{name} is a {type(x).__name__}, no multivector, nor a mapping with from, to and scale.")
+    unknown = [key for key in x if key not in DIFFERENCE]
+    missing = [key for key in DIFFERENCE[:2] if key not in x]
+    if unknown or missing:
+        fault = f"has no {missing[0]}" if missing else f"has a {unknown[0]!r}"
+        raise InputError(f"{name} {fault}; a difference has {_listed(DIFFERENCE)}.")
+    start, end = (_entry(x[key], f"{name}.{key}") for key in DIFFERENCE[:2])
+    _same_sort(start, end, f"{name}.to")
+    return (end - start) * inputs.number(x.get("scale", 1.0), f"{name}.scale")
 
 
 def joined(parts: Sequence[Any], name: str) -> Multivector:
@@ -210,4 +267,4 @@ def scalars(value: Any, count: int, name: str) -> Array:
     return np.array(np.broadcast_to(array, (count,)))
 
 
-__all__ = ["Controls", "as_controls", "joined", "rows_of", "scalars"]
+__all__ = ["Controls", "as_controls", "difference", "joined", "rows_of", "scalars"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import arrays
 from ..codegen.errors import InputError, ShapeError
@@ -82,20 +83,41 @@ class KochanekBartels(Curve):
         return len(self) if self._closed else len(self) - 1
 
     def _rows(self, rows: Array) -> Pieces:
-        tension, bias, continuity = (x[:, None] for x in self._shape)
         ahead = np.roll(rows, -1, axis=0) - rows
         if not self._closed:
             ahead[-1] = ahead[-2]
         behind = np.roll(ahead, 1, axis=0)
         if not self._closed:
             behind[0] = ahead[0]
-        before, after = (1 - tension) * (1 + bias) / 2 * behind, (1 - tension) * (1 - bias) / 2 * ahead
-        leaving = (1 + continuity) * before + (1 - continuity) * after
-        reaching = (1 - continuity) * before + (1 + continuity) * after
+        leaving, reaching = (before[:, None] * behind + after[:, None] * ahead for before, after in self._slopes())
+        start, end = self._ends()
+        return hermite_pieces(self.breaks, rows[start], leaving[start], rows[end], reaching[end])
+
+    def _slopes(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """What the tangents that leave and reach the controls take of the differences before and after them, (n,)."""
+        tension, bias, continuity = self._shape
+        before, after = (1 - tension) * (1 + bias) / 2, (1 - tension) * (1 - bias) / 2
+        leaving = (1 + continuity) * before, (1 - continuity) * after
+        return leaving, ((1 - continuity) * before, (1 + continuity) * after)
+
+    def _ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Numbers of the controls at the ends of the pieces."""
         start = np.arange(self.segments)
-        end = (start + 1) % len(rows)
-        breaks = np.arange(self.segments + 1.0)
-        return hermite_pieces(breaks, rows[start], leaving[start], rows[end], reaching[end])
+        return start, (start + 1) % len(self)
+
+    def blending(self) -> tuple[NDArray[np.intp], Array]:
+        start, end = self._ends()
+        members = (start[:, None] + np.arange(-1, 3)) % len(self)
+        unit = np.eye(4)
+        # of the four controls around a piece: the differences before, in and after it
+        before, inside, after = np.broadcast_to(np.diff(unit, axis=0)[:, None], (3, len(start), 4)).copy()
+        if not self._closed:
+            before[0], after[-1] = inside[0], inside[-1]
+        (l0, l1), (r0, r1) = self._slopes()
+        leaving = l0[start, None] * before + l1[start, None] * inside
+        reaching = r0[end, None] * inside + r1[end, None] * after
+        first, last = (np.broadcast_to(row, before.shape) for row in unit[1:3])
+        return members, hermite_pieces(self.breaks, first, leaving, last, reaching).ordinates
 
     def to_beziers(self) -> list[Bezier]:
         """The cubics as Bezier curves over [0, 1], one for each segment."""

@@ -23,7 +23,7 @@ from ..multivector import Multivector
 
 Array = NDArray[Any]
 #: Formats that are read, by the end of the name.
-FORMATS = (".obj", ".ply", ".stl")
+FORMATS = (".obj", ".ply", ".stl", ".glb")
 #: Edges and triangles smaller than this many rounding units of the mesh's coordinates have no direction.
 NOISE = 64
 _log = logging.getLogger("bladesmith")
@@ -128,7 +128,7 @@ def _across(v: Array, along: Array) -> Array:
 
 
 def load_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """Read a mesh from an .obj, .ply or .stl file.
+    """Read a mesh from an .obj, .ply, .stl or .glb file.
 
     Raises
     ------
@@ -137,6 +137,57 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     InputError
         If there is no such file, it is of another format or damaged, or holds no triangles.
     """
+    file = _file(path)
+    vertices, faces, _ = _read(file)
+    return _with_area(*_merged(vertices, faces), file)
+
+
+def load_with_normals(path: str | os.PathLike[str]) -> tuple[Mesh, Array]:
+    """Read a mesh and unit normals at its vertices (v, 3).
+
+    They are the file's own, of vertices as the file has them. Of a file without normals they are the means of the
+    triangles around each position, weighted with their angles there.
+
+    Raises
+    ------
+    MissingExtraError, InputError
+        As `load_mesh`, and for a normal of length zero.
+    """
+    file = _file(path)
+    vertices, faces, normals = _read(file)
+    if normals is None:
+        mesh = _with_area(*_merged(vertices, faces), file)
+        return mesh, vertex_normals(mesh)
+    lengths = np.linalg.norm(normals, axis=1)
+    bad = ~(np.isfinite(lengths) & (lengths > 0))
+    if bad[faces].any():
+        raise InputError(f"the normal of vertex {int(bad.argmax())} is zero or no number.", where=str(file))
+    return _with_area(vertices, faces, file), np.asarray(normals / np.where(bad, 1.0, lengths)[:, None])
+
+
+def vertex_normals(mesh: Mesh) -> Array:
+    """Unit normals at vertices (v, 3): the means of the triangles around each, weighted with their angles there.
+
+    Where the triangles around cancel, as of a sheet with two sides, one of theirs. Zero at vertices without a triangle.
+    """
+    corners = _of_size_one(mesh.vertices)[mesh.faces]
+    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    across = np.cross(ahead, behind)
+    sine, cosine = np.linalg.norm(across, axis=-1), np.einsum("fci,fci->fc", ahead, behind)
+    units = across / np.where(sine > 0, sine, 1.0)[..., None]
+    weighted = np.arctan2(sine, cosine)[..., None] * units
+    flat = mesh.faces.reshape(-1)
+    normals = np.zeros_like(mesh.vertices)
+    normals[mesh.faces] = units
+    total = np.stack([np.bincount(flat, weighted[..., i].reshape(-1), len(mesh.vertices)) for i in range(3)], 1)
+    lengths = np.linalg.norm(total, axis=1)
+    there = lengths > np.finfo(float).eps * NOISE
+    normals[there] = total[there] / lengths[there, None]
+    return normals
+
+
+def _file(path: str | os.PathLike[str]) -> Path:
+    """The file, if there is one of a format that is read."""
     try:
         file = Path(os.fsdecode(path))
         there = file.is_file()
@@ -149,17 +200,11 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
                          where=str(file))  # fmt: skip
     if not there:
         raise InputError("there is no such file", where=str(file))
-    vertices, faces = _read(file)
-    if not len(faces):
-        raise InputError("the file holds no triangles; a cloud of points has no edges.", where=str(file))
-    try:
-        given = Mesh(vertices, faces)
-    except InputError as error:
-        raise InputError(error.what, where=str(file)) from None
-    return _cleaned(given.vertices, given.faces, file)
+    return file
 
 
-def _read(file: Path) -> tuple[Array, Array]:
+def _read(file: Path) -> tuple[Array, Array, Array | None]:
+    """Vertices, faces and, where the file has them, normals of vertices."""
     try:
         trimesh = import_module("trimesh")
     except ImportError:
@@ -169,31 +214,58 @@ def _read(file: Path) -> tuple[Array, Array]:
         if file.suffix.lower() == ".obj":  # text, in which names and comments may be of any encoding: numbers are not
             content = content.decode("utf-8", "replace").encode()
         kind = file.suffix.lower().removeprefix(".")
-        found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, force="mesh", skip_materials=True)
-        vertices = np.array(found.vertices, np.float64).reshape(-1, 3)
-        faces = np.array(getattr(found, "faces", ()), np.int64).reshape(-1, 3)
+        found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
+        vertices, faces, normals = _placed(found)
     except ImportError:  # of a package that guesses encodings
         raise InputError("the file cannot be read as a mesh (it is neither binary nor text)", where=str(file)) from None
     except Exception as error:  # readers of damaged files raise anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"the file cannot be read as a mesh ({reason})", where=str(file)) from None
-    return vertices, faces
+    if not len(faces):
+        raise InputError("the file holds no triangles; a cloud of points has no edges.", where=str(file))
+    try:
+        Mesh(vertices, faces)
+    except InputError as error:
+        raise InputError(error.what, where=str(file)) from None
+    return vertices, faces, normals
 
 
-def _cleaned(vertices: Array, faces: Array, file: Path) -> Mesh:
-    """Positions once each, and no triangle without an area."""
+def _placed(found: Any) -> tuple[Array, Array, Array | None]:
+    """Arrays of what `trimesh` read, each part of a scene where it stands; normals if all parts have them."""
+    parts = [(np.eye(4), found)]
+    if hasattr(found, "graph"):
+        placed = (found.graph[node] for node in found.graph.nodes_geometry)
+        parts = [(np.asarray(transform, np.float64), found.geometry[name]) for transform, name in placed]
+    parts = [(transform, part) for transform, part in parts if len(getattr(part, "faces", ()))]
+    if not parts:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64), None
+    starts = np.cumsum([0, *(len(part.vertices) for _, part in parts)])
+    vertices = [np.asarray(part.vertices, np.float64) @ m[:3, :3].T + m[:3, 3] for m, part in parts]
+    faces = [np.asarray(part.faces, np.int64) + start for (_, part), start in zip(parts, starts, strict=False)]
+    if not all("vertex_normals" in part._cache for _, part in parts):  # else trimesh would make some up
+        return np.concatenate(vertices), np.concatenate(faces), None
+    normals = [np.asarray(part.vertex_normals, np.float64) @ np.linalg.inv(m[:3, :3]) for m, part in parts]
+    return np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals)
+
+
+def _merged(vertices: Array, faces: Array) -> tuple[Array, Array]:
+    """Positions once each, in ascending order."""
     positions, place = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # -0 and 0 are one
-    corners = place.ravel()[faces]
+    return positions, place.ravel()[faces]
+
+
+def _with_area(positions: Array, corners: Array, file: Path) -> Mesh:
+    """The mesh without the triangles that have no area."""
     scaled = _of_size_one(positions)
     a, b, c = (scaled[corners[:, i]] for i in range(3))
     double_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     longest = np.max([np.linalg.norm(u - v, axis=1) for u, v in ((a, b), (b, c), (c, a))], axis=0)
     good = double_area > np.finfo(float).eps * NOISE * longest
     dropped = int(np.count_nonzero(~good))
-    if dropped == len(faces):
+    if dropped == len(corners):
         raise InputError("all triangles of the file are without an area.", where=str(file))
     if dropped:
-        _log.warning("%s: %d of %d triangles have no area and are left out.", file, dropped, len(faces))
+        _log.warning("%s: %d of %d triangles have no area and are left out.", file, dropped, len(corners))
     return Mesh(positions, corners[good], file.stem, dropped)
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,8 @@ from numpy.typing import NDArray
 from .. import parallel
 from ..codegen.programs.surface_kinds import METHODS
 from .engine import Engine
+from .rows import SceneRows
+from .tree import outward
 
 Array = NDArray[Any]
 #: Numbers that the driver reads per surface and per light, as in templates/c/scene_common.h.
@@ -26,28 +27,13 @@ FEW_ROOTS = 2
 RAYS_PER_CHUNK = 4096
 
 
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """Rows of constants of one kind of surface.
-
-    Attributes
-    ----------
-    constants : (n, constants) array
-    ids : (n,) array of int
-        The surface of each, by its place in the scene's list.
-    """
-
-    constants: Array
-    ids: Array
-
-
 class BoundScene:
     """A driver's scene structure and the arrays that it points into."""
 
     def __init__(
         self,
         engine: Engine,
-        rows: Mapping[str, Rows],
+        rows: SceneRows,
         dtype: Any,
         materials: Array | None = None,
         lights: Array | None = None,
@@ -67,13 +53,27 @@ class BoundScene:
             entry.count = len(members.constants)
             if entry.count:
                 entry.constants = self._pointer(members.constants)
-                entry.ids = engine.ffi.cast("int32_t *", self._keep(members.ids.astype(np.int32)))
+                entry.ids = engine.ffi.cast("int32_t *", self._keep(members.ids))
+                entry.boxes = self._keep(outward(members.boxes[..., None], self.dtype.type))
+        scene.tree.reach = rows.reach
+        if engine.needs.tree:
+            self._plant(rows)
         for name, value in (("materials", materials), ("lights", lights), ("camera", camera), ("sky", sky)):
             if value is not None and value.size:
                 setattr(scene, name, self._pointer(value))
         scene.light_count = 0 if lights is None else len(lights)
         scene.depth, scene.grid = depth, grid
         scene.method, scene.samples = METHODS[method], samples
+
+    def _plant(self, rows: SceneRows) -> None:
+        """Hand over the tree of rows, whose items number the kinds as the rows do."""
+        ffi, tree, given = self.engine.ffi, self._scene.tree, rows.tree(self.engine)
+        items = given.items.copy()
+        items[:, 0] = np.array([self.engine.numbers[kind] for kind in rows], np.int32)[given.items[:, 0]]
+        tree.boxes = self._keep(outward(given.boxes, self.dtype.type))
+        tree.parts = ffi.cast("int32_t *", self._keep(given.parts))
+        tree.items = ffi.cast("int32_t *", self._keep(items))
+        tree.nodes, tree.item_count, tree.loose = len(given.parts), len(items), given.loose
 
     def _keep(self, array: Array) -> Any:
         buffer = self.engine.ffi.from_buffer(np.ascontiguousarray(array))
@@ -82,7 +82,7 @@ class BoundScene:
 
     def _pointer(self, array: Array) -> Any:
         with np.errstate(over="ignore"):
-            return self._keep(array.astype(self.dtype))
+            return self._keep(np.asarray(array, self.dtype))
 
     def _rays(self, origins: Array, directions: Array) -> tuple[list[Any], tuple[int, ...]]:
         """The driver's structure of rays, followed by the buffers that it points into."""
@@ -122,60 +122,83 @@ class BoundScene:
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""
         rays, lead = self._rays(origins, directions)
-        results = {**self._floats(lead), "surface": np.empty(lead, np.int32), "status": np.empty(lead, np.uint8)}
+        results = {**self._floats(lead), **self._codes(lead)}
         self._run(self.engine.lib.bs_scene_first, rays, math.prod(lead), results, 1, threads)
         return results
 
-    def all(self, origins: Array, directions: Array, roots: int, threads: int | None = None) -> dict[str, Array]:
-        """All points of lines on the scene's only surface: t, point, normal, alpha, count, status.
+    def nearest(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
+        """Of first hits only t, surface and status, for programs that meet several rays at once: the same bits."""
+        rays, lead = self._rays(origins, directions)
+        results = {"t": np.empty(lead, self.dtype), **self._codes(lead)}
+        self._run(self.engine.lib.bs_scene_wide, rays, math.prod(lead), results, 1, threads)
+        return results
+
+    @staticmethod
+    def _codes(lead: tuple[int, ...]) -> dict[str, Array]:
+        return {"surface": np.empty(lead, np.int32), "status": np.empty(lead, np.uint8)}
+
+    def all(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
+        """All points of lines on the scene's only surface: t, point, normal, alpha, row, count, status.
 
         Arrays have room for the most that there are. More than two are rare, and memory that is never read
         costs more than the geometry: lines that have more are asked again.
         """
-        found = self._all(origins, directions, min(roots, FEW_ROOTS), threads)
+        found = self._all(origins, directions, FEW_ROOTS, threads)
         most = int(np.max(found["count"], initial=0))
-        room = found["t"].shape[-1]
-        if most <= room:
+        if most <= FEW_ROOTS:
             return found
         lead = found["count"].shape
-        crowded = found["count"] > room
-        again = self._all(
-            np.broadcast_to(origins, (*lead, 3))[crowded],
-            np.broadcast_to(directions, (*lead, 3))[crowded],
-            most,
-            threads,
-        )
-        for name, array in self._floats((*lead, most)).items():
-            array.fill(np.nan)
-            rows = array.reshape(math.prod(lead), most, -1)
-            rows[:, :room] = found[name].reshape(math.prod(lead), room, -1)
-            array[crowded] = again[name]
-            found[name] = array
+        crowded = found["count"] > FEW_ROOTS
+        starts, ways = (np.broadcast_to(x, (*lead, 3))[crowded] for x in (origins, directions))
+        again = self._all(starts, ways, most, threads)
+        for name, few in found.items():
+            if name in ("count", "status"):
+                few[crowded] = again[name]
+                continue
+            many = np.empty((*lead, most, *few.shape[len(lead) + 1 :]), few.dtype)
+            many.fill(-1 if name == "row" else np.nan)
+            rows = many.reshape(math.prod(lead), most, -1)
+            rows[:, :FEW_ROOTS] = few.reshape(math.prod(lead), FEW_ROOTS, -1)
+            many[crowded] = again[name]
+            found[name] = many
         return found
 
     def _all(self, origins: Array, directions: Array, roots: int, threads: int | None) -> dict[str, Array]:
         rays, lead = self._rays(origins, directions)
         results = {
             **self._floats((*lead, roots)),
+            "surface": np.empty((*lead, roots), np.int32),
             "count": np.empty(lead, np.int32),
             "status": np.empty(lead, np.uint8),
         }
         self._run(self.engine.lib.bs_scene_all, rays, math.prod(lead), results, roots, threads)
-        return results
+        return {"row" if name == "surface" else name: array for name, array in results.items()}
 
     def _floats(self, lead: tuple[int, ...]) -> dict[str, Array]:
         shapes = {"t": lead, "alpha": lead, "point": (*lead, 3), "normal": (*lead, 3)}
         return {name: np.empty(shape, self.dtype) for name, shape in shapes.items()}
 
-    def render(self, width: int, height: int, threads: int | None, progress: Callable[[int], None] | None) -> Array:
-        """The picture, (height, width, 3); ``progress`` is told how many pixels were newly done."""
-        image = np.empty((height, width, 3), self.dtype)
-        buffer = self.engine.ffi.from_buffer(image)
-        scene, single, function = self._scene, self.single, self.engine.lib.bs_scene_render
+    def painter(
+        self, width: int, height: int, arrays: Mapping[str, Array], first: int = 0
+    ) -> Callable[[int, int], None]:
+        """The loop over pixels of a picture: a function of (begin, end), in reading order.
 
-        def part(begin: int, end: int) -> None:
-            function(scene, single, begin, end, width, height, buffer)
+        Parameters
+        ----------
+        width, height : int
+            Of the whole picture.
+        arrays : mapping
+            What is asked for, by the names of the driver's structure.
+        first : int
+            The pixel that the arrays begin with.
+        """
+        ffi, scene, single, function = self.engine.ffi, self._scene, self.single, self.engine.lib.bs_scene_render
+        kept = {name: ffi.from_buffer(array) for name, array in arrays.items()}
+        picture = ffi.new("bs_picture *", {"width": width, "height": height, "first": first})
+        for name, buffer in kept.items():
+            setattr(picture, name, ffi.cast("int32_t *" if name == "cost" else "void *", buffer))
 
-        chunk = max(1, RAYS_PER_CHUNK // (scene.grid * scene.grid))
-        parallel.run(part, width * height, threads, chunk=chunk, progress=progress)
-        return image
+        def paint(begin: int, end: int, _kept: Any = kept) -> None:
+            function(scene, single, begin, end, picture)
+
+        return paint

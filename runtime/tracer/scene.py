@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from concurrent.futures import Executor
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -16,58 +16,26 @@ from ..codegen.programs import Program
 from ..codegen.programs.scene import SceneNeeds, needs, with_method
 from ..errors import SceneError
 from . import values
+from .bands import Sent
 from .camera import Camera
-from .driver import LIGHT_SIZE, BoundScene, Rows
+from .driver import LIGHT_SIZE, BoundScene
 from .engine import Engine, engine_for
-from .rows import gathered
-from .surfaces import LEAST_SAMPLES, Surface, ray_arrays
+from .hits import Hits, first_hits
+from .layers import checked_names
+from .light import Light
+from .options import HEIGHT, MAX_GRID, MAX_SIDE, WIDTH, View, picture_size, picture_view, rays_view
+from .pictures import Canvas, on_executor, on_threads, told
+from .rows import SceneRows, gathered, row_count
+from .surfaces import Surface, ray_arrays
 
 Array = NDArray[Any]
 T = TypeVar("T")
 #: Reflections that are followed where nothing else is said.
 REFLECTIONS = 4
-WIDTH, HEIGHT = 640, 480
-#: Pixels of a side and rays per pixel beyond which a picture is a mistake.
-MAX_SIDE, MAX_GRID = 65536, 64
 #: Linear colors of the sky: pale at the horizon, blue above.
 HORIZON, ZENITH = (0.75, 0.82, 0.9), (0.2, 0.35, 0.65)
-
-
-class Light:
-    """A lamp at a point, of the same brightness at every distance."""
-
-    def __init__(self, position: Any, color: Any = (1.0, 1.0, 1.0)) -> None:
-        self.position = values.finite(position, "light.position", 3)
-        self.color = values.color(color, "light.color")
-
-
-@dataclass(frozen=True, eq=False)
-class Hits:
-    """The first points that rays meet.
-
-    Attributes
-    ----------
-    hit : (...) array of bool
-    t : (...) array
-        Distance from the ray's origin; NaN where nothing is hit, like the others.
-    point, normal : (..., 3) arrays
-        The normal has length 1 and looks to where the ray comes from.
-    surface : (...) array of int
-        Position in the scene's list of surfaces, -1 for none.
-    alpha : (...) array
-        Parameter t of the surface's curve, where it has one.
-    status : (...) array of `bladesmith.Status`
-        `INVALID` for a ray that is not finite or has no direction; `SINGULAR` for one that lies in an evolved
-        surface or meets all of its circles, of which no single point can be told.
-    """
-
-    hit: Array
-    t: Array
-    point: Array
-    normal: Array
-    surface: Array
-    alpha: Array
-    status: Array
+#: Ways of asking that a scene keeps bound.
+KEPT = 4
 
 
 class Scene:
@@ -106,7 +74,7 @@ class Scene:
         self.reflections = values.whole(reflections, "reflections", 0)
         self.settings = dict(settings or {})
         self._bound: dict[Any, BoundScene] = {}
-        self._rows: dict[str, Rows] | None = None
+        self._rows: SceneRows | None = None
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
@@ -134,6 +102,7 @@ class Scene:
             [surface.program_kind for surface in self.surfaces],
             reflection=self.reflections > 0 and any(s.material.reflectivity > 0 for s in self.surfaces),
             checker=any(s.material.checker is not None for s in self.surfaces),
+            rows=row_count(self.surfaces),
         )
 
     @property
@@ -149,32 +118,39 @@ class Scene:
     def _engine(self, wanted: SceneNeeds) -> Engine:
         return engine_for(wanted)
 
-    def _ready(self, method: str, samples: int, dtype: Any, camera: Array | None = None, grid: int = 1) -> BoundScene:
-        """The driver's scene, kept as long as it is asked for in the same way."""
-        samples = values.whole(samples, "samples", LEAST_SAMPLES)
-        single = _is_single(dtype)
-        key = (method, samples, single, grid, None if camera is None else camera.tobytes())
-        if key not in self._bound:
-            wanted = with_method(self.needs, method)
-            if single:
-                wanted = replace(wanted, single=True)
-            engine = self._engine(wanted)
-            self._bound[key] = BoundScene(
-                engine,
-                self._rows_from(engine),
-                dtype,
-                materials=np.array([s.material.row(s.flat_normal) for s in self.surfaces]),
-                lights=np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT_SIZE),
-                camera=camera,
-                sky=self.sky,
-                depth=self.reflections,
-                grid=grid,
-                method=method,
-                samples=samples,
-            )
-        return self._bound[key]
+    def _sent(self, how: View) -> Sent:
+        """The scene as numbers, for a driver of this process or of another."""
+        wanted = with_method(self.needs, how.method)
+        wanted = replace(wanted, single=how.dtype == np.float32, layers=any(name != "color" for name in how.layers))
+        rows = self._rows_from(self._engine(wanted))
+        if wanted.tree:
+            rows.tree(self._engine(wanted))  # built once, here
+        arguments = {
+            "rows": rows,
+            "dtype": how.dtype,
+            "materials": np.array([s.material.row(s.flat_normal) for s in self.surfaces]),
+            "lights": np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT_SIZE),
+            "camera": self.camera.constants(how.width, how.height) if how.width else None,
+            "sky": self.sky,
+            "depth": self.reflections,
+            "grid": how.grid,
+            "method": how.method,
+            "samples": how.samples,
+        }
+        return Sent(wanted, arguments, how.layers)
 
-    def _rows_from(self, engine: Engine) -> dict[str, Rows]:
+    def _ready(self, how: View) -> BoundScene:
+        """The driver's scene, kept as long as it is asked for in the same few ways."""
+        found = self._bound.get(how)
+        if found is None:
+            sent = self._sent(how)
+            found = BoundScene(self._engine(sent.needs), **sent.arguments)
+            for oldest in list(self._bound)[: 1 - KEPT]:
+                self._bound.pop(oldest, None)
+            self._bound[how] = found
+        return found
+
+    def _rows_from(self, engine: Engine) -> SceneRows:
         """Rows of constants, made once: every program that has the kinds makes the same."""
         if self._rows is None:
             self._rows = gathered(engine, self.surfaces)
@@ -200,8 +176,7 @@ class Scene:
         Hits
         """
         start, direction = ray_arrays(origins, directions)
-        found = self._ready(method, samples, start.dtype).first(start, direction, threads)
-        return Hits(hit=found["surface"] >= 0, **found)
+        return first_hits(self._ready(rays_view(method, samples, start.dtype)), start, direction, threads)
 
     def render(
         self,
@@ -214,6 +189,7 @@ class Scene:
         samples: int = 64,
         antialias: int | None = None,
         dtype: Any = np.float64,
+        executor: Executor | None = None,
     ) -> Array:
         """The picture in linear light.
 
@@ -222,30 +198,93 @@ class Scene:
         width, height : int, optional
             Pixels; default: the scene file's, else 640 by 480.
         threads : int, optional
-            Default: all processors.
+            Default: all processors; with an executor, of each of its calls, where the default is 1.
         progress : bool or callable
-            True: a bar on standard error. A callable gets (pixels done, pixels in all).
+            True: a bar with the remaining time on standard error. A callable gets (pixels done, pixels in all).
         method, samples
             As for `Surface.intersect`.
         antialias : int, optional
             Rays along each side of a pixel.
         dtype : dtype
             float64 or float32.
+        executor : concurrent.futures.Executor, optional
+            Bands of rows are its calls: a pool of processes, or a cluster's, as from
+            ``dask.distributed.Client(...).get_executor()``. Workers need this package; each compiles the scene's
+            program once, into its own cache. The picture is the same to the bit.
 
         Returns
         -------
         (height, width, 3) array
             Row 0 is the top.
-        """
-        columns = self._setting(width, "width", WIDTH, MAX_SIDE)
-        rows = self._setting(height, "height", HEIGHT, MAX_SIDE)
-        grid = self._setting(antialias, "antialias", 1, MAX_GRID)
-        bound = self._ready(method, samples, dtype, self.camera.constants(columns, rows), grid)
-        with ExitStack() as stack:
-            return bound.render(columns, rows, threads, _progress(progress, columns * rows, stack))
 
-    def _setting(self, value: int | None, name: str, default: int, most: int) -> int:
-        return values.whole(self.settings.get(name, default) if value is None else value, name, 1, most)
+        Raises
+        ------
+        SceneError
+            If an option is wrong, or the picture is larger than the memory there is.
+        RenderInterrupted
+            On an interrupt; a KeyboardInterrupt whose ``partial`` holds what is done.
+        RenderError
+            If a worker of the executor fails or ends; with ``partial`` too.
+        """
+        how = picture_view(self.settings, width, height, ("color",), method, samples, antialias, dtype)
+        return self._painted(how, threads, progress, executor)["color"]
+
+    def layers(
+        self,
+        width: int | None = None,
+        height: int | None = None,
+        names: Sequence[str] = ("color",),
+        threads: int | None = None,
+        progress: bool | Callable[[int, int], None] = False,
+        *,
+        method: str = "isolate",
+        samples: int = 64,
+        antialias: int | None = None,
+        dtype: Any = np.float64,
+        executor: Executor | None = None,
+    ) -> dict[str, Array]:
+        """Several numbers for each pixel, in one pass.
+
+        All but the color are those of the one ray through the middle of the pixel, whatever ``antialias``.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of these:
+
+            - ``color``: linear light, (h, w, 3), as from `render`;
+            - ``normal``: unit normal in the world, on the side that is seen, (h, w, 3); NaN where nothing is;
+            - ``depth``: distance from the camera, (h, w); infinite where nothing is;
+            - ``alpha``: parameter of the curve of an evolved surface, (h, w); NaN elsewhere;
+            - ``cost``: how many surfaces and boxes the ray was compared with, (h, w), int32.
+        width, height, threads, progress, method, samples, antialias, dtype, executor
+            As for `render`, and so are the errors.
+
+        Returns
+        -------
+        dict of arrays
+            By name, as `save_layers` takes them.
+        """
+        how = picture_view(self.settings, width, height, checked_names(names), method, samples, antialias, dtype)
+        return self._painted(how, threads, progress, executor)
+
+    def size(self, width: int | None = None, height: int | None = None) -> tuple[int, int]:
+        """Width and height of the picture: what is given, else the scene file's, else 640 by 480."""
+        return picture_size(self.settings, width, height)
+
+    def _painted(
+        self,
+        how: View,
+        threads: int | None,
+        progress: bool | Callable[[int, int], None],
+        executor: Executor | None,
+    ) -> dict[str, Array]:
+        work = self._ready(how) if executor is None else self._sent(how)
+        canvas = Canvas.blank(how.width, how.height, how.layers, how.dtype)
+        with told(progress, how.width * how.height) as tell:
+            if isinstance(work, BoundScene):
+                return on_threads(work, canvas, how.grid, threads, tell)
+            return on_executor(work, canvas, how.grid, executor, threads, tell)
 
 
 def _members(given: Any, name: str, kind: type[T]) -> tuple[T, ...]:
@@ -260,29 +299,15 @@ def _members(given: Any, name: str, kind: type[T]) -> tuple[T, ...]:
     return members
 
 
-def _is_single(dtype: Any) -> bool:
-    try:
-        found = np.dtype(dtype)
-    except TypeError:
-        found = None
-    if found is None or found not in (np.float32, np.float64):
-        raise SceneError(f"dtype is {dtype!r}; it is float64 or float32.")
-    return bool(found == np.float32)
-
-
-def _progress(wanted: bool | Callable[[int, int], None], total: int, stack: ExitStack) -> Callable[[int], None] | None:
-    if wanted is False or wanted is None:
-        return None
-    if wanted is True:
-        from tqdm import tqdm
-
-        bar = stack.enter_context(tqdm(total=total, unit="px", unit_scale=True, desc="render"))
-        return lambda done: bar.update(done) and None
-    count = 0
-
-    def tell(done: int) -> None:
-        nonlocal count
-        count += done
-        wanted(count, total)
-
-    return tell
+__all__ = [
+    "HEIGHT",
+    "HORIZON",
+    "MAX_GRID",
+    "MAX_SIDE",
+    "REFLECTIONS",
+    "WIDTH",
+    "ZENITH",
+    "Hits",
+    "Light",
+    "Scene",
+]

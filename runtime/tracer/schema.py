@@ -1,139 +1,45 @@
-"""The schema of scene files, and scenes made from them; every error says file, line and key."""
+"""Scene files, and scenes made from them; every error says file, line, key and remedy."""
 
 from __future__ import annotations
 
-import math
 import os
 import re
-from typing import Annotated, Any, Literal
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import Field
 
-from ..errors import SceneError
-from ..tomlread import Document, Positive, Table, Vector3, read_document
-from .camera import Camera
-from .scene import HORIZON, MAX_GRID, MAX_SIDE, REFLECTIONS, ZENITH, Light, Scene
-from .surfaces import Disc, EvolvedCircles, Material, Plane, Sphere, Surface
+from ..codegen.programs.surface_kinds import SurfaceKind, surface_kind
+from ..errors import BladesmithError, MissingExtraError, SceneError
+from ..tomlread import Document, Table, read_document
+from .evolved_tables import EvolvedCirclesTable, EvolvedPointPairsTable
+from .scene import Light, Scene
+from .spans import checked
+from .surfaces import Surface
+from .surfaces.evolved import EvolvedSurface
+from .tables import (
+    CameraTable,
+    DiscTable,
+    FacetsTable,
+    LightTable,
+    MeshTable,
+    PlaneTable,
+    RenderTable,
+    SkyTable,
+    SphereTable,
+)
 
-NotNegative = Annotated[float, Field(ge=0.0)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Color = tuple[NotNegative, NotNegative, NotNegative]
-
-
-class CameraTable(Table):
-    """Where the camera stands; the angle is vertical, in degrees."""
-
-    position: Vector3
-    look_at: Vector3
-    up: Vector3 = (0.0, 0.0, 1.0)
-    field_of_view: Annotated[float, Field(gt=0.0, lt=180.0)] = 45.0
-
-
-class LightTable(Table):
-    """A lamp."""
-
-    position: Vector3
-    color: Color = (1.0, 1.0, 1.0)
-
-
-class SkyTable(Table):
-    """What rays see that hit nothing."""
-
-    horizon: Color = HORIZON
-    zenith: Color = ZENITH
-
-
-class RenderTable(Table):
-    """Defaults of the picture."""
-
-    width: Annotated[int, Field(ge=1, le=MAX_SIDE)] | None = None
-    height: Annotated[int, Field(ge=1, le=MAX_SIDE)] | None = None
-    antialias: Annotated[int, Field(ge=1, le=MAX_GRID)] | None = None
-    reflections: Annotated[int, Field(ge=0, le=1000)] = REFLECTIONS
-
-
-class SurfaceTable(Table):
-    """What all surfaces have: the keys of `Material`."""
-
-    color: Color = (0.8, 0.8, 0.8)
-    ambient: NotNegative = 0.1
-    diffuse: NotNegative = 0.8
-    specular: NotNegative = 0.3
-    shininess: Positive = 32.0
-    reflectivity: Share = 0.0
-
-    def material(self) -> Material:
-        """The look of the surface."""
-        return Material(**{key: getattr(self, key) for key in Material.__dataclass_fields__ if hasattr(self, key)})
-
-    def surface(self) -> Surface:
-        """The surface."""
-        raise NotImplementedError
-
-
-class FlatTable(SurfaceTable):
-    """Planes and discs may be checkered."""
-
-    checker: Color | None = None
-    checker_size: Positive = 1.0
-
-
-class PlaneTable(FlatTable):
-    """normal . x = offset."""
-
-    kind: Literal["plane"]
-    normal: Vector3
-    offset: float = 0.0
-
-    def surface(self) -> Surface:
-        return Plane(self.normal, self.offset, material=self.material())
-
-
-class SphereTable(SurfaceTable):
-    """A sphere."""
-
-    kind: Literal["sphere"]
-    center: Vector3
-    radius: Positive
-
-    def surface(self) -> Surface:
-        return Sphere(self.center, self.radius, material=self.material())
-
-
-class DiscTable(FlatTable):
-    """A disc."""
-
-    kind: Literal["disc"]
-    center: Vector3
-    normal: Vector3
-    radius: Positive
-
-    def surface(self) -> Surface:
-        return Disc(self.center, self.normal, self.radius, material=self.material())
-
-
-class CircleTable(Table):
-    """A control object."""
-
-    center: Vector3
-    normal: Vector3
-    radius: Positive
-
-
-class EvolvedCirclesTable(SurfaceTable):
-    """The surface between two circles."""
-
-    kind: Literal["evolved_circles"]
-    curve: Literal["bezier"] = "bezier"
-    controls: Annotated[list[CircleTable], Field(min_length=2, max_length=2)]
-    align: bool = True
-
-    def surface(self) -> Surface:
-        circles = [(c.center, c.normal, c.radius) for c in self.controls]
-        return EvolvedCircles(circles, align=self.align, material=self.material())
-
-
-AnySurface = Annotated[PlaneTable | SphereTable | DiscTable | EvolvedCirclesTable, Field(discriminator="kind")]
+T = TypeVar("T")
+AnySurface = Annotated[
+    PlaneTable | SphereTable | DiscTable | FacetsTable | MeshTable | EvolvedCirclesTable | EvolvedPointPairsTable,
+    Field(discriminator="kind"),
+]
+#: What messages about objects put before the name of a value; in a file the path says it.
+_OBJECTS = ("camera", "plane", "sphere", "disc", "facets", "mesh", "material", "light")
+_KEY = re.compile(r"(?P<key>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*|\[\d+\])*):? (?P<rest>.*)", re.DOTALL)
 
 
 class SceneTable(Table):
@@ -147,11 +53,18 @@ class SceneTable(Table):
 
 
 def load_scene(path: str | os.PathLike[str]) -> Scene:
-    """Read and check a scene file."""
+    """Read and check a scene file.
+
+    Raises
+    ------
+    SceneError
+        If it cannot be read, is no TOML, does not fit the schema, or means nothing: with file, line and key.
+    """
     document = read_document(str(path), SceneTable, SceneError)
-    table = document.contents
-    camera = _made(document, ("camera",), lambda: _camera(table.camera))
-    surfaces = [_made(document, ("surfaces", i), s.surface) for i, s in enumerate(table.surfaces)]
+    table, folder = document.contents, Path(path).parent
+    camera = _made(document, ("camera",), table.camera.camera)
+    surfaces = [_surface(document, i, folder) for i in range(len(table.surfaces))]
+    _refuse_unreal(document, surfaces)
     lights = [Light(light.position, light.color) for light in table.lights]
     settings = {key: value for key, value in table.render if value is not None and key != "reflections"}
     return Scene(
@@ -165,20 +78,56 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     )
 
 
-def _camera(table: CameraTable) -> Camera:
-    return Camera.look_at(table.position, table.look_at, table.up, math.radians(table.field_of_view))
+def _surface(document: Document[SceneTable], i: int, folder: Path) -> Surface:
+    table = document.contents.surfaces[i]
+    surface = _made(document, ("surfaces", i), partial(table.surface, folder))
+    surface.name = table.name
+    return surface
 
 
-#: What messages about objects call them; in a file the path says it.
-_OBJECTS = ("camera", "plane", "sphere", "disc", "material", "light")
+def _refuse_unreal(document: Document[SceneTable], surfaces: Sequence[Surface]) -> None:
+    """Curves that are no curves of real objects are told with their line, not when the first ray comes."""
+    members: dict[str, dict[int, EvolvedSurface]] = {}
+    for i, surface in enumerate(surfaces):
+        if isinstance(surface, EvolvedSurface):
+            members.setdefault(surface.program_kind, {})[i] = surface
+    for name, found in members.items():
+        first = next(iter(found))
+        kind = _made(document, ("surfaces", first), partial(_kind, name, found[first]))
+        rows = [surface.parameters for surface in found.values()]
+        ids = np.repeat(list(found), [len(part) for part in rows])
+        _made(document, (), partial(checked, kind, np.concatenate(rows), ids, surfaces))
 
 
-def _made(document: Document[SceneTable], path: tuple[Any, ...], make: Any) -> Any:
-    """What the schema cannot see (a normal of length zero): its error gets a file and a line."""
+def _kind(name: str, surface: EvolvedSurface) -> SurfaceKind:
+    try:
+        return surface_kind(name)
+    except SceneError as error:
+        remedy = "Use curve = 'kochanek_bartels' or 'interpolating' for many controls"
+        raise SceneError(f"controls are {len(surface.flipped)}: {error.what}", remedy=remedy) from None
+
+
+def _made(document: Document[SceneTable], path: tuple[Any, ...], make: Callable[[], T]) -> T:
+    """What the schema cannot see (a normal of length zero): its error gets a file, a line and a key."""
     try:
         return make()
-    except SceneError as error:
-        key, _, rest = error.what.partition(" ")
-        parts = re.findall(r"[A-Za-z_]+|\d+", key)
-        inner = [int(part) if part.isdigit() else part for part in parts if part not in _OBJECTS]
-        raise document.error((*path, *inner), rest) from None
+    except MissingExtraError:
+        raise
+    except BladesmithError as error:
+        inner, text = _place(document, path, error.what)
+        where = f"{error.where}: " if error.where else ""
+        raise document.error((*path, *inner), where + text, error.remedy) from None
+
+
+def _place(document: Document[SceneTable], path: tuple[Any, ...], what: str) -> tuple[tuple[Any, ...], str]:
+    """The key of a table that a message begins with, and the rest of the message; else the message."""
+    table: Any = document.contents
+    for part in path:
+        table = table[part] if isinstance(part, int) else getattr(table, part)
+    found = _KEY.fullmatch(what)
+    if found is not None:
+        parts = [int(p) if p.isdigit() else p for p in re.findall(r"[A-Za-z_]\w*|\d+", found["key"])]
+        inner = tuple(part for part in parts if part not in _OBJECTS)
+        if inner and inner[0] in getattr(type(table), "model_fields", ()):
+            return inner, found["rest"]
+    return (), f"is refused: {what}" if path else what

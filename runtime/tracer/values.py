@@ -6,6 +6,7 @@ with ``.values``, or an array): far from the origin parameters keep more digits.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -22,6 +23,10 @@ from ..errors import SceneError
 Array = NDArray[np.float64]
 #: A normal shorter than this has no direction that means anything.
 TINY = 1e-150
+#: Squares and products of larger parameters would overflow on the way.
+LARGEST = 1e90
+#: Parameters of the objects that evolved surfaces follow, by kind.
+FIELDS = {"circle": ("center", "normal", "radius"), "point_pair": ("a", "b")}
 
 
 class Circle(NamedTuple):
@@ -30,6 +35,13 @@ class Circle(NamedTuple):
     center: Array
     normal: Array
     radius: float
+
+
+class PointPair(NamedTuple):
+    """Two end points, from a to b."""
+
+    a: Array
+    b: Array
 
 
 def reals(value: Any) -> NDArray[Any] | None:
@@ -56,6 +68,8 @@ def finite(value: Any, name: str, size: int | None = None) -> Array:
 
 def number(value: Any, name: str) -> float:
     """One finite number."""
+    if type(value) in (float, int) and math.isfinite(value):
+        return float(value)  # most are: scenes have thousands
     array = finite(value, name)
     return float(finite(array.reshape(-1) if array.size == 1 else array, name, 1)[0])
 
@@ -116,7 +130,7 @@ def coefficients(value: Any, kind: str) -> Array | None:
 
 
 #: Sign of X^2 for real objects.
-_SQUARE = {"plane": -1.0, "sphere": -1.0, "circle": 1.0}
+_SQUARE = {"plane": -1.0, "sphere": -1.0, "circle": 1.0, "point_pair": 1.0}
 
 
 def _unit_object(values: Array, kind: str) -> Multivector:
@@ -162,19 +176,67 @@ def read_circle(values: Array) -> Circle:
     return Circle(_read(center, fault), unit(_read(normal, fault), "normal"), float(_read(radius, fault)[0]))
 
 
+def read_point_pair(values: Array) -> PointPair:
+    """End points of a point pair."""
+    a, b, _ = conformal.point_pair_parameters(_unit_object(values, "point_pair"))
+    fault = "the point pair is a flat point."
+    return PointPair(_read(a, fault), _read(b, fault))
+
+
 def circle(value: Any, name: str) -> Circle:
     """A circle from (center, normal, radius), a mapping of these, or its coefficients."""
     array = coefficients(value, "circle")
     if array is not None:
-        return read_circle(array)
-    if isinstance(value, Mapping):
-        missing = [key for key in Circle._fields if key not in value]
-        if missing:
-            raise SceneError(f"{name} has no {missing[0]}; a circle has center, normal and radius.")
-        value = [value[key] for key in Circle._fields]
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise SceneError(f"{name} is no circle; give (center, normal, radius) or its coefficients.")
-    center, normal, radius = value
+        return Circle(*_named(name, read_circle, array))
+    center, normal, radius = _fields(value, name, "circle")
     return Circle(
-        finite(center, f"{name}.center", 3), unit(normal, f"{name}.normal"), positive(radius, f"{name}.radius")
+        _position(center, f"{name}.center"), unit(normal, f"{name}.normal"), _length(radius, f"{name}.radius")
     )
+
+
+def point_pair(value: Any, name: str) -> PointPair:
+    """A point pair from (a, b), a mapping of these, or its coefficients."""
+    array = coefficients(value, "point_pair")
+    if array is not None:
+        return PointPair(*_named(name, read_point_pair, array))
+    a, b = (_position(x, f"{name}.{key}") for x, key in zip(_fields(value, name, "point_pair"), "ab", strict=True))
+    if (a == b).all():
+        raise SceneError(f"{name}.b is {b.tolist()}, which is its a too; a point pair has two end points.")
+    return PointPair(a, b)
+
+
+def _fields(value: Any, name: str, kind: str) -> list[Any]:
+    """Parameters of an object from a tuple or a mapping."""
+    fields, what = FIELDS[kind], kind.replace("_", " ")
+    if isinstance(value, Mapping):
+        missing = [key for key in fields if key not in value]
+        if missing:
+            raise SceneError(f"{name} has no {missing[0]}; a {what} has {', '.join(fields[:-1])} and {fields[-1]}.")
+        return [value[key] for key in fields]
+    if not isinstance(value, list | tuple | np.ndarray) or len(value) != len(fields):
+        own = getattr(getattr(value, "kind", None), "name", None)
+        fault = f"is a {own}, no {what}" if own else f"is no {what}"
+        raise SceneError(f"{name} {fault}; give ({', '.join(fields)}) or its coefficients.")
+    return list(value)
+
+
+def _position(value: Any, name: str) -> Array:
+    position = finite(value, name, 3)
+    if np.abs(position).max() > LARGEST:
+        raise SceneError(f"{name} is {position.tolist()}; coordinates go to {LARGEST:g}.")
+    return position
+
+
+def _length(value: Any, name: str) -> float:
+    length = positive(value, name)
+    if length > LARGEST:
+        raise SceneError(f"{name} is {length:g}; lengths go to {LARGEST:g}.")
+    return length
+
+
+def _named(name: str, read: Any, array: Array) -> Any:
+    """What a reader of coefficients says, with the name of the object."""
+    try:
+        return read(array)
+    except SceneError as error:
+        raise SceneError(f"{name}: {error.what}") from None

@@ -1,11 +1,13 @@
 /* All roots of a polynomial as the eigenvalues of its companion matrix: balancing, then QR steps with two implicit
    shifts on the Hessenberg form, eigenvalues only. The printed method's solver, as numpy.roots has it from LAPACK.
-   One inclusion makes one instance for the scalar type S. */
+   No guard: one inclusion makes one instance, for the scalar type S. Define before including (undefined at the end):
+     COMPANION(name)         the instance's names, e.g. FN(evolved_##name)
+     BS_COMPANION_DEGREE     the highest degree */
 
 #ifndef BS_COMPANION_CONSTANTS
 #define BS_COMPANION_CONSTANTS
 /* PATIENCE: QR steps for one eigenvalue before giving up; after FRESH steps without success the shift changes. */
-enum { BS_COMPANION_DEGREE = 12, BS_COMPANION_PATIENCE = 60, BS_COMPANION_FRESH = 10 };
+enum { BS_COMPANION_PATIENCE = 60, BS_COMPANION_FRESH = 10 };
 #define BS_COMPANION_UNIT(T) ((T)(sizeof(T) == 4 ? 1.1920928955078125e-7 : 2.220446049250313e-16))
 /* A shift that is no eigenvalue of a corner of the matrix, relative to its last two subdiagonal entries. */
 #define BS_COMPANION_SHIFT 1.5
@@ -14,10 +16,10 @@ enum { BS_COMPANION_DEGREE = 12, BS_COMPANION_PATIENCE = 60, BS_COMPANION_FRESH 
 typedef struct {
     S m[BS_COMPANION_DEGREE][BS_COMPANION_DEGREE]; /* upper Hessenberg */
     S shift;                                       /* taken off the whole diagonal so far */
-} FN(companion_matrix);
+} COMPANION(matrix);
 
 /* Scale rows and columns by powers of two until their sums of absolute values are within a factor of two. */
-BS_INLINE void FN(companion_balance)(FN(companion_matrix) *h, int n)
+BS_INLINE void COMPANION(balance)(COMPANION(matrix) *h, int n)
 {
     for (int changed = 1; changed;) {
         changed = 0;
@@ -46,7 +48,7 @@ BS_INLINE void FN(companion_balance)(FN(companion_matrix) *h, int n)
 }
 
 /* One sweep over rows first .. last; sum and product of the two shifts. */
-BS_INLINE void FN(companion_sweep)(FN(companion_matrix) *h, int first, int last, S sum, S product)
+BS_INLINE void COMPANION(sweep)(COMPANION(matrix) *h, int first, int last, S sum, S product)
 {
     S(*m)[BS_COMPANION_DEGREE] = h->m;
     /* First column of (H - s1)(H - s2). */
@@ -90,7 +92,7 @@ BS_INLINE void FN(companion_sweep)(FN(companion_matrix) *h, int first, int last,
 }
 
 /* Real and imaginary parts of the eigenvalues; returns how many were found (all but never fewer than n). */
-BS_INLINE int FN(companion_eigenvalues)(S *re, S *im, FN(companion_matrix) *h, int n)
+BS_INLINE int COMPANION(eigenvalues)(S *re, S *im, COMPANION(matrix) *h, int n)
 {
     S(*m)[BS_COMPANION_DEGREE] = h->m;
     int found = 0, last = n - 1, steps = 0;
@@ -130,22 +132,25 @@ BS_INLINE int FN(companion_eigenvalues)(S *re, S *im, FN(companion_matrix) *h, i
             m[last][last] = 0;
             sum = K(BS_COMPANION_SHIFT) * off, product = off * off;
         }
-        FN(companion_sweep)(h, first, last, sum, product);
+        COMPANION(sweep)(h, first, last, sum, product);
     }
     return found;
 }
 
 /* Roots of the sum of powers[k] x^k up to degree n <= 12. Returns their number, which is less than n if the highest
    powers are missing, or if the iteration does not end. */
-BS_INLINE int FN(companion_roots)(S *re, S *im, const S *powers, int n)
+BS_INLINE int COMPANION(roots)(S *re, S *im, const S *powers, int n)
 {
-    FN(companion_matrix) h;
+    COMPANION(matrix) h;
     while (n > 0 && powers[n] == 0)
         n--;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
             h.m[i][j] = i == 0 ? -powers[n - 1 - j] / powers[n] : K(i == j + 1);
     h.shift = 0;
-    FN(companion_balance)(&h, n);
-    return FN(companion_eigenvalues)(re, im, &h, n);
+    COMPANION(balance)(&h, n);
+    return COMPANION(eigenvalues)(re, im, &h, n);
 }
+
+#undef COMPANION
+#undef BS_COMPANION_DEGREE

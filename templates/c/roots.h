@@ -1,6 +1,6 @@
 /* Roots on [0, 1] of one branch of a polynomial: Descartes' rule on Bernstein coefficients isolates, the condition
    tells true from false and refines. Control flow only; the algebra comes in through the names below. No guard: one
-   inclusion makes one instance, for one scalar type S and one kind of problem.
+   inclusion makes one instance, for one scalar type S, one degree and one kind of problem.
 
    The polynomial p of degree n vanishes wherever the condition f does, and at roots of other branches, where f does
    not: f is what stood there before a square root was squared away. Define before including (undefined at the end):
@@ -8,8 +8,12 @@
      ROOTS_DEGREE              n
      ROOTS_DATA                type of a problem, handed on to f as a const pointer
      ROOTS_CONDITION(d, a, b)  f at a, with b = 1 - a, or any positive continuous multiple of it
+     ROOTS_RATE(to, d, a, b)   optional: f and its derivative by a into to[0], to[1]; fewer steps are needed then
      ROOTS_BOUND(d, a, b)      sum of the absolute values of its terms there: its rounding error is relative to it
      ROOTS_NOISE(d, a, b)      sum of the absolute values of p's terms, rising in a and b, b not bound to 1 - a
+   It provides: ROOTS(search), made with {data, roots, room for how many, 0, 0}; ROOTS(isolate)(search, c, noise, begin,
+   end) for p's Bernstein coefficients on [begin, end], in [0, 1], that are off by less than noise; it appends to
+   roots, rising, and sets vanishes. ROOTS(cut) makes the coefficients of a part of [0, 1].
 
    A piece of [0, 1] is dropped when p has one certain sign on it, or at most one root and f no sign change. It
    holds one root when f changes sign and p has at most two roots. Otherwise it is halved. So no tolerance tells
@@ -26,6 +30,8 @@
 #define BS_ROOTS_SHORT(T) ((T)(sizeof(T) == 4 ? 0.015625 : 0.000244140625))
 /* Cube root of the unit roundoff: a third-order step from here is exact. */
 #define BS_ROOTS_NEAR(T) ((T)(sizeof(T) == 4 ? 0.00390625 : 4.76837158203125e-6))
+/* Square root of the unit roundoff: a second-order step from here is exact, if its constant is not large. */
+#define BS_ROOTS_CLOSE(T) ((T)(sizeof(T) == 4 ? 2.44140625e-4 : 1.0536712127723509e-8))
 /* All in unit roundoffs. MARGIN: how far outside [0, 1] a root still counts, because it was rounded there. NOISE:
    errors of p's coefficients relative to the caller's bound, some ten when they are made and as many by halving;
    the rest, 8 MARGIN, is what p changes by outside its interval. TOUCH: error of f relative to its bound. */
@@ -33,6 +39,14 @@ enum { BS_ROOTS_NOISE = 288, BS_ROOTS_MARGIN = 32, BS_ROOTS_TOUCH = 16 };
 /* STEPS is out of reach: bisection alone ends after 53. PROBES: places where f is asked in a wide run. */
 #define BS_ROOTS_GOLDEN 0.3819660112501051
 enum { BS_ROOTS_STEPS = 128, BS_ROOTS_PROBES = 32, BS_ROOTS_STACK = 28 };
+#endif
+
+#ifdef ROOTS /* without it only the constants are wanted */
+/* Unrolled, a few coefficients stay in registers; of many the compiler makes vectors. */
+#if ROOTS_DEGREE <= 12
+#define ROOTS_UNROLL BS_UNROLL
+#else
+#define ROOTS_UNROLL
 #endif
 
 typedef struct {
@@ -58,14 +72,14 @@ BS_INLINE S ROOTS(at)(const ROOTS_DATA *d, S a)
 BS_INLINE void ROOTS(halve)(S *left, S *right, const S *c)
 {
     S w[ROOTS_DEGREE + 1];
-    BS_UNROLL
+    ROOTS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++)
         w[i] = c[i];
-    BS_UNROLL
+    ROOTS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++) {
         left[i] = w[0];
         right[ROOTS_DEGREE - i] = w[ROOTS_DEGREE - i];
-        BS_UNROLL
+        ROOTS_UNROLL
         for (int j = 0; j < ROOTS_DEGREE - i; j++)
             w[j] = K(0.5) * (w[j] + w[j + 1]);
     }
@@ -77,7 +91,7 @@ BS_INLINE int ROOTS(variations)(const S *c, S noise, int *unsure)
 {
     int changes = 0, last = 0;
     S least = BS_ABS1(c[0]), most = least;
-    BS_UNROLL
+    ROOTS_UNROLL
     for (int i = 1; i <= ROOTS_DEGREE; i++) {
         const S size = BS_ABS1(c[i]);
         least = size < least ? size : least;
@@ -98,15 +112,61 @@ BS_INLINE int ROOTS(variations)(const S *c, S noise, int *unsure)
     return changes;
 }
 
-/* The root between lo and hi, where f has unlike signs. a is the last point, b the nearest one with f of the other
+BS_INLINE S ROOTS(secant)(S lo, S f_lo, S hi, S f_hi)
+{
+    return lo + (hi - lo) * (f_lo / (f_lo - f_hi));
+}
+
+/* Where the polygon of the coefficients first changes sign, as a fraction of its interval: near a root of p. */
+BS_INLINE S ROOTS(crossing)(const S *c)
+{
+    int i = 0;
+    while (i < ROOTS_DEGREE - 1 && (c[i] < 0) == (c[i + 1] < 0))
+        i++;
+    const S part = c[i] / (c[i] - c[i + 1]);
+    return (K(i) + (part > 0 && part < 1 ? part : K(0.5))) / K(ROOTS_DEGREE);
+}
+
+#ifdef ROOTS_RATE
+/* The root between lo and hi, where f has unlike signs, and where to begin. Newton's steps; bisection where they leave
+   the interval or do not shrink by half. Two successive steps tell the constant and what the second leaves: when
+   that is a rounding, the next value of f could not add anything. */
+BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi, S guess)
+{
+    const S tolerance = K(2) * BS_ROOTS_UNIT(S);
+    S x = guess, before = hi - lo;
+    int steps = 0; /* of Newton, one after the other */
+    (void)f_hi;
+    for (int step = 0; step < BS_ROOTS_STEPS; step++) {
+        S f_rate[2];
+        ROOTS_RATE(f_rate, d, x, K(1) - x);
+        const S f = f_rate[0], move = -f / f_rate[1], next = x + move, size = BS_ABS1(move);
+        if ((f < 0) == (f_lo < 0))
+            lo = x;
+        else
+            hi = x;
+        if (f == 0 || hi - lo <= tolerance)
+            break;
+        if (next > lo && next < hi && size <= K(0.5) * before) {
+            if (size <= BS_ROOTS_CLOSE(S) && size * size * size <= tolerance * (steps ? before * before : size * size))
+                return next;
+            x = next, before = size, steps++;
+        } else {
+            x = K(0.5) * (lo + hi), before = hi - lo, steps = 0;
+        }
+    }
+    return x;
+}
+#else
+/* The root between lo and hi, where f has unlike signs, and where to begin. a is the last point, b the nearest one with f of the other
    sign, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's test),
    else bisection; one division. The secant through a and c tells the interpolation's error: when that is a
    rounding, and not by chance far from the root, the next value of f could not add anything. */
-BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi)
+BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi, S guess)
 {
     const S tolerance = K(2) * BS_ROOTS_UNIT(S), scale = K(1) / (f_hi - f_lo);
     S a = hi, fa = f_hi * scale, b = lo, fb = f_lo * scale;
-    S move = (b - a) * fa;
+    S move = guess - a;
     for (int step = 0; step < BS_ROOTS_STEPS; step++) {
         const S x = a + move, fx = scale * ROOTS(at)(d, x);
         S c = a, fc = fa;
@@ -129,6 +189,7 @@ BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi)
     }
     return a;
 }
+#endif
 
 BS_INLINE void ROOTS(append)(ROOTS(search) *s, S root)
 {
@@ -189,8 +250,8 @@ BS_COLD void ROOTS(dip)(ROOTS(search) *s, S lo, S f_lo, S middle, S f_middle, S 
     if (ROOTS(touches)(s->data, middle, f_middle)) {
         ROOTS(append)(s, middle);
     } else if ((f_middle < 0) != (f_lo < 0)) {
-        ROOTS(append)(s, ROOTS(refine)(s->data, lo, f_lo, middle, f_middle));
-        ROOTS(append)(s, ROOTS(refine)(s->data, middle, f_middle, hi, f_hi));
+        ROOTS(append)(s, ROOTS(refine)(s->data, lo, f_lo, middle, f_middle, ROOTS(secant)(lo, f_lo, middle, f_middle)));
+        ROOTS(append)(s, ROOTS(refine)(s->data, middle, f_middle, hi, f_hi, ROOTS(secant)(middle, f_middle, hi, f_hi)));
     }
 }
 
@@ -206,7 +267,7 @@ BS_COLD void ROOTS(probe)(ROOTS(search) *s, const ROOTS(piece) *run)
         f[2] = i < BS_ROOTS_PROBES ? ROOTS(at)(s->data, x[2]) : run->f_hi;
         zeros += ROOTS(touches)(s->data, x[2], f[2]);
         if ((f[1] < 0) != (f[2] < 0))
-            ROOTS(append)(s, ROOTS(refine)(s->data, x[1], f[1], x[2], f[2]));
+            ROOTS(append)(s, ROOTS(refine)(s->data, x[1], f[1], x[2], f[2], ROOTS(secant)(x[1], f[1], x[2], f[2])));
         else if (i > 1 && (f[0] < 0) == (f[1] < 0) && ROOTS(dips)(f[0], f[1], f[2]))
             ROOTS(dip)(s, x[0], f[0], x[1], f[1], x[2], f[2]);
     }
@@ -224,7 +285,8 @@ BS_COLD void ROOTS(settle)(ROOTS(search) *s, const ROOTS(piece) *run, const S *c
         return;
     }
     if ((run->f_lo < 0) != (run->f_hi < 0)) {
-        ROOTS(append)(s, ROOTS(refine)(s->data, run->lo, run->f_lo, run->hi, run->f_hi));
+        const S guess = ROOTS(secant)(run->lo, run->f_lo, run->hi, run->f_hi);
+        ROOTS(append)(s, ROOTS(refine)(s->data, run->lo, run->f_lo, run->hi, run->f_hi, guess));
         return;
     }
     const S g_lo = ROOTS(slope)(c, lo), g_hi = ROOTS(slope)(c, hi);
@@ -279,7 +341,8 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
             run.hi = now->hi, run.f_hi = now->f_hi;
             running = 1;
         } else if (roots >= 0 && unlike) {
-            ROOTS(append)(s, ROOTS(refine)(s->data, now->lo, now->f_lo, now->hi, now->f_hi));
+            const S guess = now->lo + (now->hi - now->lo) * ROOTS(crossing)(now->c);
+            ROOTS(append)(s, ROOTS(refine)(s->data, now->lo, now->f_lo, now->hi, now->f_hi, guess));
         }
         height--;
     }
@@ -291,5 +354,8 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
 #undef ROOTS_DEGREE
 #undef ROOTS_DATA
 #undef ROOTS_CONDITION
+#undef ROOTS_RATE
 #undef ROOTS_BOUND
 #undef ROOTS_NOISE
+#undef ROOTS_UNROLL
+#endif

@@ -12,7 +12,7 @@
 #endif
 
 enum {
-  BS_ROOTS_MOST = 8, /* of one ray and one surface */
+  BS_ROOTS_MOST = BS_SCENE_ROOTS, /* of one ray and one row */
   BS_HITS_MOST = 2 * BS_ROOTS_MOST, /* a root that only touches may have two points */
   BS_MATERIAL_COLOR = 0,
   BS_MATERIAL_AMBIENT = 3,
@@ -29,6 +29,15 @@ enum {
 
 /* The codes of bladesmith.Status that a ray can meet. */
 enum { BS_STATUS_OK = 0, BS_STATUS_SINGULAR = 1, BS_STATUS_INVALID = 6 };
+
+/* The tree: parts of a node, what stands where there is none, and room for the nodes that wait while others are
+   searched: all but one of each level's. scene_build.h keeps to it. */
+enum { BS_PARTS = 4, BS_NO_PART = -2147483647 - 1, BS_TREE_LEVELS = 48, BS_TREE_WAITING = BS_TREE_LEVELS * (BS_PARTS - 1) + 1 };
+
+/* Two pieces of a curve find a point of their joint at parameters that differ by some roundings, and at places that
+   may lose half of the digits where the ray touches. */
+#define BS_JOINT_ALPHA(T) ((T)(sizeof(T) == 4 ? 64 * 5.9604644775390625e-8 : 64 * 1.1102230246251565e-16))
+#define BS_JOINT_PLACE(T) ((T)(sizeof(T) == 4 ? 3.4526698300124393e-4 : 1.4901161193847656e-8))
 
 /* Rays that leave a surface start this many units in the last place off it, relative to the numbers that the
    point was made of: more than the error of a hit, less than anything that can be seen. */

@@ -2,3 +2,4 @@
 #undef BS_ROW
 #undef BS_FAR
 #undef BS_FLOOR1
+#undef BS_FACETS

@@ -1,63 +1,9 @@
-/* bladesmith: surfaces evolved linearly between two circles. Everything is done in the surface's own frame, moved and
-   scaled to about unit size; its constants are made there once. evolved.h finds the roots; here they become points. */
-
-enum {
-  FN(EVOLVED_CENTER) = 0,   /* of the frame, in the world */
-  FN(EVOLVED_SCALE) = 3,    /* length of its unit, and one over it */
-  FN(EVOLVED_BOUND) = 5,    /* centre and radius of a sphere around the surface, in the frame */
-  FN(EVOLVED_SURFACE) = 9,  /* m0, kappa */
-  FN(EVOLVED_CIRCLES) = 11, /* C1, C2, M4 C1, M4 C2 */
-  FN(EVOLVED_SIZE) = 51
-};
-
-/* What evolved.h asks for. Of a method that the program leaves out, only the name remains. */
-BS_INLINE void FN(evolved_octic)(S *out, const S *ray, const S *surface)
-{
-#if BS_SCENE_ISOLATE
-  FN(cga3d_evolved_octic)(out, ray, surface);
-#else
-  (void)out, (void)ray, (void)surface;
-#endif
-}
-
-BS_INLINE S FN(evolved_octic_bound)(const S *ray, const S *surface, S a, S b)
-{
-#if BS_SCENE_ISOLATE
-  S bound[1];
-  FN(cga3d_evolved_octic_bound)(bound, ray, surface, &a, &b);
-  return bound[0];
-#else
-  (void)ray, (void)surface, (void)a, (void)b;
-  return K(0);
-#endif
-}
-
-BS_INLINE S FN(evolved_condition)(const S *ray, const S *surface, S a, S b)
-{
-  S f[1];
-  FN(cga3d_evolved_condition)(f, ray, surface, &a, &b);
-  return f[0];
-}
-
-BS_INLINE S FN(evolved_meet_square)(const S *ray, const S *surface, S a, S b)
-{
-#if BS_SCENE_COMPANION || BS_SCENE_SAMPLED
-  S f[1];
-  FN(cga3d_evolved_meet_square)(f, ray, surface, &a, &b);
-  return f[0];
-#else
-  return FN(evolved_condition)(ray, surface, a, b);
-#endif
-}
-
-BS_INLINE void FN(evolved_dodecic)(S *out, const S *ray, const S *surface)
-{
-#if BS_SCENE_COMPANION
-  FN(cga3d_evolved_dodecic)(out, ray, surface);
-#else
-  (void)out, (void)ray, (void)surface;
-#endif
-}
+/* bladesmith: surfaces evolved along pieces of curves of circles, of one degree. No guard: included once for each, under
+   BS_MEMBER (the kind), BS_SUFFIX (of its kernels), BS_DEGREE and BS_FREE. Everything is done in the piece's own frame,
+   moved and scaled to about unit size; its constants are made there once. evolved.h finds the roots; here they become
+   points. */
+#define EVOLVED(name) FN(BS_PASTE(BS_MEMBER, name))
+#define KERNEL(name) FN(BS_PASTE(cga3d_##name, BS_SUFFIX))
 
 #include "evolved.h"
 
@@ -70,16 +16,50 @@ BS_INLINE void FN(evolved_dodecic)(S *out, const S *ray, const S *surface)
 enum { BS_EVOLVED_STEPS = 4 };
 #endif
 
-/* Parameters of a surface: frame (centre, unit, one over it), then centre, normal, radius of both circles in it. */
-BS_INLINE int FN(evolved_circles_1_prepare)(S *k, const S *parameters)
+/* S0, K, the controls with their binomials inside, and Q C': sums over products of two coefficients. */
+BS_OWN void EVOLVED(constants)(S *k, const S *controls)
 {
-  const S *first = parameters + 5, *second = parameters + 12;
-  S *circles = k + FN(EVOLVED_CIRCLES);
-  FN(copy)(k, parameters, 5);
-  for (int i = 0; i < 3; i++) k[FN(EVOLVED_BOUND) + i] = 0;
-  k[FN(EVOLVED_BOUND) + 3] = BS_FAR; /* unbounded, until somebody knows better */
-  FN(cga3d_evolved_constants)(circles, circles + 10, circles + 20, circles + 30, k + FN(EVOLVED_SURFACE), first,
-                              first + 3, first + 6, second, second + 3, second + 6);
+  S *const norm = k + EVOLVED_NORM, *const kappa = k + EVOLVED_KAPPA;
+  S *const c = k + EVOLVED_CONTROLS, *const products = k + EVOLVED_PRODUCTS;
+  S squares[5 * (2 * BS_DEGREE + 1)] = {0}, binomial = 1, sum[10];
+  const S *const quad = squares + (BS_FREE ? 0 : 5); /* between circles the ends of w Q vanish */
+  for (int i = 0; i <= BS_DEGREE; i++) {
+    for (int j = 0; j < 10; j++) c[10 * i + j] = binomial * controls[10 * i + j];
+    binomial = binomial * K(BS_DEGREE - i) / K(i + 1);
+  }
+  for (int i = 0; i < EVOLVED_SIZES - EVOLVED_PRODUCTS; i++) products[i] = 0;
+  for (int i = 0; i < EVOLVED_CONTROLS - EVOLVED_NORM; i++) norm[i] = 0;
+  for (int i = 0; i <= BS_DEGREE; i++)
+    for (int j = i; j <= BS_DEGREE; j++) {
+      const S weight = i < j ? K(2) : K(1);
+      S *const to = squares + 5 * (i + j);
+      FN(cga3d_square_term)(sum, sum + 1, norm + i + j, to, c + 10 * i, c + 10 * j, &weight);
+      norm[i + j] = sum[0];
+      FN(copy)(to, sum + 1, 5);
+    }
+  for (int i = 0; i <= EVOLVED_QUAD; i++) {
+    for (int j = i; j <= EVOLVED_QUAD; j++) {
+      const S weight = i < j ? K(2) : K(1);
+      FN(cga3d_kappa_term)(sum, kappa + i + j, quad + 5 * i, quad + 5 * j, &weight);
+      kappa[i + j] = sum[0];
+    }
+    for (int j = 0; j <= BS_DEGREE; j++) {
+      S *const to = products + 10 * (i + j);
+      FN(cga3d_product_term)(sum, to, quad + 5 * i, c + 10 * j);
+      FN(copy)(to, sum, 10);
+    }
+  }
+  KERNEL(evolved_sizes)(k + EVOLVED_SIZES, norm, kappa, quad, c, products);
+}
+
+/* Parameters of a piece: frame (centre, unit, one over it), what is added to t, spans, controls. */
+BS_INLINE int EVOLVED(prepare)(S *k, const S *parameters)
+{
+  FN(copy)(k, parameters, EVOLVED_BOUND);
+  for (int i = 0; i < 3; i++) k[EVOLVED_BOUND + i] = 0;
+  k[EVOLVED_BOUND + 3] = BS_FAR; /* unbounded, until somebody knows better */
+  FN(copy)(k + EVOLVED_REAL, parameters + EVOLVED_BOUND, 2 * BS_EVOLVED_SPANS);
+  EVOLVED(constants)(k, parameters + EVOLVED_BOUND + 2 * BS_EVOLVED_SPANS);
   return 1;
 }
 
@@ -90,14 +70,14 @@ typedef struct {
   const S *direction;
   const S *roots;
   int root_count;
-  S flat_t[BS_HITS_MOST], flat_a[BS_HITS_MOST]; /* points found by evolved_flat_hits */
+  S flat_t[2 * EVOLVED_ROOTS], flat_at[2 * EVOLVED_ROOTS]; /* points found by flat_hits, and their parameters */
   int flat_count;
-} FN(evolved_meeting);
+} EVOLVED(meeting);
 
-BS_INLINE void FN(evolved_offer)(FN(search) *search, const FN(evolved_meeting) *m, S t, S a, const S *position)
+BS_INLINE void EVOLVED(offer)(FN(search) *search, const EVOLVED(meeting) *m, S t, S at, const S *position)
 {
-  const S unit = m->k[FN(EVOLVED_SCALE)];
-  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, K(1) - a); /* the curve's parameter is 0 at the first circle */
+  const S unit = m->k[EVOLVED_UNIT];
+  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, m->k[EVOLVED_START] + at);
   if (!hit) return;
   for (int i = 0; i < 3; i++) {
     hit->local[i] = position[i];
@@ -105,90 +85,118 @@ BS_INLINE void FN(evolved_offer)(FN(search) *search, const FN(evolved_meeting) *
   }
 }
 
-/* 1 if the nearest root to a is this one, and no other root has found the same point: each point counts once. */
-BS_INLINE int FN(evolved_own)(FN(evolved_meeting) *m, int root, S t, S a)
+/* 1 if the nearest root to a parameter is this one, and no other root has found the same point: each counts once. */
+BS_INLINE int EVOLVED(own)(EVOLVED(meeting) *m, int root, S t, S at)
 {
   const S settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
   for (int i = 0; i < m->root_count; i++)
-    if (ABS(m->roots[i] - a) < ABS(m->roots[root] - a) - settled) return 0;
+    if (ABS(m->roots[i] - at) < ABS(m->roots[root] - at) - settled) return 0;
   for (int i = 0; i < m->flat_count; i++)
-    if (ABS(m->flat_t[i] - t) <= settled * (K(1) + ABS(t)) && ABS(m->flat_a[i] - a) <= settled) return 0;
-  m->flat_t[m->flat_count] = t, m->flat_a[m->flat_count++] = a;
+    if (ABS(m->flat_t[i] - t) <= settled * (K(1) + ABS(t)) && ABS(m->flat_at[i] - at) <= settled) return 0;
+  m->flat_t[m->flat_count] = t, m->flat_at[m->flat_count++] = at;
   return 1;
 }
 
 /* Hits of a ray that lies near the plane of the circle of a root, where the meet vanishes: its points on the circle's
    sphere, refined. A root that only touches has two. */
-BS_OWN void FN(evolved_flat_hits)(FN(search) *search, FN(evolved_meeting) *m, int root)
+BS_COLD void EVOLVED(flat_hits)(FN(search) *search, EVOLVED(meeting) *m, int root)
 {
-  const S *const surface = m->k + FN(EVOLVED_SURFACE), *const c = m->k + FN(EVOLVED_CIRCLES);
-  S a = m->roots[root], b = K(1) - a, start[2];
-  FN(cga3d_evolved_sphere)(start, m->origin, m->direction, surface, &a, &b, c, c + 10, c + 20, c + 30);
+  const S *const norm = m->k + EVOLVED_NORM, *const kappa = m->k + EVOLVED_KAPPA;
+  const S *const c = m->k + EVOLVED_CONTROLS, *const products = m->k + EVOLVED_PRODUCTS;
+  S at = m->roots[root], rest = K(1) - at, start[2];
+  KERNEL(evolved_sphere)(start, m->origin, m->direction, norm, kappa, &rest, &at, c, products);
   for (int side = 0; side < 2; side++) {
     S t = start[side], step[2] = {0, 0}, position[3];
-    a = m->roots[root];
+    at = m->roots[root];
     for (int i = 0; i < BS_EVOLVED_STEPS; i++) {
-      b = K(1) - a;
-      FN(cga3d_evolved_polish)(step, m->origin, m->direction, &t, surface, &a, &b, c, c + 10, c + 20, c + 30);
-      t += step[0], a += step[1];
+      rest = K(1) - at;
+      KERNEL(evolved_polish)(step, m->origin, m->direction, &t, norm, kappa, &rest, &at, c, products);
+      t += step[0], at += step[1];
     }
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S), settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
-    if (!(a >= -margin && a <= K(1) + margin && ABS(step[1]) < settled)) continue;
-    a = a < 0 ? K(0) : a > 1 ? K(1) : a;
-    if (!FN(evolved_own)(m, root, t, a)) continue;
+    if (!(at >= -margin && at <= K(1) + margin && ABS(step[1]) < settled)) continue;
+    at = at < 0 ? K(0) : at > 1 ? K(1) : at;
+    if (!EVOLVED(own)(m, root, t, at)) continue;
     for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
-    FN(evolved_offer)(search, m, t, a, position);
+    EVOLVED(offer)(search, m, t, at, position);
   }
 }
 
-BS_INLINE int FN(evolved_roots)(S *roots, const S *ray, const S *surface, const FN(search) *search)
+BS_INLINE int EVOLVED(find)(S *roots, const S *ray, const EVOLVED(meeting) *m, const FN(search) *search)
 {
 #if BS_SCENE_COMPANION
-  if (search->method == 1) return FN(evolved_companion)(roots, BS_ROOTS_MOST, ray, surface);
+  if (search->method == 1) return EVOLVED(companion)(roots, EVOLVED_ROOTS, ray, m->k);
 #endif
 #if BS_SCENE_SAMPLED
-  if (search->method == 2) return FN(evolved_sampled)(roots, BS_ROOTS_MOST, ray, surface, search->samples);
+  if (search->method == 2) return EVOLVED(sampled)(roots, EVOLVED_ROOTS, ray, m->k, search->samples);
 #endif
 #if BS_SCENE_ISOLATE
-  if (search->method == 0) return FN(evolved_isolate)(roots, BS_ROOTS_MOST, ray, surface);
+  if (search->method == 0) {
+    const S *const x = m->origin, reach = K(1) + x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    return EVOLVED(isolate)(roots, EVOLVED_ROOTS, ray, m->k, reach * reach);
+  }
 #endif
   return 0;
 }
 
-BS_OWN void FN(evolved_circles_1_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OWN void EVOLVED(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
-  const S *const surface = k + FN(EVOLVED_SURFACE), *const c = k + FN(EVOLVED_CIRCLES);
-  const S *const bound = k + FN(EVOLVED_BOUND), *const unit = k + FN(EVOLVED_SCALE);
-  S scalars[9], roots[BS_ROOTS_MOST];
-  FN(evolved_meeting) m;
+  const S *const c = k + EVOLVED_CONTROLS, *const products = k + EVOLVED_PRODUCTS;
+  const S *const bound = k + EVOLVED_BOUND, *const unit = k + EVOLVED_UNIT;
+  S scalars[EVOLVED_RAY], meets[3 * (2 * BS_DEGREE + EVOLVED_QUAD + 2)], roots[EVOLVED_ROOTS];
+  EVOLVED(meeting) m;
   m.k = k, m.direction = ray->direction, m.roots = roots, m.flat_count = 0, m.moved = 0;
   for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
   if (bound[3] < BS_FAR) {
-    S span[2], first[3], last[3];
-    FN(cga3d_sphere_hit)(span, first, last, m.origin, m.direction, bound, bound + 3);
-    if (!(span[1] * unit[0] > search->t_min && span[0] * unit[0] < search->t_max)) return;
-    m.moved = K(0.5) * (span[0] + span[1]);
-    for (int i = 0; i < 3; i++) m.origin[i] += m.moved * m.direction[i];
+    S middle_half[2];
+    FN(cga3d_evolved_approach)(middle_half, m.origin, m.direction, bound, bound + 3);
+    const S middle = middle_half[0], half = middle_half[1];
+    if (!((middle + half) * unit[0] > search->t_min && (middle - half) * unit[0] < search->t_max)) return;
+    m.moved = middle;
+    for (int i = 0; i < 3; i++) m.origin[i] += middle * m.direction[i];
   }
-  FN(cga3d_evolved_ray)(scalars, m.origin, m.direction, c, c + 10, c + 20, c + 30);
-  m.root_count = FN(evolved_roots)(roots, scalars, surface, search);
+  KERNEL(evolved_ray)(scalars, meets, m.origin, m.direction, c, products);
+  m.root_count = EVOLVED(find)(roots, scalars, &m, search);
   if (m.root_count < 0)
     search->status = m.root_count == BS_EVOLVED_VANISHES ? BS_STATUS_SINGULAR : BS_STATUS_INVALID;
   for (int i = 0; i < m.root_count; i++) {
-    const S a = roots[i], b = K(1) - a;
+    const S at = roots[i], rest = K(1) - at;
     S t_cosine[2], position[3];
-    FN(cga3d_evolved_point)(t_cosine, position, m.origin, m.direction, surface, &a, &b, c, c + 10, c + 20, c + 30);
+    KERNEL(evolved_point)(t_cosine, position, m.origin, m.direction, meets, k + EVOLVED_NORM, k + EVOLVED_KAPPA, &rest,
+                          &at, c, products);
     if (t_cosine[1] > K(BS_EVOLVED_FLAT)) {
-      FN(evolved_offer)(search, &m, t_cosine[0], a, position);
+      EVOLVED(offer)(search, &m, t_cosine[0], at, position);
     } else {
-      FN(evolved_flat_hits)(search, &m, i);
+      EVOLVED(flat_hits)(search, &m, i);
     }
   }
 }
 
-BS_OWN void FN(evolved_circles_1_normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
+BS_OWN void EVOLVED(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
 {
-  const S *const c = k + FN(EVOLVED_CIRCLES), b = hit->alpha, a = K(1) - b;
+  const S at = hit->alpha - k[EVOLVED_START], rest = K(1) - at;
   (void)ray;
-  FN(cga3d_evolved_normal)(normal, hit->local, k + FN(EVOLVED_SURFACE), &a, &b, c, c + 10, c + 20, c + 30);
+  KERNEL(evolved_normal)(normal, hit->local, k + EVOLVED_NORM, k + EVOLVED_KAPPA, &rest, &at, k + EVOLVED_CONTROLS,
+                         k + EVOLVED_PRODUCTS);
 }
+
+#undef EVOLVED
+#undef KERNEL
+#undef EVOLVED_QUAD
+#undef EVOLVED_CENTER
+#undef EVOLVED_UNIT
+#undef EVOLVED_START
+#undef EVOLVED_BOUND
+#undef EVOLVED_REAL
+#undef EVOLVED_NORM
+#undef EVOLVED_KAPPA
+#undef EVOLVED_CONTROLS
+#undef EVOLVED_PRODUCTS
+#undef EVOLVED_SIZES
+#undef EVOLVED_RAY
+#undef EVOLVED_ROOTS
+#undef EVOLVED_PRINTED
+#undef BS_MEMBER
+#undef BS_SUFFIX
+#undef BS_DEGREE
+#undef BS_FREE

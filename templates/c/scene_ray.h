@@ -2,7 +2,8 @@
      int FN(name_prepare)(S *k, const S *parameters)
          constants from the user's parameters; 0 where there is no such surface
      void FN(name_hits)(search *, const S *k, const ray *)
-         offers every point of the ray to the search; points beyond its bounds need not be looked for
+         offers every point of the ray to the search; points beyond its bounds need not be looked for, but what is
+         found must not depend on them in any bit. Sets search->status where it cannot tell.
      void FN(name_normal)(S *normal, const S *k, const ray *, const hit *)
          unit normal, either side
    t counts in units of the ray's direction, which may have any length. */
@@ -22,14 +23,23 @@ typedef struct {
   ptrdiff_t index;    /* among the surfaces of its kind */
 } FN(hit);
 
-/* What is looked for: points with t_min < t < t_max. With room for one hit it is the nearest: t_max falls. */
+/* What is looked for: points with t_min < t < t_max. With room for one hit it is the nearest: t_max falls. Of points at
+   the same t that of the lowest surface number counts, and of one surface that of the lowest row, in whatever order
+   they are asked. */
 typedef struct {
   S t_min, t_max;
   FN(hit) *hits;
   int room, count;
-  int kind;           /* of the surface that is asked */
+  int kind;           /* of the row that is asked */
   ptrdiff_t index;
-  int method, samples, status;
+  int method, samples;
+  int status;         /* of that row: its functions set it where they cannot tell */
+  S singular, invalid; /* where the nearest row that said so begins; BS_FAR if none did */
+  int cost;           /* rows and boxes that were asked */
+  const bs_scene *scene;
+  const bs_hits *gather; /* for all points of a line: arrays to fill, the ray's place in them, points so far */
+  ptrdiff_t place;
+  int total;
 } FN(search);
 
 BS_INLINE FN(search) FN(search_for)(const bs_scene *scene, FN(hit) *hits, int room)
@@ -39,7 +49,17 @@ BS_INLINE FN(search) FN(search_for)(const bs_scene *scene, FN(hit) *hits, int ro
   search.hits = hits, search.room = room, search.count = 0;
   search.kind = 0, search.index = 0;
   search.method = scene->method, search.samples = scene->samples, search.status = BS_STATUS_OK;
+  search.singular = search.invalid = BS_FAR;
+  search.cost = 0, search.scene = scene;
+  search.gather = 0, search.place = 0, search.total = 0;
   return search;
+}
+
+/* Status of a ray that has been asked: rows that begin behind its first hit have no say. */
+BS_INLINE int FN(search_status)(const FN(search) *search)
+{
+  if (search->invalid < search->t_max) return BS_STATUS_INVALID;
+  return search->singular < search->t_max ? BS_STATUS_SINGULAR : BS_STATUS_OK;
 }
 
 BS_INLINE void FN(copy)(S *to, const S *from, int n)
@@ -53,11 +73,21 @@ BS_INLINE S FN(nothing)(void) /* NaN, also where there is no math.h */
   return zero / zero;
 }
 
+/* 1 if the row that is asked goes before that of the hit found so far, which is as near. */
+BS_OWN int FN(precedes)(const FN(search) *search)
+{
+  const FN(hit) *const hit = search->hits;
+  const int32_t id = search->scene->surfaces[search->kind].ids[search->index];
+  const int32_t other = search->scene->surfaces[hit->kind].ids[hit->index];
+  return id < other || (id == other && search->index < hit->index);
+}
+
 /* A place for a hit at t, if it is wanted: the caller fills in its points. */
 BS_INLINE FN(hit) *FN(accept)(FN(search) *search, S t, S alpha)
 {
-  if (!(t > search->t_min && t < search->t_max)) return 0;
+  if (!(t > search->t_min && t <= search->t_max)) return 0;
   if (search->room == 1) {
+    if (t == search->t_max && !(search->count && FN(precedes)(search))) return 0;
     search->count = 0;
     search->t_max = t;
   } else if (search->count == search->room) {

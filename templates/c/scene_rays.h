@@ -13,27 +13,6 @@ BS_INLINE int FN(scene_load)(FN(ray) *ray, const bs_rays *rays, ptrdiff_t i)
   return sum - sum == 0 && square > 0 && square - square == 0;
 }
 
-BS_INLINE S FN(scene_length)(const S *x)
-{
-  return SQRT(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-}
-
-BS_INLINE void FN(scene_store)(const bs_hits *out, ptrdiff_t place, const bs_scene *scene, const FN(ray) *ray,
-                               const FN(hit) *hit)
-{
-  ((S *)out->t)[place] = hit->t * FN(scene_length)(ray->direction);
-  ((S *)out->alpha)[place] = hit->alpha;
-  FN(copy)((S *)out->point + 3 * place, hit->point, 3);
-  FN(scene_normal)((S *)out->normal + 3 * place, scene, ray, hit);
-}
-
-BS_INLINE void FN(scene_blank)(const bs_hits *out, ptrdiff_t place)
-{
-  const S nan = FN(nothing)();
-  ((S *)out->t)[place] = ((S *)out->alpha)[place] = nan;
-  for (int j = 0; j < 3; j++) ((S *)out->point)[3 * place + j] = ((S *)out->normal)[3 * place + j] = nan;
-}
-
 static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                             const bs_hits *out)
 {
@@ -43,9 +22,9 @@ static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t en
     FN(search) search = FN(search_for)(scene, &hit, 1);
     const int valid = FN(scene_load)(&ray, rays, i);
     if (valid) FN(scene_search)(&search, scene, &ray);
-    out->status[i] = (uint8_t)(valid ? search.status : BS_STATUS_INVALID);
-    out->surface[i] = search.count ? scene->surfaces[hit.kind].ids[hit.index] : -1;
+    out->status[i] = (uint8_t)(valid ? FN(search_status)(&search) : BS_STATUS_INVALID);
     if (search.count) {
+      out->surface[i] = scene->surfaces[hit.kind].ids[hit.index];
       FN(scene_store)(out, i, scene, &ray, &hit);
     } else {
       FN(scene_blank)(out, i);
@@ -61,23 +40,11 @@ static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end,
     FN(ray) ray;
     FN(hit) hits[BS_HITS_MOST];
     FN(search) search = FN(search_for)(scene, hits, BS_HITS_MOST);
+    search.gather = out, search.place = i;
     const int valid = FN(scene_load)(&ray, rays, i);
     if (valid) FN(scene_search)(&search, scene, &ray);
-    const int n = search.count;
-    for (int j = 1; j < n; j++) {
-      const FN(hit) moved = hits[j];
-      int place = j;
-      for (; place > 0 && hits[place - 1].t > moved.t; place--) hits[place] = hits[place - 1];
-      hits[place] = moved;
-    }
-    out->count[i] = n; /* may be more than there is room for */
-    out->status[i] = (uint8_t)(valid ? search.status : BS_STATUS_INVALID);
-    for (int j = 0; j < out->roots; j++) {
-      if (j < n) {
-        FN(scene_store)(out, i * out->roots + j, scene, &ray, &hits[j]);
-      } else {
-        FN(scene_blank)(out, i * out->roots + j);
-      }
-    }
+    out->count[i] = search.total;
+    out->status[i] = (uint8_t)(valid ? FN(search_status)(&search) : BS_STATUS_INVALID);
+    for (ptrdiff_t j = search.total; j < out->roots; j++) FN(scene_blank)(out, i * out->roots + j);
   }
 }

@@ -24,6 +24,20 @@ BS_INLINE void FN(scene_color)(S *color, const S *material, const S *point)
 #endif
 }
 
+/* 1 if a lamp sees a point. The way ends before the lamp by the error of a hit: a lamp on a surface is not in the
+   shadow of that surface, and shines to both of its sides. */
+BS_INLINE int FN(scene_lit)(const bs_scene *scene, const S *lamp, const S *start, const S *towards)
+{
+  FN(ray) shadow;
+  S size = 0;
+  for (int i = 0; i < 3; i++) size += ABS(start[i]) + ABS(lamp[i]);
+  const S margin = BS_OFFSET(S) * size, distance = FN(scene_length)(towards);
+  if (!(distance > margin)) return 1;
+  FN(copy)(shadow.origin, start, 3);
+  for (int i = 0; i < 3; i++) shadow.direction[i] = (K(1) - margin / distance) * towards[i];
+  return !FN(scene_shadowed)(scene, &shadow);
+}
+
 /* Light that a surface sends back along a ray, without its reflection (Blinn and Phong). */
 BS_INLINE void FN(scene_shade)(S *light, const bs_scene *scene, const S *material, const FN(ray) *ray,
                                const S *start, const S *normal)
@@ -33,13 +47,9 @@ BS_INLINE void FN(scene_shade)(S *light, const bs_scene *scene, const S *materia
   for (int i = 0; i < 3; i++) light[i] = material[BS_MATERIAL_AMBIENT] * color[i];
   for (ptrdiff_t l = 0; l < scene->light_count; l++) {
     const S *const lamp = (const S *)scene->lights + l * BS_LIGHT_SIZE;
-    FN(ray) shadow;
-    S factors[2];
-    FN(cga3d_light_terms)(shadow.direction, factors, start, normal, ray->direction, lamp,
-                          material + BS_MATERIAL_SHININESS);
-    if (!(factors[0] > 0)) continue;
-    FN(copy)(shadow.origin, start, 3);
-    if (FN(scene_shadowed)(scene, &shadow)) continue; /* the lamp is at t = 1 */
+    S towards[3], factors[2];
+    FN(cga3d_light_terms)(towards, factors, start, normal, ray->direction, lamp, material + BS_MATERIAL_SHININESS);
+    if (!(factors[0] > 0 && FN(scene_lit)(scene, lamp, start, towards))) continue;
     for (int i = 0; i < 3; i++)
       light[i] += lamp[3 + i] * (material[BS_MATERIAL_DIFFUSE] * factors[0] * color[i]
                                  + material[BS_MATERIAL_SPECULAR] * factors[1]);
@@ -74,8 +84,10 @@ BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
     const S offset = BS_OFFSET(S) * FN(scene_size)(&ray, &hit);
     FN(scene_normal)(normal, scene, &ray, &hit);
     for (int i = 0; i < 3; i++) start[i] = hit.point[i] + offset * normal[i];
-    FN(scene_shade)(light, scene, material, &ray, start, normal);
-    for (int i = 0; i < 3; i++) seen[i] += weight * (K(1) - mirror) * light[i];
+    if (mirror < 1) {
+      FN(scene_shade)(light, scene, material, &ray, start, normal);
+      for (int i = 0; i < 3; i++) seen[i] += weight * (K(1) - mirror) * light[i];
+    }
 #if BS_SCENE_REFLECTION
     if (mirror > 0) {
       S onward[3];

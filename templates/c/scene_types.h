@@ -1,13 +1,24 @@
 /* bladesmith: the structures and functions of a scene driver, as C and cffi read them. */
 
 typedef struct {
-  ptrdiff_t count;          /* surfaces of one kind */
+  ptrdiff_t count;          /* rows of one kind: a surface is one or more */
   const void *constants;    /* a row for each */
-  const int32_t *ids;       /* their places in the scene's list */
+  const int32_t *ids;       /* their surfaces' places in the scene's list */
+  const void *boxes;        /* low and high corner of each row, in the world; null where nobody needs them */
 } bs_surfaces;
+
+typedef struct {            /* a tree over the boxes of rows; scene_build.h makes it */
+  const void *boxes;        /* of a node's four parts: x, y, z of the low corners, then of the high ones */
+  const int32_t *parts;     /* four to a node: the number of a node, ~item of a row, or BS_NO_PART */
+  const int32_t *items;     /* kind and row of each item */
+  ptrdiff_t nodes, item_count;
+  ptrdiff_t loose;          /* items from here to the end have no box: they are always asked */
+  double reach;             /* largest absolute coordinate of a box */
+} bs_tree;
 
 typedef struct {
   bs_surfaces surfaces[32]; /* by kind */
+  bs_tree tree;             /* for programs with one */
   const void *materials;    /* a row for each surface of the scene's list */
   const void *lights;       /* rows: position, color */
   ptrdiff_t light_count;
@@ -21,8 +32,8 @@ typedef struct {
 
 typedef struct {            /* arrays to fill; rows of `roots` entries where all roots are asked for */
   void *t, *point, *normal, *alpha;
-  int32_t *surface;         /* place in the scene's list, -1 for none; not for all roots */
-  int32_t *count;           /* for all roots only */
+  int32_t *surface;         /* place in the scene's list, -1 for none; of all roots the row of the surface */
+  int32_t *count;           /* for all roots only: of all there are, also if rows have less room */
   uint8_t *status;
   ptrdiff_t roots;
 } bs_hits;
@@ -32,11 +43,21 @@ typedef struct {            /* rays: a stride is 0 (one for all) or 3 */
   ptrdiff_t origin_stride, direction_stride;
 } bs_rays;
 
+typedef struct {            /* a picture, or a band of its pixels; arrays that are null are not asked for */
+  ptrdiff_t width, height;  /* of the whole picture */
+  ptrdiff_t first;          /* pixel that the arrays begin with, in reading order: row 0 is the top */
+  void *color;              /* linear red, green, blue */
+  void *normal, *depth, *alpha; /* of what the ray through the middle of a pixel meets first */
+  int32_t *cost;            /* surfaces and boxes that this ray asked */
+} bs_picture;
+
 const char *bs_source_hash(void);
+ptrdiff_t bs_scene_build(ptrdiff_t count, const double *boxes, double *node_boxes, int32_t *parts, int32_t *order);
 ptrdiff_t bs_scene_prepare(int kind, ptrdiff_t rows, const double *parameters, double *constants);
 void bs_scene_first(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                     const bs_hits *hits);
+int bs_scene_wide(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
+                  const bs_hits *hits);
 void bs_scene_all(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                   const bs_hits *hits);
-void bs_scene_render(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t width,
-                     ptrdiff_t height, void *image);
+void bs_scene_render(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_picture *picture);

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from .base import LEAST_SAMPLES, Intersections, Surface, ray_arrays
-from .evolved import EvolvedCircles
+from .evolved import EvolvedCircles, EvolvedPointPairs
+from .facets import Facets, Mesh
 from .flats import Disc, Plane, Sphere
 from .material import Material
 
@@ -11,8 +12,11 @@ __all__ = [
     "LEAST_SAMPLES",
     "Disc",
     "EvolvedCircles",
+    "EvolvedPointPairs",
+    "Facets",
     "Intersections",
     "Material",
+    "Mesh",
     "Plane",
     "Sphere",
     "Surface",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from ..driver import BoundScene
 from ..engine import engine_for
 from ..rows import gathered
 from .material import Material, as_material
+
+if TYPE_CHECKING:
+    from ..meshing import TriangleMesh
 
 Array = NDArray[Any]
 #: Fewer samples along a curve show no change of sign on either side of the middle.
@@ -39,6 +42,8 @@ class Intersections:
         Distance along the ray; negative behind its origin.
     point, normal : (..., roots, 3) arrays
         The normal has length 1 and looks to where the ray comes from.
+    row : (..., roots) array of int
+        The piece of the curve, or the facet, that each point lies on; -1 where there is none.
     status : (...) array of `bladesmith.Status`
     """
 
@@ -47,14 +52,23 @@ class Intersections:
     t: Array
     point: Array
     normal: Array
+    row: Array
     status: Array
 
 
 class Surface:
-    """Base of all surfaces."""
+    """Base of all surfaces.
+
+    Attributes
+    ----------
+    material : Material
+    name : str or None
+        What messages and pages call it; scene files give it with ``name``.
+    """
 
     kind: ClassVar[str]
     material: Material
+    name: str | None = None
 
     def __init__(self, material: Material | Mapping[str, Any] | None) -> None:
         self.material = as_material(material)
@@ -90,7 +104,8 @@ class Surface:
         key = (method, samples, single)
         kept: dict[Any, BoundScene] = self.__dict__.setdefault("_scenes", {})
         if key not in kept:
-            engine = engine_for(needs([self.program_kind], [method], pictures=False, single=single))
+            rows = len(self.parameters)
+            engine = engine_for(needs([self.program_kind], [method], pictures=False, single=single, rows=rows))
             dtype = np.float32 if single else np.float64
             kept[key] = BoundScene(engine, gathered(engine, [self]), dtype, method=method, samples=samples)
         return kept[key]
@@ -118,8 +133,22 @@ class Surface:
         samples = values.whole(samples, "samples", LEAST_SAMPLES)
         start, direction = ray_arrays(origins, directions)
         single = start.dtype == np.float32
-        found = self._bound(method, samples, single).all(start, direction, self.most_roots, threads)
+        found = self._bound(method, samples, single).all(start, direction, threads)
         return Intersections(**found)
+
+    def mesh(
+        self,
+        rings: int = 64,
+        segments: int = 64,
+        *,
+        caps: bool = False,
+        extent: float | None = None,
+        center: Any = None,
+    ) -> TriangleMesh:
+        """The surface as a triangle mesh, with its own normals: see `tracer.meshing.mesh_of`."""
+        from ..meshing import mesh_of
+
+        return mesh_of(self, rings, segments, caps=caps, extent=extent, center=center)
 
 
 def ray_arrays(origins: Any, directions: Any) -> tuple[Array, Array]:

@@ -1,12 +1,13 @@
-"""Planes, spheres and discs."""
+"""Planes, spheres and discs: what they are made of, and where positions lie on them without any ray."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...calls import Numbers
 from ...errors import SceneError
 from .. import values
 from .base import Surface
@@ -14,10 +15,32 @@ from .base import Surface
 Array = NDArray[Any]
 
 
-class Plane(Surface):
+class Flat(Surface):
+    """Base of the surfaces whose distance from a position is a formula."""
+
+    #: Attributes that the formula takes after the position.
+    _measures: ClassVar[tuple[str, ...]]
+
+    def contact(self, position: Any) -> tuple[Array, Array]:
+        """Distance (...) of positions (..., 3) from the surface, and the unit normals (..., 3) there, either side.
+
+        NaN where there is no normal, at the centre of a sphere.
+        """
+        from ... import cga3d as cga
+        from ...calls import call
+        from ...euclidean import plain
+
+        given = ((name, getattr(self, name)) for name in self._measures)
+        operands = [Numbers(x, 0, name) if np.ndim(x) == 0 else cga.vector(x, name) for name, x in given]
+        distance, normal = call(cga, f"rays.{self.kind}_contact", cga.vector(position, "position"), *operands).values
+        return distance[..., 0], plain(normal)
+
+
+class Plane(Flat):
     """The plane normal . x = offset, or a plane of the algebra."""
 
     kind = "plane"
+    _measures = ("normal", "offset")
 
     def __init__(self, normal: Any, offset: float | None = None, *, material: Any = None) -> None:
         given = values.coefficients(normal, "plane") if offset is None else None
@@ -39,10 +62,14 @@ class Plane(Surface):
         return self.normal
 
 
-class Sphere(Surface):
-    """A sphere by centre and radius, or a sphere of the algebra."""
+class Sphere(Flat):
+    """A sphere by centre and radius, or a sphere of the algebra.
+
+    A ray that touches it has its point twice, or none where rounding takes it past.
+    """
 
     kind = "sphere"
+    _measures = ("center", "radius")
 
     def __init__(self, center: Any, radius: float | None = None, *, material: Any = None) -> None:
         if radius is None:
@@ -60,10 +87,17 @@ class Sphere(Surface):
         return np.array([[*self.center, self.radius]])
 
 
-class Disc(Surface):
-    """The flat inside of a circle, by centre, normal and radius, or of a circle of the algebra."""
+class Disc(Flat):
+    """The flat inside of a circle, rim included, by centre, normal and radius, or of a circle of the algebra.
+
+    A ray in the disc's plane meets its rim: in two points, or in one where it touches. The normal there is that of
+    the disc, either side, as for rays that come ever flatter. A ray lies in the plane to rounding of the numbers that
+    ray and disc are made of: 8 units in the last place in slope, 16 in height. One that is tilted more has the one point
+    where it passes through the plane.
+    """
 
     kind = "disc"
+    _measures = ("center", "normal", "radius")
 
     def __init__(self, center: Any, normal: Any = None, radius: float | None = None, *, material: Any = None) -> None:
         value = center if normal is None and radius is None else (center, normal, radius)

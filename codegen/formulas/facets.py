@@ -1,0 +1,69 @@
+"""Rays and triangles (thesis 4.7.4), so that neighbours that share an edge agree on which side of it a ray passes.
+
+The point pairs A ^ B, B ^ C, C ^ A of a triangle meet a line L in the scalars L v (A ^ B), ...: with (4.7.4), alpha and
+beta lie between 0 and 1 where the three have one sign. Each is the weight of (A ^ L) v (B ^ L) = (L v (A ^ B)) L, the
+meet of the planes through the ray and the ends of the edge. A coefficient of that is one difference of two products of
+rounded numbers that belong to one corner each: its sign is never wrong, whatever is rounded, but for a zero, which
+counts as inside. So no ray passes between two triangles.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Multivector, select
+from ..trace import Result, named, row
+from .euclidean import cross
+from .rays import dot, line, line_direction, unit, zero
+
+
+def facet_sides(
+    origin: Multivector, direction: Multivector, a: Multivector, b: Multivector, c: Multivector
+) -> Result:  # fmt: skip
+    """L v (B ^ C), L v (C ^ A), L v (A ^ B), times the ray's e3: of one sign, or 0, where it meets the triangle.
+
+    Corners are seen from the ray's own origin. The axes are to be in such an order that the direction's largest
+    coordinate is along e3: the coefficient along it is used, and vanishes only with the whole.
+    """
+    ray = line(zero(direction), direction)
+    at_a, at_b, at_c = ((corner - origin) ^ ray for corner in (a, b, c))
+    return row([line_direction(p & q)["e3"] for p, q in ((at_b, at_c), (at_c, at_a), (at_a, at_b))], "sides")
+
+
+def facet_hit(
+    origin: Multivector, direction: Multivector, a: Multivector, b: Multivector, c: Multivector,
+    sides: tuple[Multivector, ...],
+) -> tuple[Result, Result, Result]:  # fmt: skip
+    """Parameter t of the ray's point on the triangle, the shares of its corners, and the point relative to A.
+
+    The sides over their sum are the shares; t is that mean of the corners' own, and cannot leave their range however
+    the ray grazes. NaN where all vanish: the ray lies in the plane of the triangle and meets no more of it.
+    """
+    total = sides[0] + sides[1] + sides[2]
+    shares = [side / total for side in sides]
+    seen = zero(a)
+    for share, corner in zip(shares, (a, b, c), strict=True):
+        seen = seen + share * (corner - origin)
+    local = shares[1] * (b - a) + shares[2] * (c - a)
+    return row([seen["e3"] / direction["e3"]], "t"), row(shares, "shares"), named("local", local)
+
+
+def facet_normal(a: Multivector, b: Multivector, c: Multivector) -> Multivector:
+    """Unit normal of the triangle, counter-clockwise from A over B to C."""
+    return unit(cross(b - a, c - a))
+
+
+def smooth_normal(
+    direction: Multivector,
+    a: Multivector, b: Multivector, c: Multivector,
+    at_a: Multivector, at_b: Multivector, at_c: Multivector,
+    shares: tuple[Multivector, ...],
+) -> Multivector:  # fmt: skip
+    """Mean of the corners' normals, on that side of the ray on which the triangle's own normal is.
+
+    Near outlines the mean may look away from a ray that the triangle faces: its part along the ray is turned over.
+    """
+    flat = facet_normal(a, b, c)
+    mean = shares[0] * at_a + shares[1] * at_b + shares[2] * at_c
+    along = dot(mean, direction)
+    agrees = dot(flat, direction) * along >= 0
+    mirrored = mean - 2 * along / dot(direction, direction) * direction
+    return unit(select(agrees, mean, mirrored))

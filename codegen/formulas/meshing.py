@@ -1,0 +1,59 @@
+"""Vertices of meshes on surfaces that circles, point pairs and lines sweep (thesis 4.10), and their normals.
+
+The rotor that carries points from circle to circle, Z = T(c2) D R ~T(c1), composes along a row of circles to
+T(c_i) D(r_i) R_i with R_i the product of the rotations: translations and scalings telescope, so that no error
+gathers in them and every point is on its own circle to rounding.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Multivector, absolute, select, sqrt
+from .conformal import infinity as ni
+from .conformal import origin as no
+from .conformal import point
+from .euclidean import euclidean_part as euclidean
+from .outcome import NOISE, epsilon, only_if, size
+from .rays import dot
+
+
+def placed(center: Multivector, radius: Multivector, turn: Multivector, spoke: Multivector) -> Multivector:
+    """c + r R x ~R: where T(c) D(r) R takes a point of the unit circle."""
+    return center + radius * euclidean(turn >> spoke)
+
+
+def between(a: Multivector, b: Multivector, share: Multivector) -> Multivector:
+    """The position from a (share 0) to b (share 1)."""
+    return a + share * (b - a)
+
+
+def swept_normal(position: Multivector, carrier: Multivector, rate: Multivector) -> Multivector:
+    """Unit normal at a position on the surface that a circle or line C sweeps at the rate dC (4.17 to 4.25).
+
+    Two tangent lines: L_C along C, and L_T along dX = X . (C dC). For point pairs C is the carrier line P ^ n_inf. The
+    weight of C and its rate do not matter. Right-handed: along C, then along the curve. NaN where rounding is all that
+    is left of it: at points that stand still, and where the two directions agree.
+    """
+    x = point(position)
+    along = (x | carrier) ^ ni(x)
+    omega = (carrier * rate).grade(2)
+    velocity = x | omega
+    across = velocity ^ x ^ ni(x)
+    normal = -euclidean(((across * along).grade(2) * x.pseudoscalar()) | (no(x) ^ ni(x)))
+    largest = _largest(normal)
+    noise = NOISE * epsilon(x) * (size(along) * size(x) * size(omega))
+    scaled = normal / only_if(largest > noise, largest)
+    return scaled / sqrt(dot(scaled, scaled))
+
+
+def segment_normal(position: Multivector, pair: Multivector, rate: Multivector) -> Multivector:
+    """Unit normal at a position on the surface that the segment of a point pair sweeps (4.7.2, by its carrier)."""
+    return swept_normal(position, pair ^ ni(pair), rate ^ ni(pair))
+
+
+def _largest(v: Multivector) -> Multivector:
+    """The largest coordinate's absolute value."""
+    largest = v.constant(0)
+    for name in ("e1", "e2", "e3"):
+        here = absolute(v[name])
+        largest = select(here > largest, here, largest)
+    return largest

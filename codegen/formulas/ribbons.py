@@ -1,0 +1,339 @@
+"""Ribbons, surfaces evolved along curves of point pairs of any degree n (thesis 4.7): conditions, points, normals.
+
+Polynomials, C', S0, w, Q, K, s and m = S0 + s are those of surfaces.py, on bivectors: the meets B = L v C' and
+E = L v (Q C') are scalars, and a ray L meets the carrier line of the pair (m - w Q) C' where m B = w E. The ribbon is
+made of the segments between the end points, not of the whole carriers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import comb
+
+from ..homogeneous import HomogeneousRing, coefficients, parameters, polynomial, value
+from ..multivector import Multivector, absolute, from_values, select, sqrt
+from ..trace import Result, named, row
+from .conformal import infinity as ni
+from .conformal import origin as no
+from .conformal import point
+from .euclidean import euclidean_part as euclidean
+from .euclidean import space
+from .outcome import epsilon
+from .rays import dot, line, line_direction, unit
+from .sizes import Sizes, product_sizes, sizes
+from .surfaces import Scalars, _branch, _powers, _weight, evolved_circle, evolved_circle_rate
+
+#: Coefficients of a bivector.
+BIVECTOR = 10
+#: Spacings of numbers at 1 that a square of a pair may be off 1, relative to its terms, and be taken for 1.
+UNIT_SQUARE = 8
+#: As many may a meet be off zero, relative to its terms, and be taken for it: products, sums, the ray's moment.
+MEET = 8
+#: Of the normal at the middle of a segment, squared: below it the surface has no normal at the point itself.
+NO_NORMAL = 1 << 12
+
+
+def bivectors(numbers: Scalars) -> list[Multivector]:
+    """Bivectors from a row of their coefficients."""
+    algebra, ring = numbers[0].algebra, numbers[0].ring
+    blades = algebra.kind("point_pair").blades
+    rows = [numbers[i : i + BIVECTOR] for i in range(0, len(numbers), BIVECTOR)]
+    return [from_values(algebra, ring, blades, [c.scalar() for c in values]) for values in rows]
+
+
+def _flat(values: Sequence[Multivector], name: str) -> Result:
+    """Bivectors as one row of numbers."""
+    blades = values[0].algebra.kind("point_pair").blades
+    return row([c.new({0: c.terms[b]} if b in c.terms else {}) for c in values for b in blades], name)
+
+
+# -- constants of one surface --------------------------------------------------------------------------
+
+
+def ribbon_constants(controls: Scalars) -> tuple[Result, ...]:
+    """S0, K, the controls with their binomials, Q C', and sizes, of a curve that begins and ends with pairs.
+
+    Sizes: the sum of the squares of Q's coefficients, and of the products that they are made of, for telling what is
+    nothing but rounding; what rounding may make of the squares of the ends; of the carriers of C', coefficients of
+    the direction and of the moment, then of the terms of those of Q C'.
+    """
+    return _constants(controls, ends=1)
+
+
+def ribbon_free_constants(controls: Scalars) -> tuple[Result, ...]:
+    """The same of a curve whose ends may be no pairs."""
+    return _constants(controls, ends=0)
+
+
+def _constants(controls: Scalars, ends: int) -> tuple[Result, ...]:
+    given, base = bivectors(controls), controls[0].ring
+    n, ring = len(given) - 1, HomogeneousRing(base)
+    scaled = [comb(n, k) * c for k, c in enumerate(given)]
+    pair = polynomial(scaled, ring)
+    square = -(pair * ~pair)
+    found = coefficients(square.grade(4), 2 * n, base)[ends : 2 * n + 1 - ends]
+    q, degree = polynomial(found, ring), 2 * (n - ends)
+    norm, kappa = coefficients(square.grade(0), 2 * n, base), coefficients(dot(q, q), 2 * degree, base)
+    products = coefficients((q * pair).grade(2), degree + n, base)
+    written = [epsilon(c) * UNIT_SQUARE * product_sizes(sizes(c), sizes(c))[1] for c in (given[0], given[-1])]
+    size = _together(scaled)
+    levers = [size[:2], product_sizes(product_sizes(size, size), size)[:2]]
+    near = [*_nearness(scaled, found, ends), *written, *(size for lever in levers for size in lever)]
+    return (
+        row(norm, "norm"),
+        row(kappa, "kappa"),
+        _flat(scaled, "scaled"),
+        _flat(products, "products"),
+        row(near, "near"),
+    )
+
+
+def _nearness(scaled: Sequence[Multivector], found: Sequence[Multivector], ends: int) -> list[Multivector]:
+    n, nothing = len(scaled) - 1, scaled[0].new({})
+    squares = [_square(c) for c in scaled]
+    made = [squares[i] * squares[j] for j in range(n + 1) for i in range(j + 1) if i < j or ends <= i <= n - ends]
+    return [nothing.sum(map(_square, found)), nothing.sum(made)]
+
+
+def _square(x: Multivector) -> Multivector:
+    """Sum of the squares of the coefficients."""
+    return x.sum(c * c for c in x.coefficients())
+
+
+def _together(values: Sequence[Multivector]) -> Sizes:
+    """Sums of the sizes of several multivectors."""
+    parts = [sizes(x) for x in values]
+    first, second, third = (values[0].sum(p[i] for p in parts) for i in range(3))
+    return first, second, third
+
+
+# -- constants of one ray and one surface --------------------------------------------------------------
+
+
+def ribbon_ray(
+    origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars, levers: Scalars
+) -> tuple[Result, Result]:
+    """B = L v C' and E = L v (Q C'), for a line of the direction's weight, and what rounding may leave of each."""
+    ray = line(origin, direction)
+    meets = [(ray & c).grade(0) for c in (*bivectors(controls), *bivectors(products))]
+    width, length = MEET * epsilon(origin) * sizes(direction)[1], sizes(origin)[1]
+    noise = [width * (levers[i] * length + levers[i + 1]) for i in (0, 2)]
+    return row(meets, "meets"), row(noise, "noise")
+
+
+def _parts(meets: Scalars, norm: Scalars) -> tuple[Scalars, Scalars]:
+    """Coefficients of B and of E."""
+    size = (len(norm) + 1) // 2
+    return meets[:size], meets[size:]
+
+
+def _polynomials(meets: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Multivector, ...]:
+    """B, E, S0, K and w as polynomials."""
+    a, b = parameters(meets[0].algebra, meets[0].ring)
+    rows, ring = (*_parts(meets, norm), norm, kappa), HomogeneousRing(meets[0].ring)
+    return (*(polynomial(part, ring) for part in rows), _weight(norm, kappa, a, b))
+
+
+# -- polynomials ---------------------------------------------------------------------------------------
+
+
+def ribbon_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+    """Bernstein coefficients of p = w (E^2 + K B^2) - 2 S0 B E, the product of both branches over w.
+
+    Of degree 6 n - 2 (6 n where the ends are no pairs).
+    """
+    b, e, s0, k, w = _polynomials(meets, norm, kappa)
+    degree = 2 * (len(norm) - 1) + (len(kappa) - 1) // 2
+    scaled = coefficients(w * (e * e + k * (b * b)) - 2 * (s0 * (b * e)), degree, meets[0].ring)
+    return row([c / comb(degree, i) for i, c in enumerate(scaled)], "bernstein")
+
+
+def ribbon_polynomial_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both."""
+    meets, norm, kappa = ([absolute(c) for c in part] for part in (meets, norm, kappa))
+    b_, e, s0, k, w = _values(meets, norm, kappa, a, b)
+    return row([w * (e * e + k * (b_ * b_)) + 2 * (s0 * (b_ * e))], "bound")
+
+
+def ribbon_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+    """Coefficients of 1, t, t^2, .. of the printed polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2."""
+    b, e, s0, k, w = _polynomials(meets, norm, kappa)
+    other = s0 * b - w * e
+    printed = other * other - (s0 * s0 - k * (w * w)) * (b * b)
+    return row(_powers(coefficients(printed, 3 * (len(norm) - 1), meets[0].ring)), "powers")
+
+
+# -- the condition that is not squared -----------------------------------------------------------------
+
+
+def _values(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, ...]:
+    """B, E, S0, K and w at (a, b)."""
+    rows = (*_parts(meets, norm), norm, kappa)
+    return (*(value(part, a, b) for part in rows), _weight(norm, kappa, a, b))
+
+
+def ribbon_condition(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """m B - w E: L v P for the pair P, up to a positive weight."""
+    b_, e, s0, k, w = _values(meets, norm, kappa, a, b)
+    m, _ = _branch(s0, k, w)
+    return row([m * b_ - w * e], "f")
+
+
+def ribbon_condition_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """What its rounding error is relative to: the absolute values of its terms, and of those of S0, dm = m dS0/s."""
+    b_, e, s0, k, w = _values([absolute(c) for c in meets], norm, kappa, a, b)
+    m, s = _branch(s0, k, w)
+    written = value([absolute(c) for c in norm], a, b)
+    lost = select(s > 0, m * written / s, written)
+    return row([(m + lost) * b_ + w * e], "bound")
+
+
+def ribbon_meet(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """L v P itself, for the unit pair P."""
+    b_, e, s0, k, w = _values(meets, norm, kappa, a, b)
+    m, s = _branch(s0, k, w)
+    return row([(m * b_ - w * e) / (s * sqrt(2 * m))], "f")
+
+
+def ribbon_closed_alpha(meets: Scalars) -> Result:
+    """t of the pair whose carrier a ray meets, for two pairs on one circle (4.7.3)."""
+    return row([meets[0] / (meets[0] - meets[1])], "alpha")
+
+
+# -- the pair of a parameter ---------------------------------------------------------------------------
+
+
+def ribbon_pair(
+    norm: Scalars, kappa: Scalars, controls: Sequence[Multivector], products: Sequence[Multivector],
+    a: Multivector, b: Multivector,
+) -> Multivector:  # fmt: skip
+    """The pair at (a, b), up to a positive weight: (m - w Q) C'. Its square is 2 m s^2."""
+    return evolved_circle(norm, kappa, controls, products, a, b)
+
+
+def pair_center(pair: Multivector) -> Multivector:
+    """Middle of the end points of a pair of any weight: the image of infinity. Good on intervals."""
+    image = (pair * ni(pair) * pair).grade(1)
+    return euclidean(image) / -dot(image, ni(image))
+
+
+def pair_half_square(
+    norm: Scalars, kappa: Scalars, pair: Multivector, a: Multivector, b: Multivector
+) -> Multivector:  # fmt: skip
+    """Squared half of the distance between the end points of `ribbon_pair`. Good on intervals.
+
+    F^2 over that of its carrier F ^ n_inf, with F^2 = 2 m s^2 from the norm: of the coefficients of a short pair,
+    rounding is all that is left of its length.
+    """
+    m, s = _branch(value(norm, a, b), value(kappa, a, b), _weight(norm, kappa, a, b))
+    carrier = pair ^ ni(pair)
+    return 2 * m * (s * s) / dot(carrier, carrier)
+
+
+# -- the point and the normal --------------------------------------------------------------------------
+
+
+def ribbon_point(
+    origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+) -> tuple[Result, ...]:  # fmt: skip
+    """Where a ray is nearest to the carrier of a root's pair: its t and `ribbon_place`, position, sine squared.
+
+    X ^ L_C for X = origin + t direction is a plane through the carrier, of normal n + t k: it is least there. The sine
+    is that between ray and carrier.
+    """
+    pair = ribbon_pair(norm, kappa, bivectors(controls), bivectors(products), a, b)
+    carrier = pair ^ ni(pair)
+    n, k = _normal_of((origin + no(origin)) ^ carrier), _normal_of(direction ^ carrier)
+    tilt = dot(k, k)
+    t = -dot(n, k) / tilt
+    position = origin + t * direction
+    lengths = _lengths(position, pair, norm, kappa, a, b)
+    sine = tilt / (dot(direction, direction) * dot(carrier, carrier))
+    return row([t, *lengths], "t_place"), named("position", position), row([sine], "sine_square")
+
+
+def ribbon_place(
+    position: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+) -> Result:  # fmt: skip
+    """Of a position on the carrier of a pair: how far it is from the pair's middle, along it; half of the pair.
+
+    And the squared sine between a direction and the carrier.
+    """
+    pair = ribbon_pair(norm, kappa, bivectors(controls), bivectors(products), a, b)
+    along, turn = line_direction(pair ^ ni(pair)), _normal_of(direction ^ (pair ^ ni(pair)))
+    sine = dot(turn, turn) / (dot(direction, direction) * dot(along, along))
+    return row([*_lengths(position, pair, norm, kappa, a, b), sine], "place")
+
+
+def _lengths(
+    position: Multivector, pair: Multivector, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector
+) -> list[Multivector]:
+    along = unit(line_direction(pair ^ ni(pair)))
+    return [dot(position - pair_center(pair), along), sqrt(pair_half_square(norm, kappa, pair, a, b))]
+
+
+def _normal_of(plane: Multivector) -> Multivector:
+    """Normal of a plane, of the plane's weight."""
+    return euclidean(plane.dual())
+
+
+def ribbon_ends(
+    origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+) -> Result:  # fmt: skip
+    """For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance."""
+    pair = ribbon_pair(norm, kappa, bivectors(controls), bivectors(products), a, b)
+    square, towards = dot(direction, direction), pair_center(pair) - origin
+    middle = dot(towards, direction) / square
+    beside = towards - middle * direction
+    return row([middle, sqrt(pair_half_square(norm, kappa, pair, a, b) / square), sqrt(dot(beside, beside))], "ends")
+
+
+def ribbon_polish(
+    origin: Multivector, direction: Multivector, t: Multivector, norm: Scalars, kappa: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+) -> Result:  # fmt: skip
+    """Newton step (dt, db) towards X ^ L_C = 0 for X = origin + t direction.
+
+    For rays that are nearly parallel to the carrier: there roots lie close together, and t from the root alone
+    loses the square of the angle.
+    """
+    arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
+    pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
+    carrier, turned = pair ^ ni(pair), rate ^ ni(rate)
+    here = origin + t * direction + no(origin)
+    off, by_t, by_b = (_normal_of(x) for x in (here ^ carrier, direction ^ carrier, here ^ turned))
+    m = line_direction(carrier)
+    volume, dt, db = (_volume(m, x, y) for x, y in ((by_t, by_b), (off, by_b), (by_t, off)))
+    return row([-dt / volume, -db / volume], "step")
+
+
+def _volume(x: Multivector, y: Multivector, z: Multivector) -> Multivector:
+    return dot(x ^ y ^ z, ~space(x))
+
+
+def ribbon_normal(
+    position: Multivector, norm: Scalars, kappa: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+) -> Multivector:  # fmt: skip
+    """Unit normal at a position on the ribbon: of the carrier L_C and of dX = X . (L_C dL_C).
+
+    The weight of L_C and its rate do not matter: they add a scalar to L_C dL_C. Where the carrier turns about the
+    position itself, as about a corner shared by all pairs, it is the normal in the middle of the pair.
+    """
+    arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
+    pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
+    carrier, turned = pair ^ ni(pair), rate ^ ni(rate)
+    omega = (carrier * turned).grade(2)
+    here, middle = (_across(x, carrier, omega) for x in (position, pair_center(pair)))
+    least = NO_NORMAL * epsilon(position) * epsilon(position)
+    return unit(select(dot(here, here) > least * dot(middle, middle), here, middle))
+
+
+def _across(position: Multivector, carrier: Multivector, omega: Multivector) -> Multivector:
+    """Normal of the carrier and of the velocity of a position under omega."""
+    x = point(position)
+    velocity = (x | omega) ^ x ^ ni(x)
+    return line_direction((velocity * carrier).grade(2) * x.pseudoscalar())

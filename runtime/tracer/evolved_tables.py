@@ -1,0 +1,145 @@
+"""Tables of scene files for surfaces along curves: controls, and what each kind of curve takes besides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from ..curves import Curve, Hermite, Interpolating, KochanekBartels, RationalBezier
+from ..errors import SceneError
+from ..tomlread import Positive, Table, Vector3
+from .surfaces import EvolvedCircles, Surface
+from .tables import SurfaceTable
+
+#: Keys that a kind of curve has for itself; those of the first list are required.
+OWN: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "bezier": ((), ()),
+    "rational_bezier": (("weights",), ()),
+    "hermite": (("tangents",), ()),
+    "kochanek_bartels": ((), ("tension", "bias", "continuity", "closed")),
+    "interpolating": ((), ("knots", "degree", "ends")),
+}
+#: Controls of one curve.
+MOST_CONTROLS = 100_000
+Numbers = Annotated[list[float], Field(max_length=MOST_CONTROLS)]
+#: One number for all controls, or one for each.
+PerControl = float | Numbers
+
+
+class CircleTable(Table):
+    """A circle, counter-clockwise about its normal."""
+
+    center: Vector3
+    normal: Vector3
+    radius: Positive
+
+    def parameters(self) -> tuple[Any, ...]:
+        """As curves take them."""
+        return self.center, self.normal, self.radius
+
+
+class PointPairTable(Table):
+    """A point pair, from a to b."""
+
+    a: Vector3
+    b: Vector3
+
+    def parameters(self) -> tuple[Any, ...]:
+        """As curves take them."""
+        return self.a, self.b
+
+
+class CurveTable(SurfaceTable):
+    """A surface along a curve."""
+
+    curve: Literal["bezier", "rational_bezier", "hermite", "kochanek_bartels", "interpolating"] = "bezier"
+    align: bool = True
+    gaps: bool = False
+    weights: Annotated[list[Positive], Field(max_length=MOST_CONTROLS)] | None = None
+    tension: PerControl = 0.0
+    bias: PerControl = 0.0
+    continuity: PerControl = 0.0
+    closed: bool = False
+    knots: Numbers | None = None
+    degree: Annotated[int, Field(ge=1, le=3)] = 3
+    ends: Literal["not-a-knot", "natural"] = "not-a-knot"
+
+    def followed(self, controls: Sequence[Any], tangents: Sequence[Any] | None) -> Curve | list[tuple[Any, ...]]:
+        """The curve; the controls alone where it is a Bezier curve.
+
+        Raises
+        ------
+        BladesmithError
+            Whose text begins with the key that is wrong.
+        """
+        required, optional = OWN[self.curve]
+        for curve, keys in OWN.items():
+            for key in (*keys[0], *keys[1]):
+                if key in self.model_fields_set and key not in (*required, *optional):
+                    raise SceneError(f"{key} is a key of curve = {curve!r}; this curve is {self.curve!r}.")
+        for key in required:
+            if key not in self.model_fields_set:
+                raise SceneError(f"{key} is missing; curve = {self.curve!r} needs it.")
+        given = [control.parameters() for control in controls]
+        if self.curve == "rational_bezier":
+            return RationalBezier(given, self.weights)
+        if self.curve == "kochanek_bartels":
+            return KochanekBartels(given, self.tension, self.bias, self.continuity, self.closed)
+        if self.curve == "interpolating":
+            return Interpolating(given, self.knots, self.degree, ends=self.ends)
+        if self.curve == "hermite":
+            return _hermite(given, tangents or ())
+        return given
+
+
+def _hermite(controls: list[tuple[Any, ...]], tangents: Sequence[Any]) -> Hermite:
+    for name, rows in (("controls", controls), ("tangents", tangents)):
+        if len(rows) != 2:
+            raise SceneError(f"{name} are {len(rows)}; a Hermite curve has 2.")
+    v0, v1 = ({"from": t.start.parameters(), "to": t.end.parameters(), "scale": t.scale} for t in tangents)
+    return Hermite(controls[0], v0, controls[1], v1)
+
+
+class CircleDifference(Table):
+    """A tangent: scale (to - from)."""
+
+    start: Annotated[CircleTable, Field(alias="from")]
+    end: Annotated[CircleTable, Field(alias="to")]
+    scale: float = 1.0
+
+
+class PointPairDifference(Table):
+    """A tangent: scale (to - from)."""
+
+    start: Annotated[PointPairTable, Field(alias="from")]
+    end: Annotated[PointPairTable, Field(alias="to")]
+    scale: float = 1.0
+
+
+class EvolvedCirclesTable(CurveTable):
+    """The surface swept by a circle."""
+
+    kind: Literal["evolved_circles"]
+    controls: Annotated[list[CircleTable], Field(min_length=2, max_length=MOST_CONTROLS)]
+    tangents: list[CircleDifference] | None = None
+
+    def surface(self, folder: Path) -> Surface:
+        curve = self.followed(self.controls, self.tangents)
+        return EvolvedCircles(curve, align=self.align, gaps=self.gaps, material=self.material())
+
+
+class EvolvedPointPairsTable(CurveTable):
+    """The surface swept by the segment between two points."""
+
+    kind: Literal["evolved_point_pairs"]
+    controls: Annotated[list[PointPairTable], Field(min_length=2, max_length=MOST_CONTROLS)]
+    tangents: list[PointPairDifference] | None = None
+
+    def surface(self, folder: Path) -> Surface:
+        from .surfaces.evolved import EvolvedPointPairs
+
+        curve = self.followed(self.controls, self.tangents)
+        return EvolvedPointPairs(curve, align=self.align, gaps=self.gaps, material=self.material())

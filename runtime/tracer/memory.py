@@ -1,0 +1,46 @@
+"""How much memory there is, so that pictures that can never fit are refused before anything is allocated."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+_MEMINFO = Path("/proc/meminfo")
+#: Limits of containers: version 2 and version 1 of control groups. What they count as used may be given back.
+_LIMITS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
+_UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB")
+
+
+def available() -> int | None:
+    """Bytes that can be had: what Linux counts as available, elsewhere all there is; None where nobody tells."""
+    found = [_system(), *(_group(limit) for limit in _LIMITS)]
+    return min((value for value in found if value is not None), default=None)
+
+
+def readable(count: float) -> str:
+    """A number of bytes as people say it."""
+    power = 0
+    while count >= 1000 and power < len(_UNITS) - 1:
+        count, power = count / 1000, power + 1
+    return f"{count:.3g} {_UNITS[power]}"
+
+
+def _system() -> int | None:
+    try:
+        match = re.search(r"^MemAvailable:\s+(\d+) kB", _MEMINFO.read_text(encoding="ascii"), re.MULTILINE)
+        if match:
+            return int(match.group(1)) * 1024
+    except OSError:
+        pass
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None
+
+
+def _group(limit: Path) -> int | None:
+    try:
+        return int(limit.read_text(encoding="ascii"))
+    except (OSError, ValueError):  # no such group, or no limit: "max"
+        return None

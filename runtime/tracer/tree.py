@@ -1,0 +1,84 @@
+"""The tree over the boxes of a scene's rows, as the driver reads it; built by the compiled program.
+
+Rows without a finite box (planes, surfaces of circles that open into lines) are no part of it: they are always asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .engine import Engine
+
+Array = NDArray[Any]
+#: Parts of a node, as in templates/c/scene_common.h.
+PARTS = 4
+#: The driver numbers items and nodes with 32 bits.
+MOST_ITEMS = 2**31 - 2
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """A tree over boxes.
+
+    Attributes
+    ----------
+    boxes : (nodes, 6, 4) array
+        Sides of the parts of each node: low x, y, z, high x, y, z.
+    parts : (nodes, 4) array of int32
+    items : (n, 2) array of int32
+        Number of the kind, among those that the tree was built for, and row.
+    loose : int
+        Items from here on have no box.
+    """
+
+    boxes: Array
+    parts: Array
+    items: Array
+    loose: int
+
+
+def tree_over(engine: Engine, boxes: Sequence[Array]) -> Tree:
+    """The tree over the boxes (rows, 6) of several kinds."""
+    counts = [len(part) for part in boxes]
+    every = np.concatenate([*boxes, np.empty((0, 6))])
+    items = np.empty((len(every), 2), np.int32)
+    items[:, 0] = np.repeat(np.arange(len(boxes)), counts)
+    items[:, 1] = np.concatenate([*(np.arange(n) for n in counts), np.empty(0, int)])
+    bounded = np.isfinite(every).all(axis=1)
+    finite = np.ascontiguousarray(every[bounded])
+    nodes, parts = _built(engine, finite)
+    ordered = np.concatenate([items[bounded], items[~bounded]])
+    return Tree(nodes, parts, ordered, len(finite))
+
+
+def _built(engine: Engine, boxes: Array) -> tuple[Array, Array]:
+    """Boxes and parts of the nodes. Room that the builder does not touch costs nothing."""
+    count = len(boxes)
+    nodes, parts = np.empty((count, 6, PARTS)), np.empty((count, PARTS), np.int32)
+    order = np.empty(count, np.int32)
+    if not count or count > MOST_ITEMS:
+        return nodes[:0], parts[:0]
+    buffer = engine.ffi.from_buffer
+    numbers = [buffer("double[]", x) for x in (boxes, nodes)]
+    made = engine.lib.bs_scene_build(count, *numbers, *(buffer("int32_t[]", x) for x in (parts, order)))
+    return nodes[:made].copy(), parts[:made].copy()
+
+
+def outward(boxes: Array, dtype: Any) -> Array:
+    """Boxes (..., 6, n) of another precision that hold the given ones."""
+    if np.dtype(dtype) == boxes.dtype:
+        return boxes
+    with np.errstate(over="ignore"):
+        near = boxes.astype(dtype)
+    low, high = near[..., :3, :], near[..., 3:, :]
+    low[...] = np.where(low > boxes[..., :3, :], np.nextafter(low, dtype(-np.inf)), low)
+    high[...] = np.where(high < boxes[..., 3:, :], np.nextafter(high, dtype(np.inf)), high)
+    return near
+
+
+__all__ = ["Tree", "outward", "tree_over"]

@@ -1,0 +1,316 @@
+/* bladesmith: ribbons, surfaces evolved along curves of point pairs. Everything is done in the surface's own frame,
+   moved and scaled to about unit size; its constants are made there once. ribbons.h finds the roots; here they become
+   points. One inclusion makes one member of the family: BS_MEMBER is its name, BS_SUFFIX that of its kernels. */
+
+#define RIBBON(name) FN(BS_PASTE(ribbon_##name, BS_SUFFIX))
+#define RIBBON_KERNEL(name) FN(BS_PASTE(cga3d_ribbon_##name, BS_SUFFIX))
+#define RIBBON_FN(name) FN(BS_PASTE(BS_MEMBER, name))
+#define RIBBON_PAIRS (BS_DEGREE + 1)
+#define RIBBON_NORM (2 * BS_DEGREE + 1)
+#define RIBBON_PRINTED (6 * BS_DEGREE)
+#if BS_FREE
+#define RIBBON_WEIGHT 1
+#define RIBBON_DEGREE (6 * BS_DEGREE)
+#define RIBBON_KAPPA (4 * BS_DEGREE + 1)
+#define RIBBON_PRODUCTS (3 * BS_DEGREE + 1)
+#else
+#define RIBBON_WEIGHT 0.5 /* largest Bernstein coefficient of w = a b */
+#define RIBBON_DEGREE (6 * BS_DEGREE - 2)
+#define RIBBON_KAPPA (4 * BS_DEGREE - 3)
+#define RIBBON_PRODUCTS (3 * BS_DEGREE - 1)
+#endif
+#define RIBBON_MEETS (RIBBON_PAIRS + RIBBON_PRODUCTS)
+
+enum {
+  RIBBON(CENTER) = 0,   /* of the frame, in the world */
+  RIBBON(SCALE) = 3,    /* length of its unit, and one over it */
+  RIBBON(START) = 5,    /* what is added to t for the curve's parameter */
+  RIBBON(BOUND) = 6,    /* centre and radius of a sphere around the surface, in the frame */
+  RIBBON(SPANS) = 10,   /* where the pairs are real */
+  RIBBON(NORM) = 18,
+  RIBBON(KAPPA) = RIBBON(NORM) + RIBBON_NORM,
+  RIBBON(CONTROLS) = RIBBON(KAPPA) + RIBBON_KAPPA,
+  RIBBON(PRODUCTS) = RIBBON(CONTROLS) + 10 * RIBBON_PAIRS,
+  RIBBON(SIZES) = RIBBON(PRODUCTS) + 10 * RIBBON_PRODUCTS, /* of norm and kappa */
+  RIBBON(LEVERS) = RIBBON(SIZES) + 2, /* of B and E: what rounding may leave of them, for a ray's length */
+  RIBBON(GIVEN) = 14    /* parameters before the controls */
+};
+
+/* What ribbons.h asks for. Of a method that the program leaves out, only the name remains. */
+#define RIBBON_VALUE(name, has) \
+  BS_INLINE S RIBBON(name)(const S *meets, const S *norm, const S *kappa, S a, S b) \
+  { \
+    S value[1] = {0}; \
+    has(RIBBON_KERNEL(name)(value, meets, norm, kappa, &a, &b);) \
+    (void)meets, (void)norm, (void)kappa, (void)a, (void)b; \
+    return value[0]; \
+  }
+#define RIBBON_ROW(name, has) \
+  BS_INLINE void RIBBON(name)(S *out, const S *meets, const S *norm, const S *kappa) \
+  { \
+    has(RIBBON_KERNEL(name)(out, meets, norm, kappa);) \
+    (void)out, (void)meets, (void)norm, (void)kappa; \
+  }
+#define RIBBON_HAS(call) call
+#define RIBBON_LACKS(call)
+#if BS_SCENE_ISOLATE
+#define RIBBON_ISOLATE RIBBON_HAS
+#else
+#define RIBBON_ISOLATE RIBBON_LACKS
+#endif
+#if BS_SCENE_COMPANION
+#define RIBBON_COMPANION RIBBON_HAS
+#else
+#define RIBBON_COMPANION RIBBON_LACKS
+#endif
+#if BS_SCENE_COMPANION || BS_SCENE_SAMPLED
+#define RIBBON_PRINTS RIBBON_HAS
+#else
+#define RIBBON_PRINTS RIBBON_LACKS
+#endif
+RIBBON_VALUE(condition, RIBBON_ISOLATE)
+RIBBON_VALUE(condition_bound, RIBBON_ISOLATE)
+RIBBON_VALUE(polynomial_bound, RIBBON_ISOLATE)
+RIBBON_VALUE(meet, RIBBON_PRINTS)
+RIBBON_ROW(polynomial, RIBBON_ISOLATE)
+RIBBON_ROW(printed, RIBBON_COMPANION)
+
+BS_INLINE S RIBBON(closed_alpha)(const S *meets)
+{
+  S alpha[1] = {0};
+#if BS_DEGREE == 1 && BS_SCENE_ISOLATE
+  RIBBON_KERNEL(closed_alpha)(alpha, meets);
+#endif
+  (void)meets;
+  return alpha[0];
+}
+
+#include "ribbons.h"
+
+#ifndef BS_RIBBON_HIT_CONSTANTS
+#define BS_RIBBON_HIT_CONSTANTS
+/* Roundings, relative to the frame's unit and the way along the ray, by which a point past the end of a segment still
+   counts. */
+#define BS_RIBBON_MARGIN 32
+/* Squared sine between ray and carrier below which the point is refined: t from the root alone loses its square. */
+#define BS_RIBBON_FLAT 1e-4
+/* In square roots of the unit roundoff: how far from a carrier a ray may be that lies in it, and how far from the root
+   refining starts where it cannot at the root itself. */
+#define BS_RIBBON_BESIDE 64
+/* COCIRCULAR: roundings that 4-vectors of pairs on one circle are off zero, relative to their terms. STEPS: of Newton
+   from a root to the point. SAME: roundings within which points or directions are one. */
+enum { BS_RIBBON_COCIRCULAR = 16, BS_RIBBON_STEPS = 6, BS_RIBBON_SAME = 4096 };
+/* Of half of the segment: a step along the ray that is none. Rounding moves points so far where a ray is within some
+   thousand roundings of a carrier's direction. */
+#define BS_RIBBON_SETTLED(T) ((T)(sizeof(T) == 4 ? 1e-2 : 1e-4))
+#endif
+
+/* Replace Q by nothing where rounding is all there is of it: pairs on one circle need no projection (4.7.3). Squares of
+   the ends are 1 where they are to rounding: of a short pair, rounding would be all that is left of its length. */
+BS_INLINE void RIBBON(without_rounding)(S *k, const S *near)
+{
+  const S least = K(BS_RIBBON_COCIRCULAR) * BS_ROOTS_UNIT(S);
+  S *const ends[2] = {k + RIBBON(NORM), k + RIBBON(KAPPA) - 1};
+  for (int i = 0; i < RIBBON_KAPPA && near[0] <= least * least * near[1]; i++) k[RIBBON(KAPPA) + i] = 0;
+  for (int i = 0; i < 10 * RIBBON_PRODUCTS && near[0] <= least * least * near[1]; i++) k[RIBBON(PRODUCTS) + i] = 0;
+  for (int i = 0; i < 2; i++)
+    if (ABS(*ends[i] - K(1)) <= near[2 + i]) *ends[i] = 1;
+}
+
+/* Parameters of a surface: frame (centre, unit, one over it), start, spans, controls. */
+BS_INLINE int RIBBON_FN(prepare)(S *k, const S *parameters)
+{
+  S near[8];
+  FN(copy)(k, parameters, 6);
+  for (int i = 0; i < 3; i++) k[RIBBON(BOUND) + i] = 0;
+  k[RIBBON(BOUND) + 3] = BS_FAR; /* unbounded, until somebody knows better */
+  FN(copy)(k + RIBBON(SPANS), parameters + 6, 2 * BS_RIBBON_SPANS);
+  RIBBON_KERNEL(constants)(k + RIBBON(NORM), k + RIBBON(KAPPA), k + RIBBON(CONTROLS), k + RIBBON(PRODUCTS), near,
+                           parameters + RIBBON(GIVEN));
+  RIBBON(without_rounding)(k, near);
+  k[RIBBON(SIZES)] = RIBBON(size)(k + RIBBON(NORM), RIBBON_NORM);
+  k[RIBBON(SIZES) + 1] = RIBBON(size)(k + RIBBON(KAPPA), RIBBON_KAPPA);
+  FN(copy)(k + RIBBON(LEVERS), near + 4, 4);
+  return 1;
+}
+
+typedef struct {
+  const S *k;
+  S origin[3];      /* of the ray, in the frame, moved along it to where the surface is */
+  S moved;          /* by this parameter */
+  const S *direction;
+  S near_t[RIBBON_DEGREE], near_b[RIBBON_DEGREE]; /* points found by refining */
+  int near_count;
+} RIBBON(meeting);
+
+BS_INLINE void RIBBON(offer)(FN(search) *search, const RIBBON(meeting) *m, S t, S b, const S *position)
+{
+  const S unit = m->k[RIBBON(SCALE)];
+  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, m->k[RIBBON(START)] + b);
+  if (!hit) return;
+  for (int i = 0; i < 3; i++) {
+    hit->local[i] = position[i];
+    hit->point[i] = m->k[i] + unit * position[i];
+  }
+}
+
+/* 1 if a point, so far from the middle of its segment, is within half of it: the ends belong to the surface. */
+BS_INLINE int RIBBON(within)(const RIBBON(meeting) *m, S t, const S *place)
+{
+  const S *const d = m->direction;
+  const S way = K(1) + ABS(t) * SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  return ABS(place[0]) <= place[1] + K(BS_RIBBON_MARGIN) * BS_ROOTS_UNIT(S) * way;
+}
+
+/* t and b of a point where a ray meets a carrier, refined from a start; 0 where it does not settle. half: of the
+   segment, in t. */
+BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S half, S *t, S *b)
+{
+  const S *const k = m->k, settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
+  S step[2] = {0, 0};
+  for (int i = 0; i < BS_RIBBON_STEPS; i++) {
+    const S a = K(1) - *b;
+    RIBBON_KERNEL(polish)(step, m->origin, m->direction, t, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, b,
+                          k + RIBBON(CONTROLS), k + RIBBON(PRODUCTS));
+    *t += step[0], *b += step[1];
+  }
+  return ABS(step[1]) <= settled && ABS(step[0]) <= BS_RIBBON_SETTLED(S) * half;
+}
+
+/* The point of a ray that is nearly parallel to the carrier of a root. There two roots may lie close together, and t is
+   refined together with the root; where it is unknown, from beside the root. A ray that cannot be told from the
+   carrier has the whole segment in common with the surface: its two ends are offered. */
+BS_OWN void RIBBON(near_hit)(FN(search) *search, RIBBON(meeting) *m, S t, S root)
+{
+  const S *const k = m->k, *const norm = k + RIBBON(NORM), *const kappa = k + RIBBON(KAPPA);
+  const S *const c = k + RIBBON(CONTROLS), *const qc = k + RIBBON(PRODUCTS);
+  const S settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S), margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
+  const S beside = K(BS_RIBBON_BESIDE) * BS_RIBBON_SQRT(S);
+  const S same = K(BS_RIBBON_SAME) * BS_ROOTS_UNIT(S);
+  S a = K(1) - root, b = root, ends[3], place[3] = {0, 0, 0}, position[3];
+  RIBBON_KERNEL(ends)(ends, m->origin, m->direction, norm, kappa, &a, &b, c, qc);
+  int found = RIBBON(refined)(m, ends[1], &t, &b);
+  for (int side = -1; side <= 1 && !found; side += 2) {
+    t = ends[0], b = root + K(side) * beside;
+    found = RIBBON(refined)(m, ends[1], &t, &b);
+  }
+  if (found) {
+    if (!(b >= -margin && b <= K(1) + margin)) return;
+    b = b < 0 ? K(0) : b > 1 ? K(1) : b, a = K(1) - b;
+    for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
+    RIBBON_KERNEL(place)(place, position, m->direction, norm, kappa, &a, &b, c, qc);
+  }
+  if (place[2] > same * same) {
+    for (int i = 0; i < m->near_count; i++)
+      if (ABS(m->near_t[i] - t) <= K(2) * BS_RIBBON_SETTLED(S) * ends[1] && ABS(m->near_b[i] - b) <= settled) return;
+    m->near_t[m->near_count] = t, m->near_b[m->near_count++] = b;
+    if (RIBBON(within)(m, t, place)) RIBBON(offer)(search, m, t, b, position);
+  } else if (ends[2] <= beside) {
+    for (int side = -1; side <= 1; side += 2) {
+      t = ends[0] + K(side) * ends[1];
+      for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
+      RIBBON(offer)(search, m, t, root, position);
+    }
+  }
+}
+
+/* A ray that meets all carriers meets all in one point where they have one in common, as the corner of a facet. 0 where
+   there is none. */
+BS_COLD int RIBBON(common)(FN(search) *search, const RIBBON(meeting) *m)
+{
+  S t_place[3][3], position[3][3], sine_square[1];
+  for (int i = 0; i < 3; i++) {
+    const S b = K(0.5) * K(i), a = K(1) - b;
+    RIBBON_KERNEL(point)(t_place[i], position[i], sine_square, m->origin, m->direction, m->k + RIBBON(NORM),
+                         m->k + RIBBON(KAPPA), &a, &b, m->k + RIBBON(CONTROLS), m->k + RIBBON(PRODUCTS));
+    const S apart = ABS(t_place[i][0] - t_place[0][0]), size = K(1) + ABS(t_place[0][0]);
+    if (!(sine_square[0] > K(BS_RIBBON_FLAT) && apart <= K(BS_RIBBON_SAME) * BS_ROOTS_UNIT(S) * size)) return 0;
+  }
+  if (RIBBON(within)(m, t_place[0][0], t_place[0] + 1)) RIBBON(offer)(search, m, t_place[0][0], K(0), position[0]);
+  return 1;
+}
+
+BS_INLINE int RIBBON(roots)(S *roots, S *meets, const S *noise, const S *k, const S *direction,
+                            const FN(search) *search)
+{
+  const S *const norm = k + RIBBON(NORM), *const kappa = k + RIBBON(KAPPA), *const spans = k + RIBBON(SPANS);
+#if BS_SCENE_ISOLATE
+  if (search->method == 0)
+    return RIBBON(isolate)(roots, RIBBON_DEGREE, meets, noise, norm, kappa, k + RIBBON(SIZES), spans);
+#endif
+  /* The printed methods look at the size of f. */
+  const S over = K(1) / SQRT(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+  for (int i = 0; i < RIBBON_MEETS; i++) meets[i] *= over;
+#if BS_SCENE_COMPANION
+  if (search->method == 1) return RIBBON(companion)(roots, RIBBON_DEGREE, meets, norm, kappa, spans);
+#endif
+#if BS_SCENE_SAMPLED
+  if (search->method == 2) return RIBBON(sampled)(roots, RIBBON_DEGREE, meets, norm, kappa, spans, search->samples);
+#endif
+  (void)roots, (void)noise, (void)norm, (void)kappa, (void)spans, (void)search;
+  return 0;
+}
+
+BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+{
+  const S *const norm = k + RIBBON(NORM), *const kappa = k + RIBBON(KAPPA);
+  const S *const c = k + RIBBON(CONTROLS), *const qc = k + RIBBON(PRODUCTS);
+  const S *const bound = k + RIBBON(BOUND), *const unit = k + RIBBON(SCALE);
+  S meets[RIBBON_MEETS], noise[2], roots[RIBBON_DEGREE];
+  RIBBON(meeting) m;
+  m.k = k, m.direction = ray->direction, m.near_count = 0, m.moved = 0;
+  for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
+  if (bound[3] < BS_FAR) {
+    S middle_half[2];
+    FN(cga3d_evolved_approach)(middle_half, m.origin, m.direction, bound, bound + 3);
+    const S first = middle_half[0] - middle_half[1], last = middle_half[0] + middle_half[1];
+    if (!(last * unit[0] > search->t_min && first * unit[0] < search->t_max)) return;
+    m.moved = middle_half[0];
+    for (int i = 0; i < 3; i++) m.origin[i] += m.moved * m.direction[i];
+  }
+  RIBBON_KERNEL(ray)(meets, noise, m.origin, m.direction, c, qc, k + RIBBON(LEVERS));
+  const int count = RIBBON(roots)(roots, meets, noise, k, m.direction, search);
+  if (count == BS_RIBBON_INVALID) search->status = BS_STATUS_INVALID;
+  if (count == BS_RIBBON_VANISHES && !RIBBON(common)(search, &m)) search->status = BS_STATUS_SINGULAR;
+  for (int i = 0; i < count; i++) {
+    const S a = K(1) - roots[i], b = roots[i];
+    S t_place[3], position[3], sine_square[1];
+    RIBBON_KERNEL(point)(t_place, position, sine_square, m.origin, m.direction, norm, kappa, &a, &b, c, qc);
+    if (!(sine_square[0] > K(BS_RIBBON_FLAT))) {
+      RIBBON(near_hit)(search, &m, t_place[0], b);
+    } else if (RIBBON(within)(&m, t_place[0], t_place + 1)) {
+      RIBBON(offer)(search, &m, t_place[0], b, position);
+    }
+  }
+}
+
+BS_OWN void RIBBON_FN(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
+{
+  const S b = hit->alpha - k[RIBBON(START)], a = K(1) - b;
+  (void)ray;
+  RIBBON_KERNEL(normal)(normal, hit->local, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &b, k + RIBBON(CONTROLS),
+                        k + RIBBON(PRODUCTS));
+}
+
+#undef RIBBON
+#undef RIBBON_KERNEL
+#undef RIBBON_FN
+#undef RIBBON_PAIRS
+#undef RIBBON_NORM
+#undef RIBBON_PRINTED
+#undef RIBBON_WEIGHT
+#undef RIBBON_DEGREE
+#undef RIBBON_KAPPA
+#undef RIBBON_PRODUCTS
+#undef RIBBON_MEETS
+#undef RIBBON_VALUE
+#undef RIBBON_ROW
+#undef RIBBON_HAS
+#undef RIBBON_LACKS
+#undef RIBBON_ISOLATE
+#undef RIBBON_COMPANION
+#undef RIBBON_PRINTS
+#undef BS_MEMBER
+#undef BS_SUFFIX
+#undef BS_DEGREE
+#undef BS_FREE

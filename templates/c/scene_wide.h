@@ -1,0 +1,84 @@
+/* bladesmith: first hits of W rays at a time, for scenes of a few planes and spheres: only how far and which. The same
+   kernels as in scene_plane.h and scene_sphere.h give the same bits; points and normals are asked for later. */
+
+typedef struct {
+  V t, id; /* of the nearest so far; surfaces are few: a floating number tells which */
+  V origin[3], direction[3];
+} FN(wide);
+
+typedef int32_t FN(wide_ids) __attribute__((vector_size(4 * W)));
+
+BS_INLINE void FN(wide_offer)(FN(wide) *rays, V t, V id)
+{
+  const M nearer = OR(LT(t, rays->t), AND(EQ(t, rays->t), LT(id, rays->id)));
+  const M taken = AND(GT(t, SPLAT(0)), nearer);
+  rays->t = SELECT(taken, t, rays->t);
+  rays->id = SELECT(taken, id, rays->id);
+}
+
+BS_INLINE void FN(plane_wide)(FN(wide) *rays, const S *k, V id)
+{
+  V row[4], t[1];
+  FN(load_broadcast)(row, k, 4);
+  FN(cga3d_plane_hit)(t, rays->origin, rays->direction, row, row + 3);
+  FN(wide_offer)(rays, t[0], id);
+}
+
+BS_INLINE void FN(sphere_wide)(FN(wide) *rays, const S *k, V id)
+{
+  V row[4], t[2], first[3], last[3];
+  FN(load_broadcast)(row, k, 4);
+  FN(cga3d_sphere_hit)(t, first, last, rays->origin, rays->direction, row, row + 3);
+  FN(wide_offer)(rays, t[0], id);
+  FN(wide_offer)(rays, t[1], id);
+}
+
+BS_INLINE void FN(wide_load)(V *columns, const void *rows, ptrdiff_t stride, ptrdiff_t i, int count)
+{
+  const S *const from = (const S *)rows + i * stride;
+  if (!stride) {
+    FN(load_broadcast)(columns, from, 3);
+  } else if (count == W) {
+    FN(load_rows)(columns, from, 3);
+  } else {
+    FN(load_tail)(columns, from, 3, count);
+  }
+}
+
+static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
+                           const bs_hits *out)
+{
+  for (ptrdiff_t i = begin; i < end; i += W) {
+    const int count = end - i < W ? (int)(end - i) : W;
+    FN(wide) rays;
+    FN(wide_load)(rays.origin, given->origins, given->origin_stride, i, count);
+    FN(wide_load)(rays.direction, given->directions, given->direction_stride, i, count);
+    const V *const o = rays.origin, *const d = rays.direction;
+    const V sum = SPLAT(0) + o[0] + o[1] + o[2], square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    const M finite = AND(EQ(sum - sum, SPLAT(0)), EQ(square - square, SPLAT(0)));
+    const M valid = AND(finite, GT(square, SPLAT(0)));
+    rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
+#define BS_EACH(number, name, given_size, size) \
+    for (ptrdiff_t k = 0; k < scene->surfaces[number].count; k++) \
+      FN(name##_wide)(&rays, (const S *)scene->surfaces[number].constants + k * (size), \
+                      SPLAT(scene->surfaces[number].ids[k]));
+    BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+    const V id = SELECT(valid, rays.id, SPLAT(-1));
+    const V t = SELECT(GE(id, SPLAT(0)), rays.t * SQRT(square), SPLAT(BS_NOT_A_NUMBER));
+    const FN(wide_ids) ids = __builtin_convertvector(id, FN(wide_ids));
+    if (count == W && !ANY(NOT(valid))) {
+      FN(store_rows)((S *)out->t + i, &t, 1);
+      BS_UNROLL
+      for (int l = 0; l < W; l++) out->surface[i + l] = ids[l];
+      BS_UNROLL
+      for (int l = 0; l < W; l++) out->status[i + l] = BS_STATUS_OK;
+    } else {
+      for (int l = 0; l < count; l++) {
+        ((S *)out->t)[i + l] = t[l];
+        out->surface[i + l] = ids[l];
+        out->status[i + l] = (uint8_t)(BS_LANE(valid, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
+      }
+    }
+  }
+}

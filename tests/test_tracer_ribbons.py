@@ -1,0 +1,345 @@
+"""Rays against ribbons: no root lost, none false, and where plain geometry says."""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from math import comb
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bladesmith import cga3d as cga
+from bladesmith import tracer
+from bladesmith.codegen.build import compiler
+from bladesmith.codegen.formulas import ribbons
+from bladesmith.codegen.programs.scene import needs
+from bladesmith.codegen.programs.surface_kinds import surface_kind
+from bladesmith.curves import Bezier
+from bladesmith.status import Status
+from bladesmith.tracer.engine import engine_for
+from bladesmith.tracer.surfaces.evolved import EvolvedPointPairs
+
+sys.path.insert(0, str(Path(__file__).parent))
+import ribbon_support as rs  # noqa: E402
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
+#: Surfaces and rays of each for the oracle, which is slow, by degree.
+EFFORT = {1: (5, 6), 2: (2, 5), 3: (1, 6)}
+LINEAR = [((-1.0, -0.5, -1.0), (1.0, -0.5, -1.0)), ((-0.8, 0.6, 1.0), (1.0, 0.2, 1.2))]
+
+
+def random_pairs(random, degree):
+    return [tuple(random.normal(size=(2, 3))) for _ in range(degree + 1)]
+
+
+def on_a_circle(random, degree):
+    """Chords of a unit circle in a random plane, either crossing or side by side."""
+    angles = np.sort(random.uniform(0, 2 * np.pi, size=2 * degree + 2))
+    axes = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    points = np.stack([np.cos(angles), np.sin(angles)], -1) @ axes[:2]
+    return [(points[i], points[-1 - i]) for i in range(degree + 1)], axes[2]
+
+
+def surface_of(pairs):
+    surface = EvolvedPointPairs([(tuple(a), tuple(b)) for a, b in pairs])
+    return surface, rs.Oracle(pairs, surface.flipped)
+
+
+def rays_near(random, count, center=0.0):
+    origins = random.normal(size=(count, 3)) * 3
+    return origins + center, random.normal(size=(count, 3)) * 0.4 - origins
+
+
+def towards(random, oracle, count, direction):
+    """Rays through points of the surface: direction(normal, along, across) of each."""
+    origins, directions = np.empty((2, count, 3))
+    for i in range(count):
+        t, place = random.uniform(0.02, 0.98), random.uniform(-0.95, 0.95)
+        here, there = (np.array([float(x) for x in oracle.place(s, place)]) for s in (t, t + 1e-6))
+        along = np.array([float(x) for x in oracle.shape(t)[1]])
+        across = (there - here) / np.linalg.norm(there - here)
+        normal = np.cross(along, across) / np.linalg.norm(np.cross(along, across))
+        offset, directions[i] = direction(normal, along, across)
+        origins[i] = here + offset - random.uniform(1, 3) * directions[i]
+    return origins, directions
+
+
+def case(family, degree, seed, count):
+    """A surface, its oracle and rays of one family of input."""
+    random = np.random.default_rng(1000 * degree + seed)
+    pairs, shift = random_pairs(random, degree), np.zeros(3)
+    if family == "cocircular":
+        chords, _ = on_a_circle(random, degree)
+        pairs = [(a + 10.0 ** random.uniform(-16, -6) * random.normal(size=3), b) for a, b in chords]
+    if family == "far":
+        shift = random.normal(size=3) * 1e6
+        pairs = [(a + shift, b + shift) for a, b in pairs]
+    surface, oracle = surface_of(pairs)
+    if family == "tangent":
+
+        def grazing(normal, along, across):
+            return normal * random.choice([-1, 1]) * 10.0 ** random.uniform(-10, -8), across + random.normal() * along
+
+        return surface, oracle, towards(random, oracle, count, grazing)
+    if family == "parallel":
+
+        def nearly(_normal, along, _across):
+            return 0.0, along + 10.0 ** random.uniform(-6, -1) * random.normal(size=3)
+
+        return surface, oracle, towards(random, oracle, count, nearly)
+    return surface, oracle, rays_near(random, count, shift)
+
+
+# -- the mathematics ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("free", [False, True])
+def test_condition_is_the_meet_and_the_polynomial_both_branches(degree, free):
+    random, mp = np.random.default_rng(degree), rs.MP
+    oracle = rs.Oracle([[p.tolist() for p in pair] for pair in random_pairs(random, degree)])
+    numbers = tuple(rs.number(c.terms.get(b, 0)) for c in oracle.controls for b in rs.BLADES)
+    make = ribbons.ribbon_free_constants if free else ribbons.ribbon_constants
+    norm, kappa, controls, products, near = (part.values for part in make(numbers))
+    origin, direction = (rs.vector(random.normal(size=3)) for _ in range(2))
+    meets = ribbons.ribbon_ray(origin, direction, controls, products, near[4:])[0].values
+    line = rs.point(origin) ^ direction ^ origin.basis("ni")
+    bernstein = ribbons.ribbon_polynomial(meets, norm, kappa).values
+    powers = ribbons.ribbon_printed(meets, norm, kappa).values
+    assert len(bernstein) == 6 * degree + (1 if free else -1) and len(powers) == 6 * degree + 1
+    for t in map(mp.mpf, ("0.1", "0.45", "0.93")):
+        a, b = rs.number(1 - t), rs.number(t)
+        direct = (line & oracle.pair(t)).grade(0).scalar()
+        assert mp.almosteq(ribbons.ribbon_meet(meets, norm, kappa, a, b).value.scalar(), direct, 1e-40)
+        n = len(bernstein) - 1
+        p = sum(c.scalar() * comb(n, k) * t**k * (1 - t) ** (n - k) for k, c in enumerate(bernstein))
+        printed = sum(c.scalar() * t**k for k, c in enumerate(powers))
+        assert mp.almosteq(printed, p * (1 if free else t * (1 - t)), 1e-35)
+        raw, s0, other, s2 = oracle._parts(t)
+        branches = [(s0 + s) * (line & raw).grade(0).scalar() for s in (mp.sqrt(s2), -mp.sqrt(s2))]
+        expected = [x - (line & other).grade(0).scalar() for x in branches]
+        assert mp.almosteq(expected[0] * expected[1], printed, 1e-35)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_normals_are_those_of_differences_at_50_digits(degree):
+    random, mp = np.random.default_rng(20 + degree), rs.MP
+    oracle = rs.Oracle([[p.tolist() for p in pair] for pair in random_pairs(random, degree)])
+    numbers = tuple(rs.number(c.terms.get(b, 0)) for c in oracle.controls for b in rs.BLADES)
+    constants = [part.values for part in ribbons.ribbon_constants(numbers)[:4]]
+    step = mp.mpf(10) ** -15
+    for t, place in ((mp.mpf("0.2"), mp.mpf("0.7")), (mp.mpf("0.85"), mp.mpf("-0.4"))):
+        moved = [(t + step, place), (t - step, place), (t, place + step), (t, place - step)]
+        p = [oracle.place(*at) for at in moved]
+        u, v = ([x - y for x, y in zip(p[i], p[i + 1], strict=True)] for i in (0, 2))
+        normal = [u[i - 2] * v[i - 1] - u[i - 1] * v[i - 2] for i in range(3)]
+        position, a, b = rs.vector(oracle.place(t, place)), rs.number(1 - t), rs.number(t)
+        got = rs.coordinates(ribbons.ribbon_normal(position, *constants[:2], a, b, *constants[2:]))
+        assert 1 - abs(rs.inner(got, normal)) / mp.sqrt(rs.inner(normal, normal)) < mp.mpf(10) ** -25
+
+
+# -- against the oracle ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("family", ["random", "tangent", "far", "cocircular", "parallel"])
+def test_every_root_is_found_and_no_other(family, degree):
+    surfaces, rays = EFFORT[degree]
+    hits = 0
+    for seed in range(surfaces):
+        surface, oracle, (origins, directions) = case(family, degree, seed, rays)
+        found = surface.intersect(origins, directions)
+        total, lost, false, worst = rs.compare(oracle, found, origins, directions, 1e-8)
+        assert (lost, false) == (0, 0), (family, degree, seed)
+        assert worst < (1e-8 if family in ("tangent", "parallel") else 1e-11)
+        units = directions / np.linalg.norm(directions, axis=1)[:, None]
+        points = origins[:, None] + found.t[..., None] * units[:, None]
+        np.testing.assert_allclose(found.point, points, atol=1e-12 * (1e6 if family == "far" else 1e2))
+        hits += total
+    assert hits > 2
+
+
+@pytest.mark.parametrize(("family", "degree"), [("random", 1), ("far", 1), ("cocircular", 1), ("random", 2)])
+def test_single_precision(family, degree):
+    hits = wrong = 0
+    for seed in range(4 if degree == 1 else 2):
+        surface, oracle, (origins, directions) = case("random" if family == "far" else family, degree, seed, 8)
+        rays = [x.astype(np.float32) for x in (origins, directions)]
+        found = surface.intersect(*rays)
+        assert found.t.dtype == np.float32
+        total, lost, false, _ = rs.compare(oracle, found, *rays, 1e-3)
+        hits, wrong = hits + total, wrong + lost + false
+    assert hits > 3 and wrong == 0
+
+
+def test_printed_methods_find_what_they_can():
+    """Rays through the surface: the companion's filter and the samples lose some, and invent none."""
+    random = np.random.default_rng(5)
+    surface, _ = surface_of(LINEAR)
+    origins, directions = rays_near(random, 2000)
+    sure = surface.intersect(origins, directions)
+    companion = surface.intersect(origins, directions, method="companion")
+    sampled = surface.intersect(origins, directions, method="sampled", samples=500)
+    assert np.mean(companion.count == sure.count) > 0.99 and np.mean(sampled.count == sure.count) > 0.99
+    same = (companion.count == sure.count) & (sampled.count == sure.count)
+    width = min(x.alpha.shape[1] for x in (sure, companion, sampled))
+    np.testing.assert_allclose(companion.alpha[same, :width], sure.alpha[same, :width], atol=1e-6)
+    np.testing.assert_allclose(sampled.alpha[same, :width], sure.alpha[same, :width], atol=1e-6)
+
+
+# -- against plain geometry --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_rays_to_points_of_the_surface_find_them(degree):
+    """Brute force with end points from the curve itself: also proves that bounds cut nothing off."""
+    random = np.random.default_rng(degree)
+    pairs = [
+        ((-1 + 0.3 * random.normal(), y, z), (1 + 0.3 * random.normal(), y + 0.4, z))
+        for y, z in random.normal(size=(degree + 1, 2))
+    ]
+    surface, _ = surface_of(pairs)
+    assert not surface.flipped.any()
+    alphas, places = random.uniform(size=(2, 300))
+    ends = Bezier(cga.point_pair(*np.swapaxes(np.array(pairs), 0, 1)))(alphas).parameters()
+    targets = ends.a + places[:, None] * (ends.b - ends.a)
+    directions = random.normal(size=(300, 3))
+    found = surface.intersect(targets - 4 * directions, directions)
+    assert found.count.min() >= 1
+    miss = np.linalg.norm(found.point - targets[:, None], axis=-1)
+    best = np.nanargmin(miss, axis=1)
+    facing = np.abs(np.einsum("ijk,ik->ij", found.normal, directions)[np.arange(300), best])
+    facing /= np.linalg.norm(directions, axis=1)  # a grazing ray loses digits by itself
+    assert np.all(np.nanmin(miss, axis=1) < 1e-12 / np.maximum(facing, 1e-4))
+    np.testing.assert_allclose(np.linalg.norm(found.normal[np.arange(300), best], axis=-1), 1.0, atol=1e-14)
+
+
+def test_chords_of_a_circle_sweep_a_part_of_its_plane():
+    random = np.random.default_rng(3)
+    for _ in range(5):
+        (first, second), normal = on_a_circle(random, 1)
+        surface, _ = surface_of([first, second])
+        origins, directions = rays_near(random, 400)
+        found = surface.intersect(origins, directions)
+        t = -(origins @ normal) / (directions @ normal)
+        points = origins + t[:, None] * directions
+        corners = [first[0], first[1], second[1], second[0]]  # chords side by side: the circle between them
+        cuts = [
+            np.cross(normal, b - a) @ (points - a).T for a, b in ((corners[0], corners[1]), (corners[2], corners[3]))
+        ]
+        inside = (np.sign(cuts[0]) == np.sign(cuts[1])) & (np.linalg.norm(points, axis=1) < 1)
+        np.testing.assert_array_equal(found.count == 1, inside)
+        np.testing.assert_allclose(found.point[inside, 0], points[inside], atol=1e-11)
+        np.testing.assert_allclose(np.abs(found.normal[inside, 0] @ normal), 1.0, atol=1e-14)
+
+
+def test_a_ray_in_the_plane_of_a_flat_ribbon_is_singular():
+    random = np.random.default_rng(4)
+    chords, normal = on_a_circle(random, 1)
+    for pairs in (chords, [(a + 0.3 * (a - b), b) for a, b in chords]):  # of one circle, and only of one plane
+        surface, _ = surface_of(pairs)
+        u, v = (np.cross(normal, random.normal(size=3)) for _ in range(2))
+        found = surface.intersect(4 * u, 0.1 * v - 4 * u)
+        assert found.count == 0 and found.status == Status.SINGULAR
+        assert surface.intersect(4 * u + 0.1 * normal, 0.1 * v - 4 * u).status == Status.OK
+
+
+def test_pairs_that_share_a_corner_keep_their_normal_there():
+    """A facet's corner (4.7.4): all carriers pass through it, and there is no motion there to make a normal of."""
+    corner, b, c = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    surface, _ = surface_of([(corner, b), (corner, c)])
+    found = surface.intersect([(0, 0, 2), (0.2, 0.2, 2), (-0.1, 0.2, 2)], [(0.0, 0.0, -1.0)])
+    assert found.count.tolist() == [1, 1, 0]
+    np.testing.assert_allclose(found.normal[:2, 0], [(0, 0, 1)] * 2, atol=1e-15)
+
+
+@pytest.mark.parametrize("end", [-1, 1])
+def test_the_ends_belong_to_the_surface(end):
+    random = np.random.default_rng(6)
+    surface, oracle = surface_of(LINEAR)
+    for alpha, place in ((0.0, 0.3), (1.0, -0.5), (0.4, end), (0.0, end), (1.0, end)):
+        target, beside = (np.array([float(x) for x in oracle.place(alpha + d, place)]) for d in (0, 1e-6))
+        normal = np.cross(beside - target, np.array(oracle.shape(alpha)[1], float))
+        directions = normal / np.linalg.norm(normal) + 0.3 * random.normal(size=(40, 3))  # what grazes an end may miss
+        found = surface.intersect(target - 3 * directions, directions)
+        near = np.nanmin(np.linalg.norm(found.point - target, axis=-1), axis=1)
+        assert np.all(found.count >= 1) and np.all(near < 1e-12)
+        assert np.nanmin(found.alpha) >= 0 and np.nanmax(found.alpha) <= 1
+
+
+def test_a_ray_along_a_carrier_meets_both_ends_of_its_segment():
+    surface, oracle = surface_of(LINEAR)
+    for alpha in (0.0, 0.35, 0.8):
+        middle, along, half = (np.array(x, float) for x in oracle.shape(alpha))
+        found = surface.intersect(middle - 5 * along, along)
+        ends = np.sort(found.t[~np.isnan(found.t)])
+        np.testing.assert_allclose(ends[[0, -1]], [5 - half, 5 + half], atol=1e-6)
+        beside = surface.intersect(middle - 5 * along + 0.2 * np.array([0, 1, 0.5]), along)
+        assert np.all(np.isnan(beside.t) | (np.abs(beside.alpha - alpha) > 1e-3))
+
+
+@pytest.mark.parametrize("method", ["isolate", "companion", "sampled"])
+def test_nothing_is_found_where_pairs_are_imaginary(method):
+    """Opposed chords of one circle: real pairs only near the ends, (1 - t)^2 + t^2 > 2 c t (1 - t)."""
+    (first, second), normal = on_a_circle(np.random.default_rng(12), 1)
+    cross = [np.sum((p - q) ** 2) for p, q in zip((*first, *first), (second[1], second[0], *second), strict=True)]
+    lengths = [np.sum((p[1] - p[0]) ** 2) for p in (first, second)]
+    c = (cross[0] * cross[1] - cross[2] * cross[3]) / (lengths[0] * lengths[1])
+    pairs = [first, second[::-1] if c > 0 else second]
+    ribbon = EvolvedPointPairs([tuple(map(tuple, p)) for p in pairs], align=False, gaps=True)
+    origins, directions = rays_near(np.random.default_rng(13), 4000)
+    meets = [
+        np.einsum("ij,ij->i", np.cross(p[0] - origins, directions), np.broadcast_to(p[1] - p[0], origins.shape)) / size
+        for p, size in zip(pairs, lengths, strict=True)
+    ]
+    alpha = meets[0] / (meets[0] - meets[1])
+    points = origins - ((origins @ normal) / (directions @ normal))[:, None] * directions
+    real = (1 - alpha) ** 2 + alpha**2 - 2 * abs(c) * alpha * (1 - alpha) > 0
+    inside = (np.linalg.norm(points, axis=1) < 1) & (alpha > 0) & (alpha < 1) & real
+    assert inside.sum() > 50
+    found = ribbon.intersect(origins, directions, method=method, samples=400)
+    same = (found.count == 1) == inside
+    assert same.all() if method == "isolate" else same.mean() > 0.97
+    np.testing.assert_allclose(found.alpha[same & inside, 0], alpha[same & inside], atol=1e-4)
+
+
+@cache
+def prepared(pairs):
+    surface = EvolvedPointPairs(pairs)
+    engine = engine_for(needs([surface.program_kind], pictures=False))
+    return surface_kind(surface.program_kind), engine.prepare(surface.program_kind, surface.parameters)[0]
+
+
+def test_constants_know_unit_squares_and_common_circles():
+    short = ((0.9, 0.4, -0.2), (0.9 + 3e-8, 0.4, -0.2 + 1e-8))
+    kind, row = prepared((short, LINEAR[0]))
+    assert row[kind.slice("norm")][0] == 1.0 and row[kind.slice("kappa")] != 0
+    (first, second), _ = on_a_circle(np.random.default_rng(1), 1)
+    kind, row = prepared((tuple(map(tuple, first)), tuple(map(tuple, second))))
+    assert not row[kind.slice("kappa")].any() and not row[kind.slice("products")].any()
+
+
+def test_far_away_the_surface_is_the_same():
+    random = np.random.default_rng(9)
+    shift = np.array([1e6, -2e6, 5e5])
+    near, _ = surface_of(LINEAR)
+    far, _ = surface_of([(np.add(a, shift), np.add(b, shift)) for a, b in LINEAR])
+    origins, directions = rays_near(random, 400)
+    moved = origins + shift
+    a, b = near.intersect(moved - shift, directions), far.intersect(moved, directions)
+    np.testing.assert_array_equal(a.count, b.count)
+    np.testing.assert_allclose(a.alpha, b.alpha, atol=1e-8)
+    np.testing.assert_allclose(b.point - shift, a.point, atol=2e-9)
+
+
+def test_ribbons_in_a_scene_are_seen_from_the_side_of_the_camera():
+    surface, _ = surface_of(LINEAR)
+    camera = tracer.Camera.look_at((0, -6, 0.5), (0, 0, 0), field_of_view=0.5)
+    scene = tracer.Scene(camera, [tracer.Light((4, -6, 8))], [surface, tracer.Sphere((0, 5, 0), 1.0)])
+    hits = scene.intersect(*camera.rays(24, 16))
+    seen = hits.surface == 0
+    assert 0.1 < seen.mean() < 0.9
+    _, directions = camera.rays(24, 16)
+    assert np.all(np.einsum("...i,...i->...", hits.normal, np.broadcast_to(directions, hits.normal.shape))[seen] < 0)

@@ -1,0 +1,293 @@
+"""The tree over surfaces finds what asking each finds, bit for bit; statuses, ties, lines with many points."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bladesmith import cga3d, tracer
+from bladesmith.codegen.programs.scene import TREE_PAYS, TREE_PAYS_WIDE, needs
+from bladesmith.curves import KochanekBartels
+from bladesmith.errors import InputError
+from bladesmith.status import Status
+from bladesmith.tracer.engine import engine_for
+from bladesmith.tracer.hits import FEW_RAYS
+from bladesmith.tracer.options import rays_view
+from bladesmith.tracer.tree import PARTS, outward, tree_over
+
+CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
+FIELDS = ("t", "surface", "status", "point", "normal", "alpha")
+EMPTY = -(2**31)
+
+
+def both(surfaces, origins, directions):
+    """First hits with and without a tree; the same bits, or the test fails."""
+    found = []
+    for tree in (True, False):
+        scene = tracer.Scene(CAMERA, [], surfaces)
+        scene.__dict__["needs"] = replace(scene.needs, tree=tree, single=True)
+        found.append(scene.intersect(origins, directions))
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name), err_msg=name)
+    return found[0]
+
+
+def lattice(random, count, scale, shift):
+    """Spheres and discs on a lattice: equal distances, equal surfaces, boxes in one plane, rays along their sides."""
+    corners = random.integers(-3, 4, (count, 3)) * scale + shift
+    spheres = [
+        tracer.Sphere(c, r * scale) for c, r in zip(corners, random.choice([0.2, 0.25, 0.5, 1.0], count), strict=True)
+    ]
+    normals = random.choice([0.0, 0.0, 1.0, 0.5], (count, 3))
+    normals[~normals.any(axis=1)] = (0, 0, 1)
+    corners = random.integers(-3, 4, (count, 3)) * scale + shift
+    discs = [tracer.Disc(c, n, 0.3 * scale) for c, n in zip(corners, normals, strict=True)]
+    return [*spheres, *discs, tracer.Plane((0, 0, 1), -3.0 * scale)]
+
+
+def rays(random, count, scale, shift):
+    """Some on the lattice and along its axes, some not."""
+    origins = random.integers(-5, 6, (count, 3)) * scale + shift
+    directions = random.integers(-1, 2, (count, 3)).astype(float)
+    origins[::2] += random.normal(size=origins[::2].shape) * scale
+    directions[::3] += random.normal(size=directions[::3].shape)
+    directions[5::7] *= -0.0  # zero components of both signs, and no direction at all
+    directions[5::7, 1] = -1.0
+    return origins, directions
+
+
+def tubes(random, count, scale=1.0, shift=0.0):
+    made = []
+    for center in random.uniform(-2, 2, (count, 3)):
+        axis = random.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        end = center + 0.4 * axis + 0.1 * random.normal(size=3)
+        circles = [(center, axis, 0.2), (end, axis + 0.3 * random.normal(size=3), 0.15)]
+        made.append(tracer.EvolvedCircles([(c * scale + shift, n, r * scale) for c, n, r in circles]))
+    return made
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1.0, 1e3), (1e-6, 0.0), (1e6, 1e7)])
+def test_the_tree_changes_no_bit(dtype, scale, shift):
+    random = np.random.default_rng(1)
+    surfaces = lattice(random, 150, scale, shift)
+    origins, directions = rays(random, 4000, scale, shift)
+    hits = both(surfaces, origins.astype(dtype), directions.astype(dtype))
+    assert 0.2 < hits.hit.mean() < 0.95
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_the_tree_changes_no_bit_of_rays_from_far_away(dtype):
+    random = np.random.default_rng(2)
+    surfaces = lattice(random, 100, 1.0, 0.0)
+    targets = random.normal(size=(3000, 3)) * 2
+    directions = random.normal(size=(3000, 3))
+    origins = targets - directions * random.choice([1e2, 1e4, 1e6], (3000, 1))
+    assert both(surfaces, origins.astype(dtype), directions.astype(dtype)).hit.any()
+
+
+def test_evolved_surfaces_in_a_tree():
+    random = np.random.default_rng(3)
+    surfaces = [*tubes(random, 40), *lattice(random, 10, 0.5, 0.0)]
+    opening = [((-1, 0, 0), (0, 0, 1), 1.0), ((1, 0, 0), (0, 0, -1), 1.0)]  # into a line: unbounded
+    surfaces.insert(0, tracer.EvolvedCircles(opening, align=False, gaps=True))
+    origins = random.normal(size=(1500, 3)) * 4
+    directions = random.uniform(-2, 2, (1500, 3)) - origins
+    for dtype in (np.float64, np.float32):
+        hits = both(surfaces, origins.astype(dtype), directions.astype(dtype))
+        assert np.isfinite(hits.alpha).sum() > 50 and (hits.surface == 0).any()
+
+
+def test_of_equally_near_surfaces_the_lowest_number_wins():
+    random = np.random.default_rng(4)
+    same = [tracer.Sphere((0, 0, 0), 1.0) for _ in range(30)]
+    flat = [tracer.Disc((0, 0, 1), (0, 0, 1), 0.5) for _ in range(30)]
+    filler = [tracer.Sphere(c, 0.1) for c in random.normal(size=(30, 3)) * 9 + 40]
+    for order in ([*filler, *same], [*filler, *flat, *same], [*same, *filler, *flat]):
+        hits = both(order, (0, 0, 5), (0, 0, -1))
+        nearest = [i for i, s in enumerate(order) if s in same or s in flat]
+        assert hits.surface == nearest[0]
+    plane = tracer.Plane((0, 0, 1), 1.0)
+    for order, winner in (([*filler, plane, *same], 30), ([*filler, same[0], plane], 30)):
+        assert both(order, (0.0, 0.0, 5), (0, 0, -1)).surface == winner
+
+
+def test_bad_rays_and_no_rays():
+    surfaces = [tracer.Sphere((i, 0, 0), 0.3) for i in range(TREE_PAYS + 5)]
+    assert both(surfaces, np.zeros((0, 3)), (0, 0, 1)).t.shape == (0,)
+    hits = both(surfaces, [(0, 0, 5), (np.nan, 0, 5), (0, 0, 5), (0, np.inf, 0)], [(0, 0, -1)] * 2 + [(0, 0, 0)] * 2)
+    assert hits.status.tolist() == [Status.OK, Status.INVALID, Status.INVALID, Status.INVALID]
+
+
+def test_a_status_is_kept_unless_its_surface_begins_behind_the_hit():
+    """A tube of coplanar circles: a ray in their plane meets all of them."""
+    flat = [((0, 0, 0), (0, 0, 1), 1.0), ((1, 0, 0), (0, 0, 1), 1.5)]
+    ring = tracer.EvolvedCircles(flat)
+    front, back = tracer.Sphere((0, -9, 0), 1.0), tracer.Sphere((0, 9, 0), 1.0)
+    filler = [tracer.Sphere((50 + i, 0, 0), 0.1) for i in range(TREE_PAYS)]
+    along, past = ((0, -20, 0), (0, 1, 0)), ((0.1, -3, 0), (0, 1, 0))
+    for order in ([ring, front, back, *filler], [front, back, *filler, ring]):
+        assert both(order, *past).status == Status.SINGULAR
+        assert both(order, *past).surface == order.index(back)
+        hidden = both(order, *along)
+        assert hidden.status == Status.OK and hidden.surface == order.index(front)
+
+
+def test_scenes_get_a_tree_when_it_pays():
+    for most, make in (
+        (TREE_PAYS, lambda i: tracer.Disc((i, 0, 0), (0, 0, 1), 0.3)),
+        (TREE_PAYS_WIDE, lambda i: tracer.Sphere((i, 0, 0), 0.3)),
+    ):
+        few = [make(i) for i in range(most - 1)]
+        assert not tracer.Scene(CAMERA, [], few).needs.tree
+        assert tracer.Scene(CAMERA, [], [*few, few[0]]).needs.tree
+        assert not any("box" in name for name in tracer.Scene(CAMERA, [], few).kernels)
+
+
+# -- the tree itself -----------------------------------------------------------------------------------------
+
+
+def check_tree(tree, boxes):
+    """Every item once, within the boxes of all nodes above it; no level deeper than the driver has room for."""
+    seen, waiting = [], [(0, np.array([-np.inf] * 3 + [np.inf] * 3), 1)]
+    deepest = 0
+    while waiting:
+        node, outer, level = waiting.pop()
+        deepest = max(deepest, level)
+        for c in range(PARTS):
+            part, box = tree.parts[node, c], tree.boxes[node, :, c]
+            if part == EMPTY:
+                continue
+            assert np.all(box[:3] >= outer[:3]) and np.all(box[3:] <= outer[3:])
+            if part >= 0:
+                waiting.append((part, box, level + 1))
+            else:
+                np.testing.assert_array_equal(box, boxes[~part])
+                seen.append(~part)
+    assert sorted(seen) == list(range(len(boxes)))
+    assert deepest <= 48
+    return deepest
+
+
+def boxes_of(low, size):
+    return np.concatenate([low, low + size], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "make"),
+    [
+        ("spread", lambda random: boxes_of(random.normal(size=(3000, 3)), random.uniform(0, 0.1, (3000, 3)))),
+        ("one place", lambda random: np.zeros((500, 6))),
+        ("nested", lambda random: np.arange(1, 400)[:, None] * np.array([[-1.0] * 3 + [1.0] * 3])),
+        ("powers", lambda random: boxes_of(2.0 ** -np.arange(600)[:, None] * np.ones(3), np.zeros((600, 3)))),
+        ("huge", lambda random: boxes_of(random.normal(size=(200, 3)) * 1e300, np.full((200, 3), 1e299))),
+        ("one", lambda random: boxes_of(random.normal(size=(1, 3)), np.ones((1, 3)))),
+        ("five", lambda random: boxes_of(random.normal(size=(5, 3)), np.ones((5, 3)))),
+    ],
+)
+def test_trees_hold_every_item_once(name, make):
+    boxes = make(np.random.default_rng(5))
+    engine = engine_for(needs(["sphere"], pictures=False, rows=TREE_PAYS_WIDE))
+    tree = tree_over(engine, [boxes])
+    deepest = check_tree(tree, boxes)
+    assert name != "spread" or deepest <= 16
+    again = tree_over(engine, [boxes])
+    np.testing.assert_array_equal(again.parts, tree.parts)
+
+
+def test_unbounded_rows_are_loose():
+    engine = engine_for(needs(["sphere"], pictures=False, rows=TREE_PAYS_WIDE))
+    boxes = boxes_of(np.zeros((4, 3)), np.ones((4, 3)))
+    boxes[1, 3:] = np.inf
+    boxes[2] = np.nan
+    tree = tree_over(engine, [np.zeros((0, 6)), boxes])
+    assert tree.loose == 2 and tree.items.tolist() == [[1, 0], [1, 3], [1, 1], [1, 2]]
+    empty = tree_over(engine, [])
+    assert empty.parts.shape == (0, PARTS) and empty.loose == 0
+
+
+def test_boxes_of_less_precision_hold_the_others():
+    random = np.random.default_rng(6)
+    sides = random.normal(size=(500, 2, 3, 4)) * 10.0 ** random.integers(-3, 7, (500, 1, 1, 1))
+    boxes = np.sort(sides, axis=1).reshape(500, 6, 4)
+    single = outward(boxes, np.float32)
+    assert single.dtype == np.float32
+    assert np.all(single[:, :3] <= boxes[:, :3]) and np.all(single[:, 3:] >= boxes[:, 3:])
+    np.testing.assert_allclose(single, boxes, rtol=3e-7)
+
+
+# -- all points of a line --------------------------------------------------------------------------------------
+
+
+def test_all_points_of_a_line_on_many_rows():
+    """A stack of triangles: a line through all of them has as many points, whatever room there was at first."""
+    if not hasattr(tracer, "Facets"):
+        pytest.importorskip("bladesmith.tracer.surfaces.facets")
+    from bladesmith.tracer.surfaces.facets import Facets
+
+    count = 500
+    corners = np.array([(-1.0, -1, 0), (2, -1, 0), (-1, 2, 0)])
+    vertices = (corners + np.array([0, 0, 1.0]) * np.arange(count)[:, None, None]).reshape(-1, 3)
+    faces = np.arange(3 * count).reshape(-1, 3)
+    order = np.random.default_rng(7).permutation(count)
+    stack = Facets(vertices, faces[order])
+    found = stack.intersect([(0.1, 0.2, -3), (9.0, 9, -3), (0.1, 0.2, 9.5)], [(0, 0, 2), (0, 0, 1), (0, 0, -1)])
+    assert found.count.tolist() == [count, 0, count] and found.t.shape == (3, count)
+    np.testing.assert_allclose(found.t[0], 3.0 + np.arange(count), rtol=1e-13)
+    np.testing.assert_array_equal(found.row[0], np.argsort(order))
+    assert np.all(np.diff(found.t[2]) > 0) and np.isnan(found.t[1]).all() and np.all(found.row[1] == -1)
+    hits = tracer.Scene(CAMERA, [], [stack]).intersect((0.1, 0.2, -3), (0, 0, 2))
+    assert hits.t == pytest.approx(3.0)
+
+
+def test_a_point_on_the_joint_of_two_pieces_counts_once():
+    circles = [((0, 0, z), (0, 0, 1), 1.0) for z in (0.0, 1.0, 2.0, 3.0)]
+    tube = tracer.EvolvedCircles(KochanekBartels([cga3d.circle(*c) for c in circles]))
+    assert len(tube.parameters) == 3
+    origins = [(-5.0, 0.1, 1.0), (-5.0, 0.1, 0.5), (-5.0, 0.1, 2.0)]
+    assert tube.intersect(origins, [(1, 0, 0)] * 3).count.tolist() == [2, 2, 2]
+
+
+# -- several rays at once --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("count", [1, 2, 3, 7, 8, 9, 500])
+def test_several_rays_at_once_meet_what_each_meets(dtype, count):
+    """t, surface and status are found at first; the rest is found again, ray by ray, and has to be the same."""
+    random = np.random.default_rng(count)
+    surfaces = [tracer.Plane((0, 0, 1), -1.0), tracer.Sphere((0, 0, 0), 1.0), tracer.Sphere((0, 0, 0), 1.0)]
+    for order in (surfaces, surfaces[::-1]):
+        scene = tracer.Scene(CAMERA, [], order)
+        assert scene.needs.wide
+        origins, directions = random.integers(-3, 4, (2, count, 3)).astype(dtype)
+        origins[::5] = np.nan
+        directions[1::7, 1] = np.inf
+        hits = scene.intersect(origins, directions)
+        directly = scene._ready(rays_view("isolate", 64, np.dtype(dtype))).first(origins, directions)
+        for name in FIELDS:
+            np.testing.assert_array_equal(getattr(hits, name), directly[name], err_msg=name)
+        assert np.array_equal(hits.hit, hits.surface >= 0)
+        assert not np.any(hits.surface == max(order.index(same) for same in surfaces[1:]))
+    one = scene.intersect(origins[-1], directions[-1])
+    assert one.t.shape == () and one.point.shape == (3,)
+
+
+def test_rays_that_are_changed_before_points_are_asked_for_are_noticed():
+    scene = tracer.Scene(CAMERA, [], [tracer.Sphere((0, 0, 0), 1.0)])
+    for count, noticed in ((10, False), (FEW_RAYS + 1, True)):
+        origins, directions = np.tile([[0.0, 0, 5], [0, 0, -1]], (count, 1, 1)).transpose(1, 0, 2).copy()
+        hits = scene.intersect(origins, directions)
+        again = pickle.loads(pickle.dumps(scene.intersect(origins, directions)))
+        origins[:, 2] = 7.0
+        np.testing.assert_allclose(again.point[:, 2], 1.0)
+        if noticed:
+            with pytest.raises(InputError, match="changed"):
+                _ = hits.point
+        else:
+            np.testing.assert_allclose(hits.point[:, 2], 1.0)
+        assert "t=" in repr(hits)
