@@ -44,14 +44,14 @@ def test_a_scene_without_evolved_surfaces_compiles_no_evolved_code():
     assert "cga3d_disc_hit" not in plain.kernels and "cga3d_reflected_direction" not in plain.kernels
     assert "evolved" not in plain.program.files["kernels.c"]
     assert b"evolved" not in library_of(plain) and b"sphere_hits" in library_of(plain)
-    assert {"cga3d_evolved_octic", "cga3d_evolved_ray", "cga3d_evolved_normal"} <= set(evolved.kernels)
+    assert {"cga3d_evolved_polynomial_1", "cga3d_evolved_ray_1", "cga3d_evolved_normal_1"} <= set(evolved.kernels)
     assert b"evolved_circles_1_hits" in library_of(evolved) and b"plane_hits" not in library_of(evolved)
 
 
 def test_only_the_chosen_method_is_compiled():
-    for method, own in (("isolate", "octic"), ("companion", "dodecic")):
+    for method, own in (("isolate", "polynomial"), ("companion", "printed")):
         kernels = scene_program(needs(["evolved_circles_1"], [method])).kernels
-        found = {other for other in ("octic", "dodecic") if f"cga3d_evolved_{other}" in kernels}
+        found = {other for other in ("polynomial", "printed") if f"cga3d_evolved_{other}_1" in kernels}
         assert found == {own}
     assert needs(["sphere"], ["companion"]) == needs(["sphere"])
 
@@ -137,7 +137,7 @@ def test_without_a_compiler_the_general_program_renders_the_same(monkeypatch):
     try:
         again = plain_scene()
         np.testing.assert_array_equal(again.render(24, 18), expected)
-        assert "cga3d_evolved_octic" in again.kernels  # it says what is really there
+        assert "cga3d_evolved_polynomial_1" in again.kernels  # it says what is really there
         monkeypatch.setattr(engine, "_stock", lambda: None)
         engine.engine_for.cache_clear()
         with pytest.raises(CompilerMissingError):

@@ -34,7 +34,7 @@ from references.families import (  # noqa: E402
 FOLDER = Path(__file__).parent / "references"
 UNIT = 2.0**-53
 #: What a parameter may be off by, in units of rounding times its condition number.
-ROUNDINGS = 512
+ROUNDINGS = 1024
 #: Rays near tangents are decided where the condition between the roots is this many units of its rounding.
 DECIDED = 256
 CERTAIN = [name for name, family in FAMILIES.items() if family.nature != "grazing"]

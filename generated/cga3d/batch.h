@@ -8296,6 +8296,467 @@ static void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_ba
   }
 }
 
+static void FN(cga3d_placed_euclidean_number_rotor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const center_rows = (const S *)ins[0];
+  const ptrdiff_t center_stride = strides[0];
+  V center_in[3];
+  const S *const radius_rows = (const S *)ins[1];
+  const ptrdiff_t radius_stride = strides[1];
+  V radius_in[1];
+  const S *const turn_rows = (const S *)ins[2];
+  const ptrdiff_t turn_stride = strides[2];
+  V turn_in[4];
+  const S *const spoke_rows = (const S *)ins[3];
+  const ptrdiff_t spoke_stride = strides[3];
+  V spoke_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(center_in, center_rows, 3);
+  FN(load_broadcast)(radius_in, radius_rows, 1);
+  FN(load_broadcast)(turn_in, turn_rows, 4);
+  FN(load_broadcast)(spoke_in, spoke_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+      if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+      if (turn_stride) FN(load_rows)(turn_in, turn_rows + i * 4, 4);
+      if (spoke_stride) FN(load_rows)(spoke_in, spoke_rows + i * 3, 3);
+    } else {
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+      if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+      if (turn_stride) FN(load_tail)(turn_in, turn_rows + i * 4, 4, rows);
+      if (spoke_stride) FN(load_tail)(spoke_in, spoke_rows + i * 3, 3, rows);
+    }
+    FN(cga3d_placed_euclidean_number_rotor_euclidean)(out, center_in, radius_in, turn_in, spoke_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_between_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[3];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[3];
+  const S *const share_rows = (const S *)ins[2];
+  const ptrdiff_t share_stride = strides[2];
+  V share_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 3);
+  FN(load_broadcast)(b_in, b_rows, 3);
+  FN(load_broadcast)(share_in, share_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
+      if (share_stride) FN(load_rows)(share_in, share_rows + i * 1, 1);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
+      if (share_stride) FN(load_tail)(share_in, share_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_between_euclidean_euclidean_number)(out, a_in, b_in, share_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_swept_normal_euclidean_circle_any_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const carrier_rows = (const S *)ins[1];
+  const ptrdiff_t carrier_stride = strides[1];
+  V carrier_in[10];
+  const S *const rate_rows = (const S *)ins[2];
+  const ptrdiff_t rate_stride = strides[2];
+  V rate_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(carrier_in, carrier_rows, 10);
+  FN(load_broadcast)(rate_in, rate_rows, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (carrier_stride) FN(load_rows)(carrier_in, carrier_rows + i * 10, 10);
+      if (rate_stride) FN(load_rows)(rate_in, rate_rows + i * 10, 10);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (carrier_stride) FN(load_tail)(carrier_in, carrier_rows + i * 10, 10, rows);
+      if (rate_stride) FN(load_tail)(rate_in, rate_rows + i * 10, 10, rows);
+    }
+    FN(cga3d_swept_normal_euclidean_circle_any_circle)(out, position_in, carrier_in, rate_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const pair_rows = (const S *)ins[1];
+  const ptrdiff_t pair_stride = strides[1];
+  V pair_in[10];
+  const S *const rate_rows = (const S *)ins[2];
+  const ptrdiff_t rate_stride = strides[2];
+  V rate_in[10];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(pair_in, pair_rows, 10);
+  FN(load_broadcast)(rate_in, rate_rows, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (pair_stride) FN(load_rows)(pair_in, pair_rows + i * 10, 10);
+      if (rate_stride) FN(load_rows)(rate_in, rate_rows + i * 10, 10);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (pair_stride) FN(load_tail)(pair_in, pair_rows + i * 10, 10, rows);
+      if (rate_stride) FN(load_tail)(rate_in, rate_rows + i * 10, 10, rows);
+    }
+    FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair)(out, position_in, pair_in, rate_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_line_from_euclidean_line_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const ray_rows = (const S *)ins[1];
+  const ptrdiff_t ray_stride = strides[1];
+  V ray_in[6];
+  S *const direction_rows = (S *)outs[0];
+  V direction[3];
+  S *const distance_rows = (S *)outs[1];
+  V distance[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(ray_in, ray_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (ray_stride) FN(load_rows)(ray_in, ray_rows + i * 6, 6);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (ray_stride) FN(load_tail)(ray_in, ray_rows + i * 6, 6, rows);
+    }
+    FN(cga3d_line_from_euclidean_line)(direction, distance, position_in, ray_in);
+    if (rows == W) {
+      FN(store_rows)(direction_rows + i * 3, direction, 3);
+      FN(store_rows)(distance_rows + i * 1, distance, 1);
+    } else {
+      FN(store_tail)(direction_rows + i * 3, direction, 3, rows);
+      FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
+    }
+  }
+}
+
+static void FN(cga3d_plane_contact_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const normal_rows = (const S *)ins[1];
+  const ptrdiff_t normal_stride = strides[1];
+  V normal_in[3];
+  const S *const offset_rows = (const S *)ins[2];
+  const ptrdiff_t offset_stride = strides[2];
+  V offset_in[1];
+  S *const distance_rows = (S *)outs[0];
+  V distance[1];
+  S *const normal__rows = (S *)outs[1];
+  V normal_[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(normal_in, normal_rows, 3);
+  FN(load_broadcast)(offset_in, offset_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (offset_stride) FN(load_rows)(offset_in, offset_rows + i * 1, 1);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (offset_stride) FN(load_tail)(offset_in, offset_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_plane_contact_euclidean_euclidean_number)(distance, normal_, position_in, normal_in, offset_in);
+    if (rows == W) {
+      FN(store_rows)(distance_rows + i * 1, distance, 1);
+      FN(store_rows)(normal__rows + i * 3, normal_, 3);
+    } else {
+      FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
+      FN(store_tail)(normal__rows + i * 3, normal_, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_sphere_contact_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const center_rows = (const S *)ins[1];
+  const ptrdiff_t center_stride = strides[1];
+  V center_in[3];
+  const S *const radius_rows = (const S *)ins[2];
+  const ptrdiff_t radius_stride = strides[2];
+  V radius_in[1];
+  S *const distance_rows = (S *)outs[0];
+  V distance[1];
+  S *const normal_rows = (S *)outs[1];
+  V normal[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(center_in, center_rows, 3);
+  FN(load_broadcast)(radius_in, radius_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+      if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+      if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_sphere_contact_euclidean_euclidean_number)(distance, normal, position_in, center_in, radius_in);
+    if (rows == W) {
+      FN(store_rows)(distance_rows + i * 1, distance, 1);
+      FN(store_rows)(normal_rows + i * 3, normal, 3);
+    } else {
+      FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
+      FN(store_tail)(normal_rows + i * 3, normal, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const center_rows = (const S *)ins[1];
+  const ptrdiff_t center_stride = strides[1];
+  V center_in[3];
+  const S *const normal_rows = (const S *)ins[2];
+  const ptrdiff_t normal_stride = strides[2];
+  V normal_in[3];
+  const S *const radius_rows = (const S *)ins[3];
+  const ptrdiff_t radius_stride = strides[3];
+  V radius_in[1];
+  S *const distance_rows = (S *)outs[0];
+  V distance[1];
+  S *const normal__rows = (S *)outs[1];
+  V normal_[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(center_in, center_rows, 3);
+  FN(load_broadcast)(normal_in, normal_rows, 3);
+  FN(load_broadcast)(radius_in, radius_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number)(distance, normal_, position_in, center_in, normal_in, radius_in);
+    if (rows == W) {
+      FN(store_rows)(distance_rows + i * 1, distance, 1);
+      FN(store_rows)(normal__rows + i * 3, normal_, 3);
+    } else {
+      FN(store_tail)(distance_rows + i * 1, distance, 1, rows);
+      FN(store_tail)(normal__rows + i * 3, normal_, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_reflected_line_euclidean_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const direction_rows = (const S *)ins[1];
+  const ptrdiff_t direction_stride = strides[1];
+  V direction_in[3];
+  const S *const normal_rows = (const S *)ins[2];
+  const ptrdiff_t normal_stride = strides[2];
+  V normal_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(direction_in, direction_rows, 3);
+  FN(load_broadcast)(normal_in, normal_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+    }
+    FN(cga3d_reflected_line_euclidean_euclidean_euclidean)(out, status, position_in, direction_in, normal_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const direction_rows = (const S *)ins[1];
+  const ptrdiff_t direction_stride = strides[1];
+  V direction_in[3];
+  const S *const normal_rows = (const S *)ins[2];
+  const ptrdiff_t normal_stride = strides[2];
+  V normal_in[3];
+  const S *const least_rows = (const S *)ins[3];
+  const ptrdiff_t least_stride = strides[3];
+  V least_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(direction_in, direction_rows, 3);
+  FN(load_broadcast)(normal_in, normal_rows, 3);
+  FN(load_broadcast)(least_in, least_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (least_stride) FN(load_rows)(least_in, least_rows + i * 1, 1);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (least_stride) FN(load_tail)(least_in, least_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_normal_line_euclidean_euclidean_euclidean_number)(out, status, position_in, direction_in, normal_in, least_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const position_rows = (const S *)ins[0];
+  const ptrdiff_t position_stride = strides[0];
+  V position_in[3];
+  const S *const direction_rows = (const S *)ins[1];
+  const ptrdiff_t direction_stride = strides[1];
+  V direction_in[3];
+  const S *const normal_rows = (const S *)ins[2];
+  const ptrdiff_t normal_stride = strides[2];
+  V normal_in[3];
+  const S *const least_rows = (const S *)ins[3];
+  const ptrdiff_t least_stride = strides[3];
+  V least_in[1];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(position_in, position_rows, 3);
+  FN(load_broadcast)(direction_in, direction_rows, 3);
+  FN(load_broadcast)(normal_in, normal_rows, 3);
+  FN(load_broadcast)(least_in, least_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+      if (direction_stride) FN(load_rows)(direction_in, direction_rows + i * 3, 3);
+      if (normal_stride) FN(load_rows)(normal_in, normal_rows + i * 3, 3);
+      if (least_stride) FN(load_rows)(least_in, least_rows + i * 1, 1);
+    } else {
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+      if (direction_stride) FN(load_tail)(direction_in, direction_rows + i * 3, 3, rows);
+      if (normal_stride) FN(load_tail)(normal_in, normal_rows + i * 3, 3, rows);
+      if (least_stride) FN(load_tail)(least_in, least_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number)(out, status, position_in, direction_in, normal_in, least_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga3d_geometric_dense_multivector_multivector_batch),
   FN(cga3d_geometric_motor_motor_batch),
@@ -8542,4 +9003,15 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_interpolate_far_rate_any_circle_any_circle_number_number_batch),
   FN(cga3d_interpolate_far_rate_any_plane_any_plane_number_number_batch),
   FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number_batch),
+  FN(cga3d_placed_euclidean_number_rotor_euclidean_batch),
+  FN(cga3d_between_euclidean_euclidean_number_batch),
+  FN(cga3d_swept_normal_euclidean_circle_any_circle_batch),
+  FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair_batch),
+  FN(cga3d_line_from_euclidean_line_batch),
+  FN(cga3d_plane_contact_euclidean_euclidean_number_batch),
+  FN(cga3d_sphere_contact_euclidean_euclidean_number_batch),
+  FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number_batch),
+  FN(cga3d_reflected_line_euclidean_euclidean_euclidean_batch),
+  FN(cga3d_normal_line_euclidean_euclidean_euclidean_number_batch),
+  FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch),
 };

@@ -16526,3 +16526,484 @@ BS_INLINE void FN(cga3d_interpolate_far_rate_any_sphere_any_sphere_number_number
   out[4] = t60; /* e23noni */
   status[0] = t79; /* 1 */
 }
+
+/* cga3d_placed_euclidean_number_rotor_euclidean: c + r R x ~R: where T(c) D(r) R takes a point of the unit circle. 21 mul, 15 add. */
+BS_INLINE void FN(cga3d_placed_euclidean_number_rotor_euclidean)(V *RESTRICT out, const V *RESTRICT center_in, const V *RESTRICT radius_in, const V *RESTRICT turn_in, const V *RESTRICT spoke_in)
+{
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V center_e3 = center_in[2];
+  const V radius_s = radius_in[0];
+  const V turn_s = turn_in[0];
+  const V turn_e12 = turn_in[1];
+  const V turn_e13 = turn_in[2];
+  const V turn_e23 = turn_in[3];
+  const V spoke_e1 = spoke_in[0];
+  const V spoke_e2 = spoke_in[1];
+  const V spoke_e3 = spoke_in[2];
+  const V t0 = turn_e12 * spoke_e1 - turn_s * spoke_e2 - turn_e23 * spoke_e3;
+  const V t1 = turn_e13 * spoke_e1 + turn_e23 * spoke_e2 - turn_s * spoke_e3;
+  const V t2 = center_e1 + radius_s * (spoke_e1 - K(2.0) * (turn_e12 * t0 + turn_e13 * t1));
+  const V t3 = turn_s * spoke_e1 + turn_e12 * spoke_e2 + turn_e13 * spoke_e3;
+  const V t4 = center_e2 + radius_s * (spoke_e2 - K(2.0) * (turn_e12 * t3 + turn_e23 * t1));
+  const V t5 = center_e3 + radius_s * (spoke_e3 + K(2.0) * (turn_e23 * t0 - turn_e13 * t3));
+  out[0] = t2; /* e1 */
+  out[1] = t4; /* e2 */
+  out[2] = t5; /* e3 */
+}
+
+/* cga3d_between_euclidean_euclidean_number: The position from a (share 0) to b (share 1). 3 mul, 6 add. */
+BS_INLINE void FN(cga3d_between_euclidean_euclidean_number)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT share_in)
+{
+  const V a_e1 = a_in[0];
+  const V a_e2 = a_in[1];
+  const V a_e3 = a_in[2];
+  const V b_e1 = b_in[0];
+  const V b_e2 = b_in[1];
+  const V b_e3 = b_in[2];
+  const V share_s = share_in[0];
+  out[0] = a_e1 + share_s * (b_e1 - a_e1); /* e1 */
+  out[1] = a_e2 + share_s * (b_e2 - a_e2); /* e2 */
+  out[2] = a_e3 + share_s * (b_e3 - a_e3); /* e3 */
+}
+
+/* cga3d_swept_normal_euclidean_circle_any_circle: Unit normal at a position on the surface that a circle or line C sweeps at the rate dC (4.17 to 4.25). 116 mul, 102 add, 37 other. */
+BS_INLINE void FN(cga3d_swept_normal_euclidean_circle_any_circle)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT carrier_in, const V *RESTRICT rate_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V carrier_e123 = carrier_in[0];
+  const V carrier_e12no = carrier_in[1];
+  const V carrier_e12ni = carrier_in[2];
+  const V carrier_e13no = carrier_in[3];
+  const V carrier_e13ni = carrier_in[4];
+  const V carrier_e1noni = carrier_in[5];
+  const V carrier_e23no = carrier_in[6];
+  const V carrier_e23ni = carrier_in[7];
+  const V carrier_e2noni = carrier_in[8];
+  const V carrier_e3noni = carrier_in[9];
+  const V rate_e123 = rate_in[0];
+  const V rate_e12no = rate_in[1];
+  const V rate_e12ni = rate_in[2];
+  const V rate_e13no = rate_in[3];
+  const V rate_e13ni = rate_in[4];
+  const V rate_e1noni = rate_in[5];
+  const V rate_e23no = rate_in[6];
+  const V rate_e23ni = rate_in[7];
+  const V rate_e2noni = rate_in[8];
+  const V rate_e3noni = rate_in[9];
+  const V t0 = position_e1 * carrier_e13no + position_e2 * carrier_e23no - carrier_e3noni;
+  const V t1 = carrier_e13no * rate_e23ni + carrier_e13ni * rate_e23no + carrier_e1noni * rate_e2noni - carrier_e23no * rate_e13ni - carrier_e23ni * rate_e13no - carrier_e2noni * rate_e1noni;
+  const V t2 = carrier_e12no * rate_e13ni + carrier_e12ni * rate_e13no - carrier_e13no * rate_e12ni - carrier_e13ni * rate_e12no + carrier_e2noni * rate_e3noni - carrier_e3noni * rate_e2noni;
+  const V t3 = carrier_e123 * rate_e13ni - carrier_e12ni * rate_e1noni - carrier_e13ni * rate_e123 + carrier_e1noni * rate_e12ni + carrier_e23ni * rate_e3noni - carrier_e3noni * rate_e23ni;
+  const V t4 = position_e1 * position_e1 + position_e2 * position_e2 + position_e3 * position_e3;
+  const V t5 = carrier_e123 * rate_e13no + carrier_e12no * rate_e1noni - carrier_e13no * rate_e123 - carrier_e1noni * rate_e12no - carrier_e23no * rate_e3noni + carrier_e3noni * rate_e23no;
+  const V t6 = carrier_e23no * rate_e123 - carrier_e123 * rate_e23no - carrier_e12no * rate_e2noni - carrier_e13no * rate_e3noni + carrier_e2noni * rate_e12no + carrier_e3noni * rate_e13no;
+  const V t7 = carrier_e12no * rate_e123 - carrier_e123 * rate_e12no + carrier_e13no * rate_e1noni - carrier_e1noni * rate_e13no + carrier_e23no * rate_e2noni - carrier_e2noni * rate_e23no;
+  const V t8 = carrier_e12ni * rate_e12no - carrier_e12no * rate_e12ni - carrier_e13no * rate_e13ni + carrier_e13ni * rate_e13no - carrier_e23no * rate_e23ni + carrier_e23ni * rate_e23no;
+  const V t9 = position_e1 * t6 + position_e2 * t5 + position_e3 * t7 + t8;
+  const V t10 = (position_e1 * t1 - position_e3 * t2 + t3 + K(0.5) * (t4 * t5)) - position_e2 * t9;
+  const V t11 = position_e1 * carrier_e12no - position_e3 * carrier_e23no - carrier_e2noni;
+  const V t12 = carrier_e1noni * rate_e3noni - carrier_e12no * rate_e23ni - carrier_e12ni * rate_e23no + carrier_e23no * rate_e12ni + carrier_e23ni * rate_e12no - carrier_e3noni * rate_e1noni;
+  const V t13 = carrier_e12ni * rate_e123 - carrier_e123 * rate_e12ni - carrier_e13ni * rate_e1noni + carrier_e1noni * rate_e13ni - carrier_e23ni * rate_e2noni + carrier_e2noni * rate_e23ni;
+  const V t14 = (position_e1 * t12 + position_e2 * t2 + t13 + K(0.5) * (t4 * t7)) - position_e3 * t9;
+  const V t15 = t0 * t10 - t11 * t14;
+  const V t16 = SPLAT(BS_EPSILON);
+  const V t17 = position_e3 * carrier_e123 - carrier_e12ni - K(0.5) * (carrier_e12no * t4);
+  const V t18 = ABS(t17);
+  const V t19 = -position_e2 * carrier_e123 - carrier_e13ni - K(0.5) * (carrier_e13no * t4);
+  const V t20 = ABS(t19);
+  const V t21 = -position_e2 * carrier_e12no - position_e3 * carrier_e13no - carrier_e1noni;
+  const V t22 = ABS(t21);
+  const V t23 = position_e1 * carrier_e123 - carrier_e23ni - K(0.5) * (carrier_e23no * t4);
+  const V t24 = ABS(t23);
+  const V t25 = ABS(t11);
+  const V t26 = ABS(t0);
+  const V t27 = ABS(position_e1);
+  const V t28 = ABS(position_e2);
+  const V t29 = ABS(position_e3);
+  const V t30 = ABS(SPLAT(1.0));
+  const V t31 = ABS(K(0.5) * t4);
+  const V t32 = ABS(t1);
+  const V t33 = ABS(t12);
+  const V t34 = ABS(t6);
+  const V t35 = carrier_e12ni * rate_e2noni - carrier_e123 * rate_e23ni + carrier_e13ni * rate_e3noni + carrier_e23ni * rate_e123 - carrier_e2noni * rate_e12ni - carrier_e3noni * rate_e13ni;
+  const V t36 = ABS(t35);
+  const V t37 = ABS(t2);
+  const V t38 = ABS(t5);
+  const V t39 = ABS(t3);
+  const V t40 = ABS(t7);
+  const V t41 = ABS(t13);
+  const V t42 = ABS(t8);
+  const V t43 = (t18 + t20 + t22 + t24 + t25 + t26) * (t27 + t28 + t29 + t30 + t31) * (t32 + t33 + t34 + t36 + t37 + t38 + t39 + t40 + t41 + t42);
+  const V t44 = ABS(-t15);
+  const M t45 = LT(SPLAT(0.0), t44);
+  const V t46 = SELECT(t45, t44, SPLAT(0.0));
+  const V t47 = (t35 - position_e2 * t1 - position_e3 * t12 + K(0.5) * (t4 * t6)) - position_e1 * t9;
+  const V t48 = t0 * t47 - t21 * t14;
+  const V t49 = ABS(t48);
+  const M t50 = LT(t46, t49);
+  const V t51 = SELECT(t50, t49, t46);
+  const V t52 = t11 * t47 - t21 * t10;
+  const V t53 = ABS(-t52);
+  const M t54 = LT(t51, t53);
+  const V t55 = SELECT(t54, t53, t51);
+  const M t56 = LT(K(64.0) * (t16 * t43), t55);
+  const V t57 = SPLAT(BS_NOT_A_NUMBER);
+  const V t58 = SELECT(t56, t55, t57);
+  const V t59 = K(1.0) / t58;
+  const V t60 = t15 * t59;
+  const V t61 = t48 * t59;
+  const V t62 = t52 * t59;
+  const V t63 = SQRT(t60 * t60 + t61 * t61 + t62 * t62);
+  const V t64 = K(1.0) / t63;
+  out[0] = -t60 * t64; /* e1 */
+  out[1] = t61 * t64; /* e2 */
+  out[2] = -t62 * t64; /* e3 */
+}
+
+/* cga3d_segment_normal_euclidean_point_pair_any_point_pair: Unit normal at a position on the surface that the segment of a point pair sweeps (4.7.2, by its carrier). 47 mul, 39 add, 33 other. */
+BS_INLINE void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair)(V *RESTRICT out, const V *RESTRICT position_in, const V *RESTRICT pair_in, const V *RESTRICT rate_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V pair_e12 = pair_in[0];
+  const V pair_e13 = pair_in[1];
+  const V pair_e1no = pair_in[2];
+  const V pair_e23 = pair_in[4];
+  const V pair_e2no = pair_in[5];
+  const V pair_e3no = pair_in[7];
+  const V rate_e12 = rate_in[0];
+  const V rate_e13 = rate_in[1];
+  const V rate_e1no = rate_in[2];
+  const V rate_e23 = rate_in[4];
+  const V rate_e2no = rate_in[5];
+  const V rate_e3no = rate_in[7];
+  const V t0 = pair_e1no * rate_e2no - pair_e2no * rate_e1no;
+  const V t1 = pair_e2no * rate_e3no - pair_e3no * rate_e2no;
+  const V t2 = pair_e1no * rate_e12 - pair_e12 * rate_e1no + pair_e23 * rate_e3no - pair_e3no * rate_e23;
+  const V t3 = position_e1 * t0 - position_e3 * t1 + t2;
+  const V t4 = pair_e1no * rate_e3no - pair_e3no * rate_e1no;
+  const V t5 = pair_e1no * rate_e13 - pair_e13 * rate_e1no - pair_e23 * rate_e2no + pair_e2no * rate_e23;
+  const V t6 = position_e1 * t4 + position_e2 * t1 + t5;
+  const V t7 = pair_e2no * t6 - pair_e3no * t3;
+  const V t8 = SPLAT(BS_EPSILON);
+  const V t9 = ABS(-pair_e12);
+  const V t10 = ABS(-pair_e13);
+  const V t11 = ABS(-pair_e1no);
+  const V t12 = ABS(-pair_e23);
+  const V t13 = ABS(-pair_e2no);
+  const V t14 = ABS(-pair_e3no);
+  const V t15 = ABS(position_e1);
+  const V t16 = ABS(position_e2);
+  const V t17 = ABS(position_e3);
+  const V t18 = ABS(SPLAT(1.0));
+  const V t19 = position_e1 * position_e1 + position_e2 * position_e2 + position_e3 * position_e3;
+  const V t20 = ABS(K(0.5) * t19);
+  const V t21 = ABS(t0);
+  const V t22 = ABS(t4);
+  const V t23 = pair_e12 * rate_e2no + pair_e13 * rate_e3no - pair_e2no * rate_e12 - pair_e3no * rate_e13;
+  const V t24 = ABS(t23);
+  const V t25 = ABS(t1);
+  const V t26 = ABS(t2);
+  const V t27 = ABS(t5);
+  const V t28 = (t9 + t10 + t11 + t12 + t13 + t14) * (t15 + t16 + t17 + t18 + t20) * (t21 + t22 + t24 + t25 + t26 + t27);
+  const V t29 = ABS(-t7);
+  const M t30 = LT(SPLAT(0.0), t29);
+  const V t31 = SELECT(t30, t29, SPLAT(0.0));
+  const V t32 = t23 - position_e2 * t0 - position_e3 * t4;
+  const V t33 = pair_e1no * t6 - pair_e3no * t32;
+  const V t34 = ABS(t33);
+  const M t35 = LT(t31, t34);
+  const V t36 = SELECT(t35, t34, t31);
+  const V t37 = pair_e1no * t3 - pair_e2no * t32;
+  const V t38 = ABS(-t37);
+  const M t39 = LT(t36, t38);
+  const V t40 = SELECT(t39, t38, t36);
+  const M t41 = LT(K(64.0) * (t8 * t28), t40);
+  const V t42 = SPLAT(BS_NOT_A_NUMBER);
+  const V t43 = SELECT(t41, t40, t42);
+  const V t44 = K(1.0) / t43;
+  const V t45 = t7 * t44;
+  const V t46 = t33 * t44;
+  const V t47 = t37 * t44;
+  const V t48 = SQRT(t45 * t45 + t46 * t46 + t47 * t47);
+  const V t49 = K(1.0) / t48;
+  out[0] = -t45 * t49; /* e1 */
+  out[1] = t46 * t49; /* e2 */
+  out[2] = -t47 * t49; /* e3 */
+}
+
+/* cga3d_line_from_euclidean_line: Direction of a unit line, and its distance from a position: its moment as seen from there. 9 mul, 8 add, 1 other. */
+BS_INLINE void FN(cga3d_line_from_euclidean_line)(V *RESTRICT direction, V *RESTRICT distance, const V *RESTRICT position_in, const V *RESTRICT ray_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V ray_e12ni = ray_in[0];
+  const V ray_e13ni = ray_in[1];
+  const V ray_e1noni = ray_in[2];
+  const V ray_e23ni = ray_in[3];
+  const V ray_e2noni = ray_in[4];
+  const V ray_e3noni = ray_in[5];
+  const V t0 = ray_e12ni + position_e1 * ray_e2noni - position_e2 * ray_e1noni;
+  const V t1 = ray_e13ni + position_e1 * ray_e3noni - position_e3 * ray_e1noni;
+  const V t2 = ray_e23ni + position_e2 * ray_e3noni - position_e3 * ray_e2noni;
+  const V t3 = SQRT(t0 * t0 + t1 * t1 + t2 * t2);
+  direction[0] = -ray_e1noni; /* e1 */
+  direction[1] = -ray_e2noni; /* e2 */
+  direction[2] = -ray_e3noni; /* e3 */
+  distance[0] = t3;
+}
+
+/* cga3d_plane_contact_euclidean_euclidean_number: Distance of a position from a plane, and the unit normal there. 3 mul, 3 add, 1 other. */
+BS_INLINE void FN(cga3d_plane_contact_euclidean_euclidean_number)(V *RESTRICT distance, V *RESTRICT normal_, const V *RESTRICT position_in, const V *RESTRICT normal_in, const V *RESTRICT offset_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V offset_s = offset_in[0];
+  const V t0 = position_e1 * normal_e1 + position_e2 * normal_e2 + position_e3 * normal_e3 - offset_s;
+  const V t1 = ABS(t0);
+  distance[0] = t1;
+  normal_[0] = normal_e1; /* e1 */
+  normal_[1] = normal_e2; /* e2 */
+  normal_[2] = normal_e3; /* e3 */
+}
+
+/* cga3d_sphere_contact_euclidean_euclidean_number: Distance of a position from a sphere, and the unit normal there: that of (X . S) ^ n_inf in (4.8). 6 mul, 6 add, 3 other. */
+BS_INLINE void FN(cga3d_sphere_contact_euclidean_euclidean_number)(V *RESTRICT distance, V *RESTRICT normal, const V *RESTRICT position_in, const V *RESTRICT center_in, const V *RESTRICT radius_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V center_e3 = center_in[2];
+  const V radius_s = radius_in[0];
+  const V t0 = position_e1 - center_e1;
+  const V t1 = position_e2 - center_e2;
+  const V t2 = position_e3 - center_e3;
+  const V t3 = SQRT(t0 * t0 + t1 * t1 + t2 * t2);
+  const V t4 = ABS(t3 - radius_s);
+  const V t5 = K(1.0) / t3;
+  distance[0] = t4;
+  normal[0] = t0 * t5; /* e1 */
+  normal[1] = t1 * t5; /* e2 */
+  normal[2] = t2 * t5; /* e3 */
+}
+
+/* cga3d_disc_contact_euclidean_euclidean_euclidean_number: Distance of a position from a disc, and the disc's normal. 11 mul, 12 add, 4 other. */
+BS_INLINE void FN(cga3d_disc_contact_euclidean_euclidean_euclidean_number)(V *RESTRICT distance, V *RESTRICT normal_, const V *RESTRICT position_in, const V *RESTRICT center_in, const V *RESTRICT normal_in, const V *RESTRICT radius_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V center_e1 = center_in[0];
+  const V center_e2 = center_in[1];
+  const V center_e3 = center_in[2];
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V radius_s = radius_in[0];
+  const V t0 = position_e1 - center_e1;
+  const V t1 = position_e2 - center_e2;
+  const V t2 = position_e3 - center_e3;
+  const V t3 = normal_e1 * t0 + normal_e2 * t1 + normal_e3 * t2;
+  const V t4 = t0 - normal_e1 * t3;
+  const V t5 = t1 - normal_e2 * t3;
+  const V t6 = t2 - normal_e3 * t3;
+  const V t7 = SQRT(t4 * t4 + t5 * t5 + t6 * t6);
+  const V t8 = t7 - radius_s;
+  const M t9 = LT(SPLAT(0.0), t8);
+  const V t10 = SELECT(t9, t8, SPLAT(0.0));
+  const V t11 = SQRT(t3 * t3 + t10 * t10);
+  distance[0] = t11;
+  normal_[0] = normal_e1; /* e1 */
+  normal_[1] = normal_e2; /* e2 */
+  normal_[2] = normal_e3; /* e3 */
+}
+
+/* cga3d_reflected_line_euclidean_euclidean_euclidean: The unit line Phi L Phi through a position, for the plane Phi there (4.8). 35 mul, 21 add, 24 other. */
+BS_INLINE void FN(cga3d_reflected_line_euclidean_euclidean_euclidean)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V direction_e1 = direction_in[0];
+  const V direction_e2 = direction_in[1];
+  const V direction_e3 = direction_in[2];
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V t0 = direction_e3 * normal_e2 - direction_e2 * normal_e3;
+  const V t1 = direction_e2 * normal_e1 - direction_e1 * normal_e2;
+  const V t2 = -direction_e3 * normal_e3 - direction_e2 * normal_e2 - direction_e1 * normal_e1;
+  const V t3 = normal_e3 * t0 - normal_e1 * t1 - normal_e2 * t2;
+  const V t4 = SPLAT(BS_EPSILON);
+  const V t5 = t4 * t4;
+  const V t6 = direction_e1 * normal_e3 - direction_e3 * normal_e1;
+  const V t7 = normal_e2 * t1 - normal_e3 * t6 - normal_e1 * t2;
+  const V t8 = ABS(-t7);
+  const V t9 = ABS(-t3);
+  const V t10 = normal_e1 * t6 - normal_e2 * t0 - normal_e3 * t2;
+  const V t11 = ABS(-t10);
+  const V t12 = t8 + t9 + t11;
+  const M t13 = LT(t5, t12);
+  const M t14 = LT(t12 * t5, SPLAT(1.0));
+  const M t15 = AND(t13, t14);
+  const V t16 = SELECT(t15, SPLAT(1.0), t12);
+  const V t17 = K(1.0) / t16;
+  const V t18 = -t3 * t17;
+  const V t19 = -t7 * t17;
+  const V t20 = -t10 * t17;
+  const V t21 = SQRT(t19 * t19 + t18 * t18 + t20 * t20);
+  const M t22 = LT(SPLAT(0.0), t21);
+  const V t23 = SPLAT(BS_NOT_A_NUMBER);
+  const V t24 = SELECT(t22, t21, t23);
+  const V t25 = K(1.0) / t24;
+  const V t26 = t18 * t25;
+  const V t27 = t19 * t25;
+  const V t28 = t20 * t25;
+  const V t29 = ABS(normal_e1);
+  const V t30 = ABS(normal_e2);
+  const V t31 = ABS(normal_e3);
+  const V t32 = t29 + t30 + t31;
+  const V t33 = t32;
+  const M t34 = LE(t32 - t33, SPLAT(0.0));
+  const M t35 = NOT(t34);
+  const V t36 = SELECT(t35, SPLAT(1.0), SPLAT(0.0));
+  out[0] = position_e1 * t26 - position_e2 * t27; /* e12ni */
+  out[1] = position_e1 * t28 - position_e3 * t27; /* e13ni */
+  out[2] = -t27; /* e1noni */
+  out[3] = position_e2 * t28 - position_e3 * t26; /* e23ni */
+  out[4] = -t26; /* e2noni */
+  out[5] = -t28; /* e3noni */
+  status[0] = t36; /* 1 */
+}
+
+/* cga3d_normal_line_euclidean_euclidean_euclidean_number: N ~ L' - L: the unit line along the normal, on the side that L comes from. 23 mul, 12 add, 29 other. */
+BS_INLINE void FN(cga3d_normal_line_euclidean_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in, const V *RESTRICT least_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V direction_e1 = direction_in[0];
+  const V direction_e2 = direction_in[1];
+  const V direction_e3 = direction_in[2];
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V least_s = least_in[0];
+  const V t0 = direction_e1 * normal_e1 + direction_e2 * normal_e2 + direction_e3 * normal_e3;
+  const M t1 = LT(SPLAT(0.0), t0);
+  const V t2 = SELECT(t1, SPLAT(-1.0), SPLAT(1.0));
+  const V t3 = normal_e2 * t2;
+  const V t4 = SPLAT(BS_EPSILON);
+  const V t5 = t4 * t4;
+  const V t6 = normal_e1 * t2;
+  const V t7 = ABS(t6);
+  const V t8 = ABS(t3);
+  const V t9 = normal_e3 * t2;
+  const V t10 = ABS(t9);
+  const V t11 = t7 + t8 + t10;
+  const M t12 = LT(t5, t11);
+  const M t13 = LT(t11 * t5, SPLAT(1.0));
+  const M t14 = AND(t12, t13);
+  const V t15 = SELECT(t14, SPLAT(1.0), t11);
+  const V t16 = K(1.0) / t15;
+  const V t17 = t3 * t16;
+  const V t18 = t6 * t16;
+  const V t19 = t9 * t16;
+  const V t20 = SQRT(t18 * t18 + t17 * t17 + t19 * t19);
+  const M t21 = LT(SPLAT(0.0), t20);
+  const V t22 = SPLAT(BS_NOT_A_NUMBER);
+  const V t23 = SELECT(t21, t20, t22);
+  const V t24 = K(1.0) / t23;
+  const V t25 = t17 * t24;
+  const V t26 = t18 * t24;
+  const V t27 = t19 * t24;
+  const V t28 = ABS(normal_e1);
+  const V t29 = ABS(normal_e2);
+  const V t30 = ABS(normal_e3);
+  const V t31 = t28 + t29 + t30;
+  const V t32 = t31;
+  const M t33 = LE(t31 - t32, SPLAT(0.0));
+  const M t34 = NOT(t33);
+  const V t35 = ABS(t0);
+  const M t36 = LE(t35, least_s);
+  const V t37 = SELECT(t36, SPLAT(3.0), SPLAT(0.0));
+  const V t38 = SELECT(t34, SPLAT(1.0), t37);
+  out[0] = position_e1 * t25 - position_e2 * t26; /* e12ni */
+  out[1] = position_e1 * t27 - position_e3 * t26; /* e13ni */
+  out[2] = -t26; /* e1noni */
+  out[3] = position_e2 * t27 - position_e3 * t25; /* e23ni */
+  out[4] = -t25; /* e2noni */
+  out[5] = -t27; /* e3noni */
+  status[0] = t38; /* 1 */
+}
+
+/* cga3d_tangent_line_euclidean_euclidean_euclidean_number: L_T ~ L' + L: the unit line along L's own part in the tangent plane, (m ^ n) n. 36 mul, 15 add, 23 other. */
+BS_INLINE void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT normal_in, const V *RESTRICT least_in)
+{
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  const V direction_e1 = direction_in[0];
+  const V direction_e2 = direction_in[1];
+  const V direction_e3 = direction_in[2];
+  const V normal_e1 = normal_in[0];
+  const V normal_e2 = normal_in[1];
+  const V normal_e3 = normal_in[2];
+  const V least_s = least_in[0];
+  const V t0 = direction_e1 * normal_e2 - direction_e2 * normal_e1;
+  const V t1 = direction_e2 * normal_e3 - direction_e3 * normal_e2;
+  const V t2 = normal_e3 * t1 - normal_e1 * t0;
+  const V t3 = direction_e1 * normal_e3 - direction_e3 * normal_e1;
+  const V t4 = normal_e2 * t0 + normal_e3 * t3;
+  const V t5 = -normal_e1 * t3 - normal_e2 * t1;
+  const V t6 = SQRT(t4 * t4 + t2 * t2 + t5 * t5);
+  const M t7 = LT(least_s, t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, t6, t8);
+  const V t10 = K(1.0) / t6;
+  const V t11 = t9 * t10;
+  const V t12 = t2 * t11;
+  const V t13 = SPLAT(BS_EPSILON);
+  const V t14 = t13 * t13;
+  const V t15 = t4 * t11;
+  const V t16 = ABS(t15);
+  const V t17 = ABS(t12);
+  const V t18 = t5 * t11;
+  const V t19 = ABS(t18);
+  const V t20 = t16 + t17 + t19;
+  const M t21 = LT(t14, t20);
+  const M t22 = LT(t20 * t14, SPLAT(1.0));
+  const M t23 = AND(t21, t22);
+  const V t24 = SELECT(t23, SPLAT(1.0), t20);
+  const V t25 = K(1.0) / t24;
+  const V t26 = t12 * t25;
+  const V t27 = t15 * t25;
+  const V t28 = t18 * t25;
+  const V t29 = SQRT(t27 * t27 + t26 * t26 + t28 * t28);
+  const M t30 = LT(SPLAT(0.0), t29);
+  const V t31 = SELECT(t30, t29, t8);
+  const V t32 = K(1.0) / t31;
+  const V t33 = t26 * t32;
+  const V t34 = t27 * t32;
+  const V t35 = t28 * t32;
+  const M t36 = NOT(t7);
+  const V t37 = SELECT(t36, SPLAT(1.0), SPLAT(0.0));
+  out[0] = position_e1 * t33 - position_e2 * t34; /* e12ni */
+  out[1] = position_e1 * t35 - position_e3 * t34; /* e13ni */
+  out[2] = -t34; /* e1noni */
+  out[3] = position_e2 * t35 - position_e3 * t33; /* e23ni */
+  out[4] = -t33; /* e2noni */
+  out[5] = -t35; /* e3noni */
+  status[0] = t37; /* 1 */
+}

@@ -43,6 +43,12 @@ class Engine:
         """Its text and the names of its kernels."""
         return scene_program(self.needs)
 
+    @cached_property
+    def meets_several(self) -> bool:
+        """Whether it has a loop that meets several rays at once."""
+        null = self.ffi.NULL
+        return bool(self.needs.wide and self.lib.bs_scene_wide(null, 0, 0, 0, null, null))
+
     def prepare(self, kind: str, parameters: Array) -> Array:
         """Rows of constants (n, constants) from rows of surfaces' parameters (n, parameters)."""
         known = surface_kind(kind)

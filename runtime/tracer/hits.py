@@ -84,7 +84,7 @@ class Hits:
 
 def first_hits(bound: BoundScene, origins: Array, directions: Array, threads: int | None) -> Hits:
     """First hits of rays, in the way that costs least."""
-    if not bound.engine.needs.wide:
+    if not bound.engine.meets_several:
         found = bound.first(origins, directions, threads)
         return Hits(found["t"], found["surface"], found["status"], lambda: found)
     if max(origins.size, directions.size) <= 3 * FEW_RAYS:

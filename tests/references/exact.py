@@ -20,7 +20,7 @@ from .blades import INFINITY, METRIC, PAIRS, Skew, agree, complement, parity, pi
 from .families import Controls, Family
 
 #: Bits of the first try, 51 digits; doubled until every sign is sure.
-BITS, MOST_BITS = 170, 20_000
+BITS, MOST_BITS = 170, 5_000
 #: Newton steps from a start that is good to some 1e-8.
 NEWTON = 8
 #: No root may be as near as this to an end of the curve: it would be for rounding to decide.

@@ -55,6 +55,10 @@ from references.tangents import tangent_rays  # noqa: E402
 Array = NDArray[np.float64]
 
 
+#: Draws of a surface, of which one in two or three is real.
+MOST_ATTEMPTS = 256
+
+
 @dataclass(frozen=True)
 class Found:
     """References of one surface: the draw taken, roots of each ray, their conditions, margins, bytes of the inputs."""
@@ -67,15 +71,18 @@ class Found:
 
 
 def reference(family: Family, number: int) -> Found:
-    """The first draw of a surface that is real, and its roots."""
-    attempt = 0
-    while True:
-        objects = controls(family, number, attempt)
+    """The first draw of a surface that is real, and with whose rays nothing is exactly on an edge."""
+    for attempt in range(MOST_ATTEMPTS):
         try:
-            surface = exact.prepared(family, objects)
-            break
-        except (exact.NotRealError, ZeroDivisionError):
-            attempt += 1
+            return _tried(family, number, attempt)
+        except (exact.NotRealError, ArithmeticError):  # also of circles without a normal, pairs of one point
+            continue
+    raise RuntimeError(f"no real surface {number} of {family.name} in {MOST_ATTEMPTS} draws.")
+
+
+def _tried(family: Family, number: int, attempt: int) -> Found:
+    objects = controls(family, number, attempt)
+    surface = exact.prepared(family, objects)
     origins, directions = rays(family, number, objects)
     found: list[list[float]] = []
     places: list[tuple[int, int, float]] = []
