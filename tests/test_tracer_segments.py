@@ -191,11 +191,11 @@ def test_converted_curves_are_the_pieces_that_they_were(at):
 def test_parameters_hold_the_frame_and_what_is_asked():
     found = local_segments(curves.KochanekBartels(circles(4, 1)), "circle")
     rows = found.parameters()
-    assert rows.shape == (3, 14 + 40) == (3, surface_kind("evolved_circles_3").parameters)
+    assert rows.shape == (3, 15 + 40) == (3, surface_kind("evolved_circles_3").parameters)
     np.testing.assert_array_equal(rows[:, :3], found.center)
     np.testing.assert_array_equal(rows[:, 3:6].T, [found.size, 1 / found.size, found.starts])
-    assert (rows[:, 6:14] == [0, 1, 1, 0, 1, 0, 1, 0]).all()
-    np.testing.assert_array_equal(rows[:, 14:].reshape(3, 4, 10), found.controls)
+    assert (rows[:, 7:15] == [0, 1, 1, 0, 1, 0, 1, 0]).all()
+    np.testing.assert_array_equal(rows[:, 15:].reshape(3, 4, 10), found.controls)
     assert (found.parameters(gaps=True)[:, 6:8] == 2).all()
 
 
@@ -451,7 +451,7 @@ def test_where_the_projector_is_singular_at_one_place_there_is_no_gap():
     found = gaps_of(TOUCHING, "circle")
     assert found.imaginary.tolist() == [False]
     assert found.low[0] < 0.5 < found.high[0] and found.high[0] - found.low[0] < 1e-6
-    first, end, start, last, *others = asked(TOUCHING)[0, 6:14]
+    first, end, start, last, *others = asked(TOUCHING)[0, 7:15]
     assert first == 0 and last == 1 and end <= 0.5 <= start and others == [1, 0] * 2
 
 
@@ -509,7 +509,7 @@ def test_an_imaginary_surface_is_named_with_its_interval_and_the_turn_that_cures
 def test_gaps_are_left_out_where_they_are_allowed():
     rows = asked(OPPOSED, gaps=True)
     np.testing.assert_allclose(rows[0, 6:10], [0, 1 / 3, 2 / 3, 1], atol=1e-12)
-    assert rows[0, 10:14].tolist() == [1, 0, 1, 0]
+    assert rows[0, 11:15].tolist() == [1, 0, 1, 0]
     assert rows[0, 7] <= 1 / 3 and rows[0, 8] >= 2 / 3
 
 

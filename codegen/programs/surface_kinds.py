@@ -141,11 +141,11 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
         ("sampled", (meet_square,)),
     )
     layout = (
-        ("center", 3), ("unit", 2), ("start", 1), ("bound", 4), ("spans", 8),
+        ("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8),
         ("norm", norm), ("kappa", kappa), ("controls", controls), ("products", products), ("sizes", 2),
     )  # fmt: skip
     return SurfaceKind(
-        f"evolved_circles_{word}{degree}", 14 + controls, sum(size for _, size in layout), "scene_evolved.h",
+        f"evolved_circles_{word}{degree}", 15 + controls, sum(size for _, size in layout), "scene_evolved.h",
         kernels, roots, methods, ("evolved.h", "roots.h", "companion.h"), layout,
         (
             ("BS_MEMBER", f"evolved_circles_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
@@ -183,11 +183,11 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
         *([kernel(ribbons.ribbon_closed_alpha, scalars[0])] if degree == 1 else []),
     )
     layout = (
-        ("center", 3), ("unit", 2), ("start", 1), ("bound", 4), ("spans", 8), ("norm", norm), ("kappa", kappa),
+        ("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8), ("norm", norm), ("kappa", kappa),
         ("controls", controls), ("products", products), ("sizes", 2), ("levers", 4),
     )  # fmt: skip
     return SurfaceKind(
-        f"evolved_point_pairs_{word}{degree}", 14 + controls, sum(size for _, size in layout), "scene_ribbons.h",
+        f"evolved_point_pairs_{word}{degree}", 15 + controls, sum(size for _, size in layout), "scene_ribbons.h",
         (
             Declared(surfaces.evolved_approach, (*_RAY, "position", "number")),
             Declared(constants, (f"numbers{controls}",), f"ribbon_constants_{word}{degree}"),

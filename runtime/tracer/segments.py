@@ -24,7 +24,8 @@ from .controls import Controls, opposed, parameters_of, read_controls
 Array = NDArray[np.float64]
 #: Where the parts of a row of parameters stand: the frame, what is added to the piece's own parameter, intervals where
 #: the objects are real, Bernstein controls.
-CENTER, UNIT, START, SPANS, CONTROLS = slice(0, 3), slice(3, 5), slice(5, 6), slice(6, 14), slice(14, None)
+CENTER, UNIT, START, LENGTH = slice(0, 3), slice(3, 5), 5, 6
+SPANS, CONTROLS = slice(7, 15), slice(15, None)
 #: Spans as surfaces hand them over: real all along, or real where the check finds it.
 ALL_REAL, GAPS_ALLOWED = (0.0, 1.0), (2.0, 2.0)
 #: An interval that holds nothing.
@@ -93,11 +94,11 @@ class Segments:
         return local_segments(self.curve.turned(which), self.kind, align=False)
 
     def parameters(self, gaps: bool = False) -> Array:
-        """Rows of parameters of an evolved surface (pieces, 14 + 10 (n + 1)), one for each piece."""
+        """Rows of parameters of an evolved surface (pieces, 15 + 10 (n + 1)), one for each piece."""
         count = len(self.controls)
         rows = np.empty((count, CONTROLS.start + self.controls[0].size))
         rows[:, CENTER], rows[:, UNIT.start], rows[:, UNIT.stop - 1] = self.center, self.size, 1 / self.size
-        rows[:, START.start] = self.starts
+        rows[:, START], rows[:, LENGTH] = self.starts, self.lengths
         rows[:, SPANS] = (*(GAPS_ALLOWED if gaps else ALL_REAL), *NOTHING, *NOTHING, *NOTHING)
         rows[:, CONTROLS] = self.controls.reshape(count, -1)
         return rows

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..codegen.programs.surface_kinds import SurfaceKind
 from ..errors import SceneError
 from .gaps import EPSILON, ROUNDING, Gaps, imaginary_gaps
-from .segments import CONTROLS, NOTHING, SPANS, START, WIDTH, Segments, local_segments
+from .segments import CONTROLS, LENGTH, NOTHING, SPANS, START, WIDTH, Segments, local_segments
 
 Array = NDArray[np.float64]
 #: Real intervals that a row holds.
@@ -57,8 +57,7 @@ class Asked:
 
     def alpha(self, row: int, low: float, high: float) -> tuple[float, float]:
         """An interval of a piece as parameters of the curve."""
-        segments, start = self.segments(row), float(self.rows[row, START.start])
-        length = 1.0 if segments is None else float(segments.lengths[self.piece(row)])
+        start, length = self.rows[row, [START, LENGTH]].tolist()
         return start + length * float(low), start + length * float(high)
 
 

@@ -32,9 +32,9 @@ enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2, BS_EVOLVED_SPANS = 4 }
 #define EVOLVED_QUAD (2 * BS_DEGREE - 2 + 2 * BS_FREE)
 #define EVOLVED_CENTER 0 /* of the frame, in the world */
 #define EVOLVED_UNIT 3   /* length of its unit, and one over it */
-#define EVOLVED_START 5  /* parameter of the curve where the piece begins */
-#define EVOLVED_BOUND 6  /* centre and radius of a sphere around the surface, in the frame */
-#define EVOLVED_REAL 10  /* spans of t where the interpolant is real */
+#define EVOLVED_START 5  /* parameter of the curve where the piece begins, and how long it is there */
+#define EVOLVED_BOUND 7  /* centre and radius of a sphere around the surface, in the frame */
+#define EVOLVED_REAL 11  /* spans of t where the interpolant is real */
 #define EVOLVED_NORM (EVOLVED_REAL + 2 * BS_EVOLVED_SPANS)
 #define EVOLVED_KAPPA (EVOLVED_NORM + 2 * BS_DEGREE + 1)
 #define EVOLVED_CONTROLS (EVOLVED_KAPPA + 2 * EVOLVED_QUAD + 1)

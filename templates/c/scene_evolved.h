@@ -52,7 +52,7 @@ BS_OWN void EVOLVED(constants)(S *k, const S *controls)
   KERNEL(evolved_sizes)(k + EVOLVED_SIZES, norm, kappa, quad, c, products);
 }
 
-/* Parameters of a piece: frame (centre, unit, one over it), what is added to t, spans, controls. */
+/* Parameters of a piece: frame (centre, unit, one over it), where it begins on the curve and how long it is, spans, controls. */
 BS_INLINE int EVOLVED(prepare)(S *k, const S *parameters)
 {
   FN(copy)(k, parameters, EVOLVED_BOUND);
@@ -77,8 +77,9 @@ typedef struct {
 BS_INLINE void EVOLVED(offer)(FN(search) *search, const EVOLVED(meeting) *m, S t, S at, const S *position)
 {
   const S unit = m->k[EVOLVED_UNIT];
-  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, m->k[EVOLVED_START] + at);
+  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, m->k[EVOLVED_START] + m->k[EVOLVED_START + 1] * at);
   if (!hit) return;
+  hit->at = at;
   for (int i = 0; i < 3; i++) {
     hit->local[i] = position[i];
     hit->point[i] = m->k[i] + unit * position[i];
@@ -174,7 +175,7 @@ BS_OWN void EVOLVED(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 
 BS_OWN void EVOLVED(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
 {
-  const S at = hit->alpha - k[EVOLVED_START], rest = K(1) - at;
+  const S at = hit->at, rest = K(1) - at;
   (void)ray;
   KERNEL(evolved_normal)(normal, hit->local, k + EVOLVED_NORM, k + EVOLVED_KAPPA, &rest, &at, k + EVOLVED_CONTROLS,
                          k + EVOLVED_PRODUCTS);

@@ -17,6 +17,7 @@ typedef struct {
 
 typedef struct {
   S t, alpha;         /* alpha: parameter of the surface's curve, where it has one */
+  S at;               /* and that of its piece, from 0 to 1 */
   S point[3];         /* in the world */
   S local[3];         /* in the surface's own frame */
   int kind;

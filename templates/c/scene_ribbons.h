@@ -24,16 +24,16 @@
 enum {
   RIBBON(CENTER) = 0,   /* of the frame, in the world */
   RIBBON(SCALE) = 3,    /* length of its unit, and one over it */
-  RIBBON(START) = 5,    /* what is added to t for the curve's parameter */
-  RIBBON(BOUND) = 6,    /* centre and radius of a sphere around the surface, in the frame */
-  RIBBON(SPANS) = 10,   /* where the pairs are real */
-  RIBBON(NORM) = 18,
+  RIBBON(START) = 5,    /* the curve's parameter where the piece begins, and how long it is there */
+  RIBBON(BOUND) = 7,    /* centre and radius of a sphere around the surface, in the frame */
+  RIBBON(SPANS) = 11,   /* where the pairs are real */
+  RIBBON(NORM) = 19,
   RIBBON(KAPPA) = RIBBON(NORM) + RIBBON_NORM,
   RIBBON(CONTROLS) = RIBBON(KAPPA) + RIBBON_KAPPA,
   RIBBON(PRODUCTS) = RIBBON(CONTROLS) + 10 * RIBBON_PAIRS,
   RIBBON(SIZES) = RIBBON(PRODUCTS) + 10 * RIBBON_PRODUCTS, /* of norm and kappa */
   RIBBON(LEVERS) = RIBBON(SIZES) + 2, /* of B and E: what rounding may leave of them, for a ray's length */
-  RIBBON(GIVEN) = 14    /* parameters before the controls */
+  RIBBON(GIVEN) = 15    /* parameters before the controls */
 };
 
 /* What ribbons.h asks for. Of a method that the program leaves out, only the name remains. */
@@ -117,14 +117,14 @@ BS_INLINE void RIBBON(without_rounding)(S *k, const S *near)
     if (ABS(*ends[i] - K(1)) <= near[2 + i]) *ends[i] = 1;
 }
 
-/* Parameters of a surface: frame (centre, unit, one over it), start, spans, controls. */
+/* Parameters of a surface: frame (centre, unit, one over it), start, length, spans, controls. */
 BS_INLINE int RIBBON_FN(prepare)(S *k, const S *parameters)
 {
   S near[8];
-  FN(copy)(k, parameters, 6);
+  FN(copy)(k, parameters, 7);
   for (int i = 0; i < 3; i++) k[RIBBON(BOUND) + i] = 0;
   k[RIBBON(BOUND) + 3] = BS_FAR; /* unbounded, until somebody knows better */
-  FN(copy)(k + RIBBON(SPANS), parameters + 6, 2 * BS_RIBBON_SPANS);
+  FN(copy)(k + RIBBON(SPANS), parameters + 7, 2 * BS_RIBBON_SPANS);
   RIBBON_KERNEL(constants)(k + RIBBON(NORM), k + RIBBON(KAPPA), k + RIBBON(CONTROLS), k + RIBBON(PRODUCTS), near,
                            parameters + RIBBON(GIVEN));
   RIBBON(without_rounding)(k, near);
@@ -146,8 +146,9 @@ typedef struct {
 BS_INLINE void RIBBON(offer)(FN(search) *search, const RIBBON(meeting) *m, S t, S b, const S *position)
 {
   const S unit = m->k[RIBBON(SCALE)];
-  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, m->k[RIBBON(START)] + b);
+  FN(hit) *const hit = FN(accept)(search, (t + m->moved) * unit, m->k[RIBBON(START)] + m->k[RIBBON(START) + 1] * b);
   if (!hit) return;
+  hit->at = b;
   for (int i = 0; i < 3; i++) {
     hit->local[i] = position[i];
     hit->point[i] = m->k[i] + unit * position[i];
@@ -286,7 +287,7 @@ BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 
 BS_OWN void RIBBON_FN(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
 {
-  const S b = hit->alpha - k[RIBBON(START)], a = K(1) - b;
+  const S b = hit->at, a = K(1) - b;
   (void)ray;
   RIBBON_KERNEL(normal)(normal, hit->local, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &b, k + RIBBON(CONTROLS),
                         k + RIBBON(PRODUCTS));
