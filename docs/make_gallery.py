@@ -1,4 +1,4 @@
-"""Makes the pictures of gallery.md: runs its examples in a temporary folder and keeps what they save.
+"""Makes the pictures of gallery.md (from its examples) and of chapter4.md (from examples/chapter4), shrunk.
 
 python docs/make_gallery.py [--only NAME ...]
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -15,6 +17,8 @@ from PIL import Image
 
 PAGE = Path(__file__).resolve().parent / "gallery.md"
 FOLDER = PAGE.parent / "images" / "gallery"
+CHAPTER4 = PAGE.parent / "images" / "chapter4"
+SCENES = PAGE.parent.parent / "examples" / "chapter4" / "render.py"
 #: A page of many pictures should load quickly.
 MOST_BYTES = 120 * 1024
 COLORS = 256
@@ -44,21 +48,28 @@ def shrunk(picture: Path) -> Image.Image:
     return Image.open(picture).convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)
 
 
+def keep(picture: Path, folder: Path) -> None:
+    """A picture shrunk into a folder of the docs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / picture.name
+    shrunk(picture).save(target, optimize=True)
+    size = target.stat().st_size
+    print(f"{target.name}: {size // 1024} KB")
+    if size > MOST_BYTES:
+        raise SystemExit(f"{target.name} has {size} bytes; at most {MOST_BYTES} are allowed.")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="*", metavar="NAME", help="keep these pictures only")
     only = parser.parse_args().only
-    FOLDER.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        for picture in run(Path(folder)):
-            if only and picture.stem not in only:
-                continue
-            target = FOLDER / picture.name
-            shrunk(picture).save(target, optimize=True)
-            size = target.stat().st_size
-            print(f"{target.name}: {size // 1024} KB")
-            if size > MOST_BYTES:
-                raise SystemExit(f"{target.name} has {size} bytes; at most {MOST_BYTES} are allowed.")
+        subprocess.run([sys.executable, str(SCENES), "--out", f"{folder}/chapter4"], check=True)
+        places = {CHAPTER4: sorted(Path(folder, "chapter4").glob("*.png")), FOLDER: run(Path(folder))}
+        for target, pictures in places.items():
+            for picture in pictures:
+                if not only or picture.stem in only:
+                    keep(picture, target)
 
 
 if __name__ == "__main__":

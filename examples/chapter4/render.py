@@ -2,7 +2,7 @@
 
     python examples/chapter4/render.py --out chapter4
 
-A scene is a picture of `bladesmith render`. Figures 4.11 and 4.16 to 4.18 also show the scene from outside, or its mesh.
+A scene is a picture of `bladesmith render`. Some figures also show the scene from outside, or its mesh.
 """
 
 from __future__ import annotations
@@ -25,33 +25,36 @@ HERE = Path(__file__).resolve().parent
 OUTSIDE = ("figure_4_11", "figure_4_16", "figure_4_17")
 FLAT, TEXTURED = "figure_4_18", "figure_4_15"
 #: How far the camera's pyramid is drawn, and half of the cube that is shown, in units of the scene.
-PYRAMID, HALF = 2.5, 2.2
+PYRAMID, HALF = 1.8, 2.2
 
 
 def axes() -> plt.Axes:
     """An empty stage."""
-    stage = plt.figure(figsize=(4.2, 3.6)).add_subplot(projection="3d")
+    stage = plt.figure(figsize=(4.2, 3.6)).add_axes((0, 0, 1, 1), projection="3d")
     stage.set_axis_off()
     return stage
 
 
-def put(stage: plt.Axes, mesh: tracer.TriangleMesh, colors: np.ndarray, edge: str = "none") -> None:
-    """A mesh with one color per triangle, lit by its own facets."""
+def put(stage: plt.Axes, mesh: tracer.TriangleMesh, colors: np.ndarray, lines: bool = False) -> None:
+    """A mesh with one color per triangle, lit by its own facets; edges are drawn, or covered by their triangles."""
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     light = LightSource(azdeg=225, altdeg=40).shade_normals(normals, fraction=1.0)
     shade = 0.45 + 0.55 * np.clip(light, 0, 1)
-    stage.add_collection3d(Poly3DCollection(corners, facecolors=colors * shade[:, None], edgecolors=edge, linewidths=0.2))
+    faces = colors * shade[:, None]
+    edges = 0.7 * faces if lines else faces
+    stage.add_collection3d(Poly3DCollection(corners, facecolors=faces, edgecolors=edges, linewidths=0.3))
 
 
 def frame(stage: plt.Axes, points: np.ndarray) -> None:
     """Equal scales around points."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = (low + high) / 2, (high - low).max() / 2
-    for axis, x in zip("xyz", middle, strict=True):
-        getattr(stage, f"set_{axis}lim")(x - half, x + half)
-    stage.set_box_aspect((1, 1, 1), zoom=1.4)
+    sides = np.maximum((high - low) / 2, half / 4)
+    for axis, x, side in zip("xyz", middle, sides, strict=True):
+        getattr(stage, f"set_{axis}lim")(x - side, x + side)
+    stage.set_box_aspect(tuple(sides), zoom=1.05)
 
 
 def outside(scene: tracer.Scene, path: Path) -> None:
@@ -78,7 +81,7 @@ def flat(scene: tracer.Scene, path: Path) -> None:
     """The mesh of the first surface, every triangle of one shade."""
     stage, surface = axes(), scene.surfaces[0]
     mesh = surface.mesh(20, 28)
-    put(stage, mesh, np.broadcast_to(surface.material.color, (len(mesh.faces), 3)), edge=(0, 0, 0, 0.25))
+    put(stage, mesh, np.broadcast_to(surface.material.color, (len(mesh.faces), 3)), lines=True)
     frame(stage, mesh.vertices)
     stage.view_init(elev=20, azim=-90)
     stage.figure.savefig(path, dpi=100)
@@ -88,7 +91,7 @@ def flat(scene: tracer.Scene, path: Path) -> None:
 def textured(scene: tracer.Scene, path: Path) -> None:
     """The mesh of the first surface with squares in its own coordinates (u, v)."""
     stage, surface = axes(), scene.surfaces[0]
-    mesh = surface.mesh(160, 48)
+    mesh = surface.mesh(24 * surface.curve.segments, 48)  # whole quadrilaterals to a square
     u, v = mesh.uv[mesh.faces].mean(axis=1).T
     dark = (np.floor(8 * u) + np.floor(4 * v)) % 2 == 1
     put(stage, mesh, np.where(dark[:, None], (0.15, 0.35, 0.25), (0.85, 0.80, 0.65)))
