@@ -7,15 +7,23 @@
 #define KERNEL(name) FN(BS_PASTE(cga3d_##name, BS_SUFFIX))
 #include "evolved.h"
 
-/* Roots of many rays (rows of scalars) and surfaces (rows of constants). */
+static EVOLVED(problem) EVOLVED(asked)(const S *ray, const S *row)
+{
+    EVOLVED(problem) problem;
+    problem.meets = ray, problem.k = row;
+    problem.origin = ray + EVOLVED_MEETS, problem.direction = problem.origin + 3;
+    return problem;
+}
+
+/* Roots of many rays and surfaces (rows of constants): rows of a ray's meets, then its origin and direction. */
 void EVOLVED(many)(int method, int samples, int most, int n, const S *rays, const S *rows, S *roots, int *counts)
 {
     for (int i = 0; i < n; i++) {
-        const S *ray = rays + EVOLVED_RAY * i, *row = rows + (EVOLVED_SIZES + 2) * i;
+        EVOLVED(problem) problem = EVOLVED(asked)(rays + (EVOLVED_MEETS + 6) * i, rows + (EVOLVED_SIZES + 2) * i);
         S *out = roots + EVOLVED_ROOTS * i;
-        counts[i] = method == 0   ? EVOLVED(isolate)(out, most, ray, row, 1)
-                    : method == 1 ? EVOLVED(companion)(out, most, ray, row)
-                                  : EVOLVED(sampled)(out, most, ray, row, samples);
+        counts[i] = method == 0   ? EVOLVED(isolate)(out, most, &problem, 1)
+                    : method == 1 ? EVOLVED(companion)(out, most, &problem)
+                                  : EVOLVED(sampled)(out, most, &problem, samples);
     }
 }
 
@@ -23,7 +31,7 @@ void EVOLVED(printed)(int n, const S *rays, const S *rows, S *powers)
 {
     for (int i = 0; i < n; i++) {
         const S *row = rows + (EVOLVED_SIZES + 2) * i;
-        KERNEL(evolved_printed)(powers + (EVOLVED_PRINTED + 1) * i, rays + EVOLVED_RAY * i, row + EVOLVED_NORM,
+        KERNEL(evolved_printed)(powers + (EVOLVED_PRINTED + 1) * i, rays + (EVOLVED_MEETS + 6) * i, row + EVOLVED_NORM,
                                 row + EVOLVED_KAPPA);
     }
 }
@@ -33,12 +41,13 @@ int EVOLVED(eigenvalues)(int n, const S *powers, S *re, S *im)
     return EVOLVED(companion_roots)(re, im, powers, n);
 }
 
-/* f itself, or the condition and its derivative. */
-void EVOLVED(values)(const S *ray, const S *row, S t, S *square_f_rate)
+/* f itself, the condition and its derivative, and the bound of its terms. */
+void EVOLVED(values)(const S *ray, const S *row, S t, S *square_f_rate_bound)
 {
-    const EVOLVED(problem) problem = {ray, row};
-    square_f_rate[0] = EVOLVED(meet_square)(ray, row, t);
-    EVOLVED(condition_rate)(square_f_rate + 1, &problem, t, K(1) - t);
+    const EVOLVED(problem) problem = EVOLVED(asked)(ray, row);
+    square_f_rate_bound[0] = EVOLVED(meet_square)(&problem, t);
+    EVOLVED(condition_rate)(square_f_rate_bound + 1, &problem, t, K(1) - t);
+    square_f_rate_bound[3] = EVOLVED(condition_bound)(&problem, t, K(1) - t);
 }
 
 #undef EVOLVED
@@ -54,7 +63,7 @@ void EVOLVED(values)(const S *ray, const S *row, S t, S *square_f_rate)
 #undef EVOLVED_CONTROLS
 #undef EVOLVED_PRODUCTS
 #undef EVOLVED_SIZES
-#undef EVOLVED_RAY
+#undef EVOLVED_MEETS
 #undef EVOLVED_ROOTS
 #undef EVOLVED_PRINTED
 #undef BS_OWN

@@ -19,7 +19,7 @@ from bladesmith.codegen.simplify import staged
 from bladesmith.codegen.targets.c import c_function
 from bladesmith.codegen.templating import render, template_text
 
-HEADERS = ("platform.h", "instance.h", "instance_end.h", "roots.h", "companion.h", "evolved.h")
+HEADERS = ("platform.h", "instance.h", "instance_end.h", "roots.h", "roots_rates.h", "companion.h", "evolved.h")
 METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
 VANISHES, INVALID = -1, -2
 MOST = 8  # roots of one branch
@@ -33,7 +33,7 @@ CDEF = "".join(
                            {S} *roots, int *counts);
     void {KIND}_printed_{tag}(int n, const {S} *rays, const {S} *rows, {S} *powers);
     int {KIND}_eigenvalues_{tag}(int n, const {S} *powers, {S} *re, {S} *im);
-    void {KIND}_values_{tag}(const {S} *ray, const {S} *row, {S} t, {S} *square_f_rate);
+    void {KIND}_values_{tag}(const {S} *ray, const {S} *row, {S} t, {S} *square_f_rate_bound);
     """
     for tag, S in (("f64", "double"), ("f32", "float"))
 )
@@ -78,23 +78,40 @@ def real_spans(m0, kappa, dtype):
 
 
 def rows(rays, surfaces, nearness, dtype):
-    """Rows of constants as far as roots need them, from (m0, kappa) and the relative size of M4."""
+    """Rows of constants as far as roots need them."""
     kind = surface_kind(KIND)
     out = np.zeros((len(rays), kind.constants), dtype)
-    for row, ray, (m0, kappa), near in zip(out, np.abs(rays), surfaces, nearness, strict=True):
-        u, x, e = (np.max(part / (1, 2, 1)) for part in ray.reshape(3, 3))
+    for row, ray, surface, near in zip(out, rays, surfaces, nearness, strict=True):
+        m0, kappa = surface[:2]
+        u, x, e = (np.max(np.abs(part) / (1, 2, 1)) for part in np.array(squares(ray)).reshape(3, 3))
         s0, k = max(1, abs(m0) / 2), abs(kappa)
         row[kind.slice("spans")] = real_spans(float(m0), float(kappa), dtype)
         row[kind.slice("norm")] = 1, m0, 1
         row[kind.slice("kappa")] = kappa
+        row[kind.slice("controls")], row[kind.slice("products")] = surface[2:22], surface[22:]
         size = 4 * (s0 * u + x / 4) * (s0 * e + k * x / 4) + (k * u + e) ** 2 / 16
         row[kind.slice("sizes")] = near, size
     return out
 
 
+def squares(meets):
+    """u0 u1 u2, x0 x1 x2, e0 e1 e2 of the meets (w, v, h) of both circles and of both products."""
+    b, e = [meets[3 * i : 3 * i + 3] for i in (0, 1)], [meets[3 * i : 3 * i + 3] for i in (2, 3)]
+    inner = lambda p, q: p[1] * q[1] - (p[0] * q[2] + p[2] * q[0])  # noqa: E731
+    cross = lambda p, q: [inner(p[0], q[0]), inner(p[0], q[1]) + inner(p[1], q[0]), inner(p[1], q[1])]  # noqa: E731
+    return cross(b, b) + cross(b, e) + cross(e, e)
+
+
+def padded(rows, size, end):
+    """Rows of which the end is not given: rays without origin and direction, surfaces without controls and products."""
+    ends = np.broadcast_to(np.array(end, rows.dtype), (len(rows), len(end)))
+    return rows if rows.shape[1] == size else np.hstack([rows, ends])
+
+
 def solve(method, rays, surfaces, dtype=np.float64, samples=64, most=MOST, nearness=1.0):
-    """Roots, nan-padded, and counts or statuses, of many rays (n, 9) and surfaces (n, 2)."""
+    """Roots, and counts or statuses, of many rays (n, 18) (meets, origin, direction) and surfaces (n, 2 or 42)."""
     rays, surfaces = (np.ascontiguousarray(np.atleast_2d(x), dtype) for x in (rays, surfaces))
+    rays, surfaces = padded(rays, 18, [0, 0, 0, 1, 0, 0]), padded(surfaces, 42, [0] * 40)
     with np.errstate(all="ignore"):
         constants = rows(rays, surfaces, np.broadcast_to(nearness, len(rays)), dtype)
     roots, counts = np.full((len(rays), MOST), np.nan, dtype), np.zeros(len(rays), np.int32)
@@ -154,9 +171,26 @@ def unit(x):
     return {a: p / mp.sqrt(scalar(x, x)) for a, p in x.items()}
 
 
+class Line:
+    """A unit line: the blade, and the frame X, D, n_inf in which its meets have the parts w, v and h."""
+
+    def __init__(self, origin, direction):
+        size = mp.sqrt(sum(mpf(d) ** 2 for d in direction))
+        self.origin, self.direction = [mpf(p) for p in origin], [mpf(d) / size for d in direction]
+        along = sum(p * d for p, d in zip(self.origin, self.direction, strict=True))
+        way = combine(1, dict(zip((1, 2, 4), self.direction, strict=True)), along, INFINITY)
+        self.frame = point(self.origin), way, INFINITY
+        ahead = [p + d for p, d in zip(self.origin, self.direction, strict=True)]
+        self.blade = unit(outer(outer(point(self.origin), point(ahead)), INFINITY))
+
+    def parts(self, y):
+        """w, v and h of Y = w X + v D + h n_inf."""
+        x, way, far = self.frame
+        return [-scalar(y, far), scalar(y, way), -scalar(y, x)]
+
+
 def line(origin, direction):
-    ahead = [mpf(p) + mpf(d) for p, d in zip(origin, direction, strict=True)]
-    return unit(outer(outer(point([mpf(p) for p in origin]), point(ahead)), INFINITY))
+    return Line(origin, direction)
 
 
 def circle_through(*points):
@@ -179,6 +213,13 @@ def reverse(x):
     return {a: -p for a, p in x.items()}
 
 
+def null_coefficients(x):
+    """Coefficients of a trivector on the kernels' blades, which have n_0 and n_inf in place of e+ and e-."""
+    part = lambda a: x.get(a, mpf(0))  # noqa: E731
+    near = lambda a: [part(a + 16) - part(a + 8), (part(a + 8) + part(a + 16)) / 2]  # noqa: E731
+    return [part(7), *near(3), *near(5), part(25), *near(6), part(26), part(28)]
+
+
 class Surface:
     """C' = a C1 + (1 - a) C2 and what a ray needs of it."""
 
@@ -198,11 +239,15 @@ class Surface:
     def scalars(self):
         return [self.m0, self.kappa]
 
+    @property
+    def constants(self):
+        """m0, kappa, then the coefficients of both circles and of both products as the kernels have them."""
+        return [*self.scalars, *(x for y in (self.c[1], self.c[0], self.d[1], self.d[0]) for x in null_coefficients(y))]
+
     def ray(self, ray):
-        """u0 u1 u2, x0 x1 x2, e0 e1 e2."""
-        (b1, b2), (e1, e2) = ([grade(meet(ray, x), 1) for x in pair] for pair in (self.c, self.d))
-        cross = lambda p, q: [scalar(p[1], q[1]), scalar(p[0], q[1]) + scalar(p[1], q[0]), scalar(p[0], q[0])]  # noqa: E731
-        return cross((b1, b2), (b1, b2)) + cross((b1, b2), (e1, e2)) + cross((e1, e2), (e1, e2))
+        """Meets (w, v, h) of circles and products, the circle of t = 0 first; origin and direction of the line."""
+        meets = [part for x in (*self.c[::-1], *self.d[::-1]) for part in ray.parts(grade(meet(ray.blade, x), 1))]
+        return [*meets, *ray.origin, *ray.direction]
 
     def meet_square(self, ray, a):
         """(L v C)^2 by the projector, step by step; None where the interpolant is imaginary."""
@@ -214,7 +259,7 @@ class Surface:
             return None
         root = mp.sqrt(2 * (s0 + norm))
         projected = product(combine((s0 + norm) / root / norm, {0: mpf(1)}, -1 / root / norm, s4), raw)
-        y = grade(meet(ray, grade(projected, 3)), 1)
+        y = grade(meet(ray.blade, grade(projected, 3)), 1)
         return scalar(y, y)
 
 
@@ -229,8 +274,9 @@ def convolve(p, q):
     return out
 
 
-def octic(nine, m0, kappa):
+def octic(ray, m0, kappa):
     """p_k of sum p_k a^k b^(8 - k)."""
+    nine = squares(ray)
     u, x, e, s0 = nine[:3], nine[3:6], nine[6:], [1, m0, 1]
     p, q = convolve(s0, u), convolve(s0, e)
     for i in range(3):
@@ -250,7 +296,7 @@ def powers(scaled):
     return out
 
 
-def condition(nine, m0, kappa, a):
+def condition(ray, m0, kappa, a):
     """2 D t f, and a size to compare it with; None where the interpolant is imaginary."""
     b, ab = 1 - a, a * (1 - a)
     s0 = a * a + b * b + ab * m0
@@ -259,19 +305,15 @@ def condition(nine, m0, kappa, a):
         return None
     s = mp.sqrt(square)
     t = s0 + s if s0 >= 0 else -kappa * ab * ab / (s - s0)
+    nine = squares(ray)
     u, x, e = (nine[i] * b * b + nine[i + 1] * ab + nine[i + 2] * a * a for i in (0, 3, 6))
     terms = t * t * u, -2 * ab * t * x, ab * ab * e
     return sum(terms), sum(abs(v) for v in terms)
 
 
-def majorant(nine, m0, kappa, a):
-    """Sum of the absolute values of all terms of the condition, to which its rounding error is relative."""
-    return condition([(-1 if i // 3 == 1 else 1) * abs(x) for i, x in enumerate(nine)], m0, kappa, a)[0]
-
-
-def reference(nine, m0, kappa):
+def reference(ray, m0, kappa):
     """All roots of f in [0, 1], as floats: those roots of the octic at which f vanishes."""
-    coefficients = powers(octic(nine, m0, kappa))[::-1]
+    coefficients = powers(octic(ray, m0, kappa))[::-1]
     scaled = [c / max(abs(c) for c in coefficients) for c in coefficients]
     guess = np.roots([float(c) for c in scaled]) * (1 + 1e-9j)  # off the real line, where pairs could not part
     start = [mp.mpc(z) for z in guess] if len(guess) == 8 else None
@@ -279,7 +321,7 @@ def reference(nine, m0, kappa):
     roots = []
     for root in candidates:
         if abs(mp.im(root)) < SAME and 0 <= mp.re(root) <= 1:
-            f = condition(nine, m0, kappa, mp.re(root))
+            f = condition(ray, m0, kappa, mp.re(root))
             if f is not None and abs(f[0]) <= SAME * f[1]:
                 roots.append(float(mp.re(root)))
     return sorted(roots)

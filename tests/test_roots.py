@@ -27,7 +27,7 @@ def precision():
 
 def isolate(surface, ray, dtype=np.float64):
     """Roots and status of one ray whose scalars are exact up to their last rounding."""
-    nine, two = (es.as_floats(x, dtype) for x in (surface.ray(ray), surface.scalars))
+    nine, two = (es.as_floats(x, dtype) for x in (surface.ray(ray), surface.constants))
     roots, counts = es.solve("isolate", nine, two, dtype, nearness=surface.nearness)
     return [float(r) for r in roots[0]], int(counts[0])
 
@@ -36,43 +36,51 @@ def vectors(seed, count):
     return np.random.default_rng(seed).normal(size=(count, 3)).tolist()
 
 
+def values_of(surface, given, a):
+    """What the kernels make of a ray at a: f, the condition, its derivative, and what its rounding is relative to."""
+    ray, values = np.array([es.as_floats(given)]), np.zeros(4)
+    row = es.rows(ray, np.array([es.as_floats(surface.constants)]), [1.0], np.float64)
+    es.call("values", np.float64, ray[0], row[0], float(a), values)
+    return values
+
+
 # -- the mathematics ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_condition_is_the_square_of_the_meet(seed):
-    """Eleven scalars give (L v C)^2, for S0 < 0 too, and the octic is the product of both branches."""
+    """The meets give (L v C)^2, for S0 < 0 too, and the octic is the product of both branches."""
     surface, ray = es.pair("random", seed)
-    nine, (m0, kappa) = surface.ray(ray), surface.scalars
+    given, (m0, kappa) = surface.ray(ray), surface.scalars
+    nine = es.squares(given)
     for a in (mpf("0.2"), mpf("0.55"), mpf("0.9")):
         b, ab = 1 - a, a * (1 - a)
         s0 = a * a + b * b + ab * m0
         square = s0 * s0 - kappa * ab * ab
-        f, direct = es.condition(nine, m0, kappa, a), surface.meet_square(ray, a)
+        f, direct = es.condition(given, m0, kappa, a), surface.meet_square(ray, a)
         assert (f is None) == (direct is None)
         u, x, e = (nine[i] * b * b + nine[i + 1] * ab + nine[i + 2] * a * a for i in (0, 3, 6))
         sums = s0 + mp.sqrt(square), s0 - mp.sqrt(square)
         branches = [t * (t * u - 2 * ab * x) + ab * ab * e for t in sums]
-        p8 = sum(p * a**k * b ** (8 - k) for k, p in enumerate(es.octic(nine, m0, kappa)))
+        p8 = sum(p * a**k * b ** (8 - k) for k, p in enumerate(es.octic(given, m0, kappa)))
         assert mp.almosteq(p8 * ab * ab, branches[0] * branches[1], 1e-35)
         if f is not None:
             assert mp.almosteq(f[0] / (2 * square * sums[0]), direct, 1e-35)
-            given = np.array([es.as_floats(nine)])
-            row, values = es.rows(given, [es.as_floats([m0, kappa])], [1.0], np.float64), np.zeros(3)
-            es.call("values", np.float64, given[0], row[0], float(a), values)
-            rate = mp.diff(lambda z: es.condition(nine, m0, kappa, z)[0], a)
-            assert values == pytest.approx([float(direct), float(f[0]), float(rate)], rel=1e-11)
+            rate = mp.diff(lambda z: es.condition(given, m0, kappa, z)[0], a)
+            assert values_of(surface, given, a)[:3] == pytest.approx(
+                [float(direct), float(f[0]), float(rate)], rel=1e-11
+            )
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_printed_polynomial_has_four_roots_too_many(seed):
     surface, ray = es.pair("random", seed)
-    nine, two = (es.as_floats(x) for x in (surface.ray(ray), surface.scalars))
+    meets, two = (es.as_floats(x) for x in (surface.ray(ray), surface.constants))
     powers = np.zeros((1, 13))
-    given = np.array([nine])
-    es.call("printed", np.float64, 1, given, es.rows(given, [two], [1.0], np.float64), powers)
+    given = np.array([meets])
+    es.call("printed", np.float64, 1, given, es.rows(given, np.array([two]), [1.0], np.float64), powers)
     factor = es.powers([0, 0, 1, 0, 0])  # a^2 b^2
-    p8 = es.powers(es.octic([mpf(x) for x in nine], *map(mpf, two)))
+    p8 = es.powers(es.octic([mpf(x) for x in meets], *map(mpf, two[:2])))
     want = [float(c) for c in es.convolve(p8, factor)]
     np.testing.assert_allclose(powers[0], want, rtol=0, atol=1e-12 * np.abs(want).max())
 
@@ -113,18 +121,18 @@ def test_isolate_in_single_precision(family):
     """Against the reference of the rounded scalars. An M4 that is nothing but rounding is taken for zero."""
     for seed in range(60):
         surface, ray = es.pair(family, seed)
-        nine, two = (es.as_floats(x, np.float32) for x in (surface.ray(ray), surface.scalars))
+        nine, two = (es.as_floats(x, np.float32) for x in (surface.ray(ray), surface.constants))
         if abs(two[1]) < (32 * 6e-8 * max(1, abs(two[0]))) ** 2:
             continue
         roots, _ = es.solve("isolate", nine, two, np.float32, nearness=surface.nearness)
-        want = es.reference([mpf(x) for x in nine], *map(mpf, two))
+        want = es.reference([mpf(x) for x in nine], *map(mpf, two[:2]))
         assert es.matched(want, roots[0], 1e-4)[:2] == (0, 0), (family, seed, want, roots[0])
 
 
 def test_printed_methods_find_what_they_can():
     pairs = [es.pair("random", seed) for seed in range(60)]
     rays = [es.as_floats(surface.ray(ray)) for surface, ray in pairs]
-    surfaces = [es.as_floats(surface.scalars) for surface, _ in pairs]
+    surfaces = [es.as_floats(surface.constants) for surface, _ in pairs]
     truth, _ = es.solve("isolate", rays, surfaces)
     total = sum(map(len, truth))
     for method, samples, reach, losses in (("companion", 0, 1e-5, 0.1), ("sampled", 512, 1e-3, 0.05)):
@@ -139,15 +147,15 @@ def test_printed_methods_find_what_they_can():
 
 
 def tangent(surface, ray, a):
-    """Scalars of the ray, u changed so that f and its derivative vanish at a; None where f is imaginary."""
-    nine, two = surface.ray(ray), surface.scalars
-    if any(es.condition(nine, *two, z) is None for z in (a - mpf("0.01"), a, a + mpf("0.01"))):
+    """Meets of the ray, h of both circles' changed so that f and its derivative vanish at a; None where imaginary."""
+    given, two = surface.ray(ray), surface.scalars
+    if any(es.condition(given, *two, z) is None for z in (a - mpf("0.01"), a, a + mpf("0.01"))):
         return None
-    part = [lambda z, k=k: es.condition([int(i == k) for i in range(9)], *two, z)[0] for k in (0, 2)]
-    whole = lambda z: es.condition(nine, *two, z)[0]  # noqa: E731
+    moved = lambda p, q: [*given[:2], given[2] + p, *given[3:5], given[5] + q, *given[6:]]  # noqa: E731
+    whole = lambda z: es.condition(given, *two, z)[0]  # noqa: E731
+    part = [lambda z, x=x: es.condition(moved(*x), *two, z)[0] - whole(z) for x in ((1, 0), (0, 1))]  # f is linear in h
     matrix = mp.matrix([[p(a) for p in part], [mp.diff(p, a) for p in part]])
-    change = mp.lu_solve(matrix, mp.matrix([-whole(a), -mp.diff(whole, a)]))
-    return [nine[0] + change[0], nine[1], nine[2] + change[1], *nine[3:]]
+    return moved(*mp.lu_solve(matrix, mp.matrix([-whole(a), -mp.diff(whole, a)])))
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -160,12 +168,12 @@ def test_tangent_rays(family, place):
         touching = tangent(surface, ray, a)
         if touching is None:
             continue
-        two = es.as_floats(surface.scalars)
+        two = es.as_floats(surface.constants)
         for shift in (0, *(s * 10.0**-k for k in (3, 6, 12, 13, 14, 15, 16) for s in (1, -1))):
-            nine = es.as_floats([touching[0], touching[1] * (1 + mpf(shift)), *touching[2:]])
+            nine = es.as_floats([*touching[:4], touching[4] * (1 + mpf(shift)), *touching[5:]])
             given = [mpf(x) for x in nine]
-            near, bound = es.condition(given, *map(mpf, two), a)[0], es.majorant(given, *map(mpf, two), a)
-            want = es.reference(given, *map(mpf, two))
+            near, bound = es.condition(given, *map(mpf, two[:2]), a)[0], values_of(surface, given, a)[3]
+            want = es.reference(given, *map(mpf, two[:2]))
             roots, _ = es.solve("isolate", nine, two, nearness=surface.nearness)
             got = list(roots[0])
             lost, false, _ = es.matched(want, got, 1e-6)
@@ -255,7 +263,7 @@ def test_imaginary_gap():
     """Where S0 falls below a b sqrt(kappa) nothing is found; roots on both sides of it are."""
     rng, found = np.random.default_rng(4), 0
     for trial in range(40):
-        nine, two = rng.normal(size=9), [-rng.uniform(2.05, 6), rng.uniform(0, 4) if trial % 2 else 0.0]
+        nine, two = rng.normal(size=12), [-rng.uniform(2.05, 6), rng.uniform(0, 4) if trial % 2 else 0.0]
         roots, _ = es.solve("isolate", nine, two)
         want = es.reference([mpf(x) for x in nine], *map(mpf, two))
         assert es.matched(want, roots[0], 1e-10)[:2] == (0, 0), (nine, two, want, roots)
@@ -271,7 +279,7 @@ def test_opposite_circles_on_a_sphere():
         north = es.circle([0, 0, mpf("0.6")], UP, mpf("0.8"))
         south = es.circle([0, 0, mpf("-0.8")], UP, mpf("0.6"))
         surface, ray = es.Surface(es.reverse(north), south), es.line([0.6 * x for x in origin], direction)
-        m0, u = surface.m0, surface.ray(ray)[:3]
+        m0, u = surface.m0, es.squares(surface.ray(ray))[:3]
         sphere = mp.polyroots(es.powers(u)[::-1], maxsteps=200, extraprec=200)
         real = [mp.re(z) for z in sphere if abs(mp.im(z)) < es.SAME and 0 <= mp.re(z) <= 1]
         want = [float(a) for a in real if a * a + (1 - a) ** 2 + a * (1 - a) * m0 > 0]
@@ -287,17 +295,17 @@ def test_ray_that_meets_every_circle():
     disc = es.Surface(es.circle(ORIGIN, UP, mpf(1)), es.circle([mpf("0.3"), 0, 0], UP, mpf("0.4")))
     assert isolate(disc, es.line([0.2, 0.1, 0], [1, 2, 0])) == ([], es.VANISHES)
     assert isolate(disc, es.line([0.7, 0.1, 0], [1, 2, 3]))[1] == 1
-    assert es.solve("isolate", [0] * 9, [1, -2])[1] == es.VANISHES
-    assert es.solve("isolate", [0] * 9, [1, -2], nearness=0)[1] == es.VANISHES
+    assert es.solve("isolate", [0] * 12, [1, -2])[1] == es.VANISHES
+    assert es.solve("isolate", [0] * 12, [1, -2], nearness=0)[1] == es.VANISHES
 
 
 def test_numbers_that_are_not_finite():
     for bad in (np.nan, np.inf, -np.inf):
-        for place in range(11):
-            values = [0.4, -1, 0.3, 0.1, 0.2, 0.3, -0.1, 0.2, -0.5, 1.0, -2.0]
+        for place in range(14):
+            values = [0.4, -1, 0.3, 0.1, 0.2, 0.3, -0.1, 0.2, -0.5, 0.3, 0.1, 0.7, 1.0, -2.0]
             values[place] = bad
             for method in es.METHODS:
-                roots, count = es.solve(method, values[:9], values[9:])
+                roots, count = es.solve(method, values[:12], values[12:])
                 assert count[0] == es.INVALID if method == "isolate" else count[0] >= 0
 
 
@@ -305,7 +313,7 @@ def test_room_for_fewer_roots():
     surface, ray = next(
         (s, r) for s, r in (es.pair("random", k) for k in range(99)) if isolate(s, r)[1] > 1
     )  # fmt: skip
-    nine, two = es.as_floats(surface.ray(ray)), es.as_floats(surface.scalars)
+    nine, two = es.as_floats(surface.ray(ray)), es.as_floats(surface.constants)
     for method in es.METHODS:
         whole, _ = es.solve(method, nine, two, samples=256)
         first, count = es.solve(method, nine, two, samples=256, most=1)

@@ -13,10 +13,14 @@ from bladesmith import tracer
 from bladesmith.codegen.formulas.blades import blade_projector
 from bladesmith.codegen.multivector import from_values
 from bladesmith.codegen.programs import cga3d
+from bladesmith.codegen.programs.scene import needs
+from bladesmith.codegen.programs.surface_kinds import surface_kind
 from bladesmith.codegen.rings import NumericRing, PrecisionRing
 from bladesmith.curves import Bezier, Interpolating, KochanekBartels, RationalBezier
 from bladesmith.loading import stock_algebra
 from bladesmith.status import Status
+from bladesmith.tracer.engine import engine_for
+from bladesmith.tracer.rows import gathered
 
 TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
 
@@ -235,21 +239,99 @@ def test_rays_to_points_of_the_surface_find_them(seed):
         assert np.all(near < 1e-9 / np.maximum(grazing, 1e-6))
 
 
-def test_bounding_spheres_hold_the_surface_tightly():
-    from bladesmith.codegen.programs.scene import needs
-    from bladesmith.codegen.programs.surface_kinds import surface_kind
-    from bladesmith.tracer.engine import engine_for
-    from bladesmith.tracer.rows import gathered
+def constants_of(surface):
+    engine = engine_for(needs([surface.program_kind], pictures=False))
+    (row,) = gathered(engine, [surface])[surface.program_kind].constants
+    return row
 
-    engine = engine_for(needs(["evolved_circles_1"], pictures=False))
+
+def test_bounding_spheres_hold_the_surface_tightly():
     random = np.random.default_rng(8)
     for surface in random_surfaces(20, seed=3):
-        (row,) = gathered(engine, [surface])[surface.program_kind].constants
+        row = constants_of(surface)
         center, unit = surface.segments.center[0], surface.segments.size[0]
         x, y, z, radius = row[surface_kind("evolved_circles_1").slice("bound")]
         points = points_on(surface, random.uniform(size=2000), random.uniform(0, 2 * np.pi, size=2000))
         reach = np.linalg.norm((points - center) / unit - (x, y, z), axis=1).max()
         assert reach < radius < 2.5 * reach
+
+
+def through_one_point(random):
+    """Two circles with one point in common: K = 0, and Q is not."""
+    shared, controls = random.normal(size=3), []
+    for _ in range(2):
+        spoke, other = random.normal(size=(2, 3))
+        controls.append((shared + spoke, np.cross(spoke, other), float(np.linalg.norm(spoke))))
+    return tracer.EvolvedCircles(Bezier(controls))
+
+
+def test_circles_that_share_a_point():
+    random = np.random.default_rng(61)
+    total = 0
+    for _ in range(3):
+        surface = through_one_point(random)
+        row = constants_of(surface)
+        kind = surface_kind("evolved_circles_1")
+        (kappa,) = row[kind.slice("kappa")]
+        assert abs(kappa) < 1e-13 and np.abs(row[kind.slice("products")]).max() > 0.05
+        middle = surface.segments.center[0]
+        origins = middle + random.normal(size=(6, 3)) * 3
+        directions = middle + random.normal(size=(6, 3)) - origins
+        found = surface.intersect(origins, directions)
+        for i in range(6):
+            expected = reference_roots(surface, origins[i], directions[i])
+            alpha = np.sort(found.alpha[i, : found.count[i]])
+            np.testing.assert_allclose(alpha, [a for a, _ in expected], rtol=0, atol=1e-11)
+            total += len(alpha)
+    assert total > 6
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_rays_in_the_plane_of_a_circle_along_curves(degree):
+    """Both points on the circle of the root, exactly there."""
+    random = np.random.default_rng(degree)
+    for surface in random_surfaces(3, 43, degree):
+        alphas = random.uniform(0.1, 0.9, size=12)
+        center, normal, radius = circles_of(surface, alphas)
+        across = np.cross(normal, random.normal(size=(12, 3)))
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        for offset, hits in ((0.4, 2), (1.4, 0)):
+            origins = center + radius * (offset * np.cross(normal, across) - 3 * across)
+            found = surface.intersect(origins, across)
+            flat = np.abs(found.alpha - alphas[:, None]) < 1e-11
+            assert np.all(flat.sum(axis=1) == hits)
+            away = np.linalg.norm(found.point - center[:, None], axis=-1) - radius
+            assert not np.any(np.abs(away[flat]) > 1e-10)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_curves_of_circles_on_a_common_sphere(degree):
+    """Hits are points of the sphere, once for each change of side of the circle's plane."""
+    random = np.random.default_rng(degree)
+    alphas, seen = np.linspace(0, 1, 2001), 0
+    for _ in range(3):
+        normals = np.array([0, 0, 1.0]) + 0.3 * random.normal(size=(degree + 1, 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        heights = np.linspace(-0.7, 0.7, degree + 1)
+        controls = [(h * n, n, np.sqrt(1 - h * h)) for h, n in zip(heights, normals, strict=True)]
+        surface = tracer.EvolvedCircles(Bezier(controls))
+        center, normal, _ = circles_of(surface, alphas)
+        origins = random.normal(size=(60, 3)) * 3
+        directions = random.normal(size=(60, 3)) * 0.4 - origins
+        found, sphere = (
+            surface.intersect(origins, directions),
+            tracer.Sphere((0, 0, 0), 1.0).intersect(origins, directions),
+        )
+        for i in range(60):
+            side = np.einsum("kj,ikj->ik", normal, sphere.point[i, : sphere.count[i], None] - center)
+            changes = alphas[:-1][np.nonzero(side[:, :-1] * side[:, 1:] < 0)[1]]
+            alpha = np.sort(found.alpha[i, : found.count[i]])
+            assert len(alpha) == len(changes)
+            assert np.all(np.abs(alpha - np.sort(changes) - 2.5e-4) < 2.6e-4)
+            seen += len(alpha)
+        hit = ~np.isnan(found.t)
+        np.testing.assert_allclose(np.linalg.norm(found.point[hit], axis=-1), 1.0, atol=1e-11)
+    assert seen > 60
 
 
 TILTS = [0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 1e-3, 0.0099, 0.0101]
@@ -451,6 +533,11 @@ def test_curves_of_every_class(name):
         assert np.all((alpha >= changes - 1e-12) & (alpha <= changes + alphas[1] - alphas[0] + 1e-12))
         seen += len(alpha)
     assert seen > 40
+    some = ~np.isnan(found.alpha)
+    held = curve(found.alpha[some])
+    residual = np.linalg.norm((cga.point(found.point[some]) ^ held).values, axis=-1)
+    reach = 1 + np.sum(found.point[some] ** 2, axis=-1)
+    assert np.all(residual < 1e-12 * reach * np.linalg.norm(held.values, axis=-1))
     single = surface.intersect(origins.astype(np.float32), directions.astype(np.float32))
     assert np.mean(single.count == found.count) > 0.95
 

@@ -47,9 +47,8 @@ def test_row_0_is_the_top_and_x_runs_to_the_right():
 def test_pictures_agree_with_rays():
     """The fused driver and `Camera.rays` with `Scene.intersect` see the same surfaces."""
     scene = tracer.Scene.load(DEMO)
-    for surface in scene.surfaces:
-        surface.material = tracer.Material(color=(1, 1, 1), ambient=1.0, diffuse=0.0, specular=0.0)
-    flat = dark(scene.camera, [], scene.surfaces)
+    glowing = tracer.Material(color=(1, 1, 1), ambient=1.0, diffuse=0.0, specular=0.0)
+    flat = dark(scene.camera, [], [surface.with_material(glowing) for surface in scene.surfaces])
     seen = flat.render(60, 40)[..., 0] > 0.5
     hits = flat.intersect(*scene.camera.rays(60, 40))
     np.testing.assert_array_equal(seen, hits.hit)
@@ -447,5 +446,5 @@ def test_an_interrupted_render_leaves_no_file(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(tracer.Scene, "layers", interrupted)
-    assert run(["render", str(scene), "-o", str(target), "--quiet"]) == 130
+    assert run(["render", str(scene), "-o", str(target), "--quiet"]) == 1
     assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]

@@ -33,10 +33,11 @@ from references.families import (  # noqa: E402
 
 FOLDER = Path(__file__).parent / "references"
 UNIT = 2.0**-53
-#: What a parameter may be off by, in units of rounding times its condition number.
-ROUNDINGS = 1024
+#: What a parameter may be off by, in units of rounding times its condition number: pairs that nearly share a circle
+#: are told in a frame of their own.
+ROUNDINGS = {"circles": 8, "pairs": 1024}
 #: Rays near tangents are decided where the condition between the roots is this many units of its rounding.
-DECIDED = 256
+DECIDED = {"circles": 32, "pairs": 128}
 CERTAIN = [name for name, family in FAMILIES.items() if family.nature != "grazing"]
 GRAZING = [name for name in FAMILIES if name not in CERTAIN]
 #: Of rays 1e-9 off tangents so many may be undecided: those at places where the surface itself is nearly singular.
@@ -87,7 +88,7 @@ def answers(name: str) -> Answers:
     condition = 10.0 ** (data["condition"] / PER_DECADE)
     decided = np.ones(len(found), bool)
     if "margin" in data:
-        decided = 10.0 ** ((data["margin"].ravel() - float(MARGIN_ZERO)) / PER_DECADE) > DECIDED * UNIT
+        decided = 10.0 ** ((data["margin"].ravel() - float(MARGIN_ZERO)) / PER_DECADE) > DECIDED[family.kind] * UNIT
     return Answers(np.split(data["roots"], ends), np.split(condition, ends), found, decided)
 
 
@@ -97,7 +98,7 @@ def check_points(hits, origins, directions, size):
     there = origins[:, None] + hits.t[..., None] * unit[:, None]
     miss = np.abs(hits.point - there)
     assert np.array_equal(np.isnan(hits.t), np.isnan(hits.alpha))
-    assert not np.any(miss > 1e-6 * size)
+    assert not np.any(miss > 1e-6 * size + 1e-14 * np.abs(hits.t[..., None]))
 
 
 def first_of(bad, a: Answers) -> str:
@@ -124,7 +125,7 @@ def test_roots_are_off_by_little_more_than_their_condition(name):
     wanted, found, condition = (np.concatenate([x[i] for i in same]) for x in (a.wanted, a.found, a.condition))
     assert len(wanted) > 0.2 * len(a.wanted)
     off = np.abs(wanted - found) / (condition * UNIT)
-    assert off.max() <= ROUNDINGS, f"{off.max():.3g} units at {wanted[off.argmax()]!r}"
+    assert off.max() <= ROUNDINGS[FAMILIES[name].kind], f"{off.max():.3g} units at {wanted[off.argmax()]!r}"
 
 
 @pytest.mark.parametrize("name", GRAZING)

@@ -16,7 +16,7 @@ from bladesmith.codegen.build import compiler
 from bladesmith.codegen.formulas import ribbons
 from bladesmith.codegen.programs.scene import needs
 from bladesmith.codegen.programs.surface_kinds import surface_kind
-from bladesmith.curves import Bezier
+from bladesmith.curves import Bezier, KochanekBartels, RationalBezier
 from bladesmith.status import Status
 from bladesmith.tracer.engine import engine_for
 from bladesmith.tracer.surfaces.evolved import EvolvedPointPairs
@@ -269,15 +269,66 @@ def test_the_ends_belong_to_the_surface(end):
         assert np.nanmin(found.alpha) >= 0 and np.nanmax(found.alpha) <= 1
 
 
-def test_a_ray_along_a_carrier_meets_both_ends_of_its_segment():
-    surface, oracle = surface_of(LINEAR)
-    for alpha in (0.0, 0.35, 0.8):
+@pytest.mark.parametrize("alpha", [0.0, 1e-9, 0.35, 0.8, 1 - 1e-9, 1.0])
+def test_a_ray_along_a_carrier_meets_both_ends_of_its_segment(alpha):
+    """Also at the ends of the curve, where the root that only touches may be just beyond."""
+    random = np.random.default_rng(7)
+    for pairs in (LINEAR, random_pairs(random, 1), random_pairs(random, 2)):
+        surface, oracle = surface_of(pairs)
         middle, along, half = (np.array(x, float) for x in oracle.shape(alpha))
         found = surface.intersect(middle - 5 * along, along)
-        ends = np.sort(found.t[~np.isnan(found.t)])
-        np.testing.assert_allclose(ends[[0, -1]], [5 - half, 5 + half], atol=1e-6)
+        own = found.t[np.abs(found.alpha - alpha) < 1e-12]
+        np.testing.assert_allclose(own, [5 - half, 5 + half], atol=1e-12)
         beside = surface.intersect(middle - 5 * along + 0.2 * np.array([0, 1, 0.5]), along)
         assert np.all(np.isnan(beside.t) | (np.abs(beside.alpha - alpha) > 1e-3))
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("apart", [1e-10, 1e-9, 1e-8, 1e-6, 1e-4])
+def test_rays_nearly_along_a_ruling_have_two_points(degree, apart):
+    """Through points of two rulings next to each other: their roots agree to all digits, the points are far apart."""
+    random = np.random.default_rng(degree)
+    for _ in range(3):
+        surface, oracle = surface_of(random_pairs(random, degree))
+        for _ in range(3):
+            alpha, places = rs.MP.mpf(random.uniform(0.1, 0.9)), random.uniform([-0.9, 0.1], [-0.1, 0.9])
+            ends = [oracle.place(alpha + k * apart, s) for k, s in zip((-1, 1), places, strict=True)]
+            origin = np.array([float(x) for x in ends[0]])
+            step = [y - x for x, y in zip(*ends, strict=True)]
+            direction = np.array([float(x) for x in step])
+            found = surface.intersect(origin - direction, direction)
+            for end in ends:
+                miss = np.linalg.norm(found.point - np.array([float(x) for x in end]), axis=-1)
+                assert np.nanmin(miss) < 1e-12 + 1e-13 / apart
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_no_ray_is_lost_between_two_pieces(closed):
+    """Rays aimed at joints: rounding must not put the root beyond the ends of both pieces."""
+    random = np.random.default_rng(8)
+    pairs = [((1.5 * i, -2.0, 0.0), (1.5 * i, 2.0, 0.0)) + random.normal(size=(2, 3)) for i in range(5)]
+    surface = EvolvedPointPairs(KochanekBartels([tuple(map(tuple, p)) for p in pairs], closed=closed))
+    joints = random.integers(1, 4, 2000)
+    ends = surface.curve(joints.astype(float)).parameters()
+    targets = ends.a + random.uniform(0.05, 0.95, (2000, 1)) * (ends.b - ends.a)
+    directions = random.normal(size=(2000, 3))
+    found = surface.intersect(targets - 2 * directions, directions)
+    near = np.linalg.norm(found.point - targets[:, None], axis=-1) < 1e-7
+    assert np.all(near.sum(axis=1) == 1)
+    np.testing.assert_allclose(found.alpha[near], joints, atol=1e-9)
+
+
+def test_light_ends_keep_their_normals_in_single_precision():
+    random = np.random.default_rng(9)
+    pairs = [tuple(map(tuple, p)) for p in random_pairs(random, 3)]
+    surface = EvolvedPointPairs(RationalBezier(pairs, [1e-4, 1.0, 1.0, 1e-4]), gaps=True)
+    origins, directions = rays_near(random, 300)
+    single = surface.intersect(origins.astype(np.float32), directions.astype(np.float32))
+    double = surface.intersect(origins.astype(np.float32).astype(float), directions.astype(np.float32).astype(float))
+    same = (single.count == double.count) & (double.count > 0)
+    assert same.sum() > 50 and np.mean(single.count == double.count) > 0.9
+    cosine = np.einsum("ij,ij->i", single.normal[same, 0], double.normal[same, 0])
+    assert np.isfinite(single.normal[single.count > 0, 0]).all() and np.all(1 - cosine < 1e-4)
 
 
 @pytest.mark.parametrize("method", ["isolate", "companion", "sampled"])

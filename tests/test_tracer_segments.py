@@ -86,6 +86,19 @@ def test_controls_of_bezier_curves_are_the_objects_seen_from_the_frame(kind, cou
         assert np.abs((np.array([o[0] for o in objects]) - found.center) / found.size).max() <= 1.01
 
 
+@pytest.mark.parametrize("length", [1e-2, 1e-5, 1e-9])
+def test_short_pairs_keep_the_digits_of_their_direction(length):
+    random = np.random.default_rng(2)
+    for _ in range(5):
+        a, step = random.normal(size=3), random.normal(size=3)
+        objects = [(tuple(a.tolist()), tuple((a + length * step).tolist())), pairs(1, 5)[0]]
+        found = local_segments(objects, "point_pair", align=False)
+        assert_controls(found, 0, combined(np.eye(2), objects, "point_pair", found, 0), ulps=16)
+        made = [cga.point_pair(*obj) for obj in objects]
+        found = local_segments(made, "point_pair", align=False)
+        assert_controls(found, 0, combined(np.eye(2), objects, "point_pair", found, 0), ulps=32)
+
+
 @pytest.mark.parametrize("at", [(0, 0, 0), FAR])
 def test_rational_curves_have_weighted_controls(at):
     objects, weights = circles(4, 1, at), [1.0, 0.25, 3.0, 2.0]
@@ -193,10 +206,10 @@ def test_parameters_hold_the_frame_and_what_is_asked():
     rows = found.parameters()
     assert rows.shape == (3, 15 + 40) == (3, surface_kind("evolved_circles_3").parameters)
     np.testing.assert_array_equal(rows[:, :3], found.center)
-    np.testing.assert_array_equal(rows[:, 3:6].T, [found.size, 1 / found.size, found.starts])
+    np.testing.assert_array_equal(rows[:, 3:7].T, [found.size, 1 / found.size, found.starts, found.lengths])
     assert (rows[:, 7:15] == [0, 1, 1, 0, 1, 0, 1, 0]).all()
     np.testing.assert_array_equal(rows[:, 15:].reshape(3, 4, 10), found.controls)
-    assert (found.parameters(gaps=True)[:, 6:8] == 2).all()
+    assert (found.parameters(gaps=True)[:, 7:9] == 2).all()
 
 
 def test_a_long_spline_has_the_digits_of_each_pieces_own_size():
@@ -503,14 +516,14 @@ def test_an_imaginary_surface_is_named_with_its_interval_and_the_turn_that_cures
     text = str(caught.value)
     assert "surfaces[0] ('cup') has imaginary circles for alpha from 0.333333 to 0.666667" in text
     assert "Turn over controls[1] (align = true does)" in text and "gaps = true" in text
-    assert (asked(OPPOSED, align=True)[0, 6:8] == [0, 1]).all()
+    assert (asked(OPPOSED, align=True)[0, 7:9] == [0, 1]).all()
 
 
 def test_gaps_are_left_out_where_they_are_allowed():
     rows = asked(OPPOSED, gaps=True)
-    np.testing.assert_allclose(rows[0, 6:10], [0, 1 / 3, 2 / 3, 1], atol=1e-12)
+    np.testing.assert_allclose(rows[0, 7:11], [0, 1 / 3, 2 / 3, 1], atol=1e-12)
     assert rows[0, 11:15].tolist() == [1, 0, 1, 0]
-    assert rows[0, 7] <= 1 / 3 and rows[0, 8] >= 2 / 3
+    assert rows[0, 8] <= 1 / 3 and rows[0, 9] >= 2 / 3
 
 
 def test_messages_use_the_curves_own_parameter():
@@ -542,7 +555,7 @@ def test_many_rows_are_checked_at_once():
     all_ = spans.checked(surface_kind("evolved_circles_1"), rows, np.arange(len(rows)))
     for i, f in enumerate(found):
         np.testing.assert_array_equal(all_[i], asked_row(f))
-    assert (all_[:, 7] < 1).any() and (all_[:, 7] == 1).any()
+    assert (all_[:, 8] < 1).any() and (all_[:, 8] == 1).any()
     empty = spans.checked(surface_kind("evolved_circles_1"), rows[:0], np.zeros(0, int))
     assert empty.shape == (0, rows.shape[1])
 

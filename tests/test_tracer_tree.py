@@ -10,6 +10,7 @@ import pytest
 
 from bladesmith import cga3d, tracer
 from bladesmith.codegen.programs.scene import TREE_PAYS, TREE_PAYS_WIDE, needs
+from bladesmith.codegen.programs.surface_kinds import in_order
 from bladesmith.curves import KochanekBartels
 from bladesmith.errors import InputError
 from bladesmith.status import Status
@@ -28,7 +29,8 @@ def both(surfaces, origins, directions):
     found = []
     for tree in (True, False):
         scene = tracer.Scene(CAMERA, [], surfaces)
-        scene.__dict__["needs"] = replace(scene.needs, tree=tree, single=True)
+        kinds = in_order({*scene.needs.kinds, "plane", "sphere", "disc"})  # few programs for all tests
+        scene.__dict__["needs"] = replace(scene.needs, kinds=kinds, tree=tree, single=True, pictures=False)
         found.append(scene.intersect(origins, directions))
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name), err_msg=name)
@@ -92,7 +94,7 @@ def test_the_tree_changes_no_bit_of_rays_from_far_away(dtype):
 
 def test_evolved_surfaces_in_a_tree():
     random = np.random.default_rng(3)
-    surfaces = [*tubes(random, 40), *lattice(random, 10, 0.5, 0.0)]
+    surfaces = [*tubes(random, 25), *lattice(random, 10, 0.5, 0.0)]
     opening = [((-1, 0, 0), (0, 0, 1), 1.0), ((1, 0, 0), (0, 0, -1), 1.0)]  # into a line: unbounded
     surfaces.insert(0, tracer.EvolvedCircles(opening, align=False, gaps=True))
     origins = random.normal(size=(1500, 3)) * 4
@@ -277,17 +279,88 @@ def test_several_rays_at_once_meet_what_each_meets(dtype, count):
     assert one.t.shape == () and one.point.shape == (3,)
 
 
-def test_rays_that_are_changed_before_points_are_asked_for_are_noticed():
-    scene = tracer.Scene(CAMERA, [], [tracer.Sphere((0, 0, 0), 1.0)])
-    for count, noticed in ((10, False), (FEW_RAYS + 1, True)):
-        origins, directions = np.tile([[0.0, 0, 5], [0, 0, -1]], (count, 1, 1)).transpose(1, 0, 2).copy()
-        hits = scene.intersect(origins, directions)
-        again = pickle.loads(pickle.dumps(scene.intersect(origins, directions)))
-        origins[:, 2] = 7.0
-        np.testing.assert_allclose(again.point[:, 2], 1.0)
-        if noticed:
+CHANGES = {
+    "along the plane": lambda o, d: np.add(o, [1.0, 2.0, 0.0], out=o),
+    "mirrored": lambda o, d: (np.multiply(o, [-1, -1, 1], out=o), np.multiply(d, [-1, -1, 1], out=d)),
+    "origins mirrored": lambda o, d: np.multiply(o, [-1, 1, 1], out=o),
+    "exchanged": lambda o, d: o.__setitem__((slice(None), [0, 1]), o[:, [1, 0]]),
+    "rays exchanged": lambda o, d: (o.__setitem__([5, 6], o[[6, 5]]), d.__setitem__([5, 6], d[[6, 5]])),
+    "one bit": lambda o, d: o.__setitem__((4000, 0), np.nextafter(o[4000, 0], o.dtype.type(np.inf))),
+    "the sign of a zero": lambda o, d: d.__setitem__((9000, 0), -d[9000, 0]),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("name", CHANGES)
+def test_rays_that_are_changed_before_points_are_asked_for_are_noticed(name, dtype):
+    """Also where distances and surfaces stay the same: points and normals would be others without a word."""
+    scene = tracer.Scene(CAMERA, [], [tracer.Plane((0, 0, 1), 0.0)])
+    random = np.random.default_rng(8)
+    few = 10
+    for count in (few, FEW_RAYS + 1, 10_007):
+        origins, directions = random.integers(-3, 4, (2, 10_007, 3)).astype(dtype)
+        origins[:, 2], directions[:, 2] = 5, -1
+        directions[9000, 0] = 0.0
+        expected = scene.intersect(origins, directions).point[:count]
+        again = pickle.loads(pickle.dumps(scene.intersect(origins[:count], directions[:count])))
+        hits = scene.intersect(origins[:count], directions[:count])
+        before = origins[:count].tobytes() + directions[:count].tobytes()
+        CHANGES[name](origins, directions)
+        np.testing.assert_array_equal(again.point, expected)
+        if count > few and origins[:count].tobytes() + directions[:count].tobytes() != before:
             with pytest.raises(InputError, match="changed"):
                 _ = hits.point
         else:
-            np.testing.assert_allclose(hits.point[:, 2], 1.0)
+            np.testing.assert_array_equal(hits.point, expected)
         assert "t=" in repr(hits)
+
+
+def test_rays_without_points_are_asked_in_any_shape_and_number_of_threads():
+    scene = tracer.Scene(CAMERA, [], [tracer.Plane((0, 0, 1), 0.0)])
+    directions = np.random.default_rng(9).normal(size=(90, 3, 100))
+    for origin in (np.array([0.0, 0, 5]), np.full((90, 100, 3), 5.0)):
+        hits = scene.intersect(origin, directions.transpose(0, 2, 1), threads=2)
+        assert hits.point.shape == (90, 100, 3)
+        np.testing.assert_allclose(hits.point[hits.hit][:, 2], 0.0, atol=1e-12)
+
+
+# -- directions of any length, numbers of any size ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("dtype", "powers"), [(np.float64, (-1060, -500, 0, 40, 500, 1020)), (np.float32, (-140, -50, 0, 40, 120))]
+)
+def test_the_length_of_directions_does_not_matter(dtype, powers):
+    random = np.random.default_rng(10)
+    corners = np.array([(-1.0, -1, 0), (2, -1, 0), (-1, 2, 0)])
+    facets = tracer.Facets((corners + random.normal(size=(30, 3, 3))).reshape(-1, 3), np.arange(90).reshape(-1, 3))
+    many = [tracer.Disc(c, n, 0.5) for c, n in random.normal(size=(30, 2, 3))]
+    origins = (4 * random.normal(size=(400, 3))).astype(dtype)
+    directions = np.rint(1024 * (0.5 * random.normal(size=(400, 3)) - origins)).astype(dtype)
+    for surfaces in ([facets], many, [tracer.Sphere((0, 0, 0), 1.0), tracer.Plane((0, 0, 1), -1.0)]):
+        scene = tracer.Scene(CAMERA, [], surfaces)
+        expected = scene.intersect(origins, directions)
+        assert expected.hit.sum() > 50
+        for power in powers:
+            scaled = np.ldexp(directions, power - 14)
+            whole = np.ldexp(scaled, 14 - power) == directions  # not those that lost digits among the least numbers
+            hits = scene.intersect(origins, scaled)
+            for name in ("t", "surface", "point", "normal", "status"):
+                found, want = getattr(hits, name), getattr(expected, name)
+                same = whole.all(axis=1)
+                assert same.sum() > 50 or power < -1000 or power < -100 and dtype == np.float32
+                np.testing.assert_array_equal(found[same], want[same], err_msg=name)
+            for name in ("t", "point"):
+                every = getattr(facets.intersect(origins[same], scaled[same]), name)
+                np.testing.assert_array_equal(every, getattr(facets.intersect(origins[same], directions[same]), name))
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_what_is_farther_than_numbers_go_is_not_hit(dtype):
+    huge = np.finfo(dtype).max / 2
+    plane, rays = tracer.Plane((0, 0, 1), -2.0), (np.array([0, 0, huge], dtype), np.array([1, 1, -1e-5], dtype))
+    hits = tracer.Scene(CAMERA, [], [plane]).intersect(*rays)
+    directly = tracer.Scene(CAMERA, [], [plane, tracer.Disc((0, 0, 9), (0, 0, 1), 1.0)]).intersect(*rays)
+    for found in (hits, directly):
+        assert not found.hit and np.isnan(found.t) and np.isnan(found.point).all()
+    assert plane.intersect(*rays).count == 0

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from ..multivector import Multivector, absolute, select, sqrt
 from .conformal import infinity as ni
-from .conformal import origin as no
-from .conformal import point
 from .euclidean import euclidean_part as euclidean
-from .outcome import NOISE, epsilon, only_if, size
+from .outcome import NOISE, epsilon, only_if
 from .rays import dot
+from .surface_points import swept_direction
 
 
 def placed(center: Multivector, radius: Multivector, turn: Multivector, spoke: Multivector) -> Multivector:
@@ -29,18 +28,12 @@ def between(a: Multivector, b: Multivector, share: Multivector) -> Multivector:
 def swept_normal(position: Multivector, carrier: Multivector, rate: Multivector) -> Multivector:
     """Unit normal at a position on the surface that a circle or line C sweeps at the rate dC (4.17 to 4.25).
 
-    Two tangent lines: L_C along C, and L_T along dX = X . (C dC). For point pairs C is the carrier line P ^ n_inf. The
-    weight of C and its rate do not matter. Right-handed: along C, then along the curve. NaN where rounding is all that
-    is left of it: at points that stand still, and where the two directions agree.
+    See `surface_points.swept_direction`. NaN where rounding is all that is left of it: at points that stand still, and
+    where the two directions agree.
     """
-    x = point(position)
-    along = (x | carrier) ^ ni(x)
-    omega = (carrier * rate).grade(2)
-    velocity = x | omega
-    across = velocity ^ x ^ ni(x)
-    normal = -euclidean(((across * along).grade(2) * x.pseudoscalar()) | (no(x) ^ ni(x)))
+    normal, terms = swept_direction(position, carrier, rate)
     largest = _largest(normal)
-    noise = NOISE * epsilon(x) * (size(along) * size(x) * size(omega))
+    noise = NOISE * epsilon(position) * terms
     scaled = normal / only_if(largest > noise, largest)
     return scaled / sqrt(dot(scaled, scaled))
 

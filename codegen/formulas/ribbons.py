@@ -17,11 +17,11 @@ from .conformal import infinity as ni
 from .conformal import origin as no
 from .conformal import point
 from .euclidean import euclidean_part as euclidean
-from .euclidean import space
 from .outcome import epsilon
 from .rays import dot, line, line_direction, unit
+from .rulings import aligned, carriers, motion_seen, plane_normal, volume_of
 from .sizes import Sizes, product_sizes, sizes
-from .surfaces import Scalars, _branch, _powers, _weight, evolved_circle, evolved_circle_rate
+from .surfaces import Scalars, branch, evolved_circle, evolved_circle_rate, powers, weight
 
 #: Coefficients of a bivector.
 BIVECTOR = 10
@@ -131,7 +131,7 @@ def _polynomials(meets: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Multive
     """B, E, S0, K and w as polynomials."""
     a, b = parameters(meets[0].algebra, meets[0].ring)
     rows, ring = (*_parts(meets, norm), norm, kappa), HomogeneousRing(meets[0].ring)
-    return (*(polynomial(part, ring) for part in rows), _weight(norm, kappa, a, b))
+    return (*(polynomial(part, ring) for part in rows), weight(norm, kappa, a, b))
 
 
 # -- polynomials ---------------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ def ribbon_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     b, e, s0, k, w = _polynomials(meets, norm, kappa)
     other = s0 * b - w * e
     printed = other * other - (s0 * s0 - k * (w * w)) * (b * b)
-    return row(_powers(coefficients(printed, 3 * (len(norm) - 1), meets[0].ring)), "powers")
+    return row(powers(coefficients(printed, 3 * (len(norm) - 1), meets[0].ring)), "powers")
 
 
 # -- the condition that is not squared -----------------------------------------------------------------
@@ -169,20 +169,20 @@ def ribbon_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
 def _values(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, ...]:
     """B, E, S0, K and w at (a, b)."""
     rows = (*_parts(meets, norm), norm, kappa)
-    return (*(value(part, a, b) for part in rows), _weight(norm, kappa, a, b))
+    return (*(value(part, a, b) for part in rows), weight(norm, kappa, a, b))
 
 
 def ribbon_condition(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """m B - w E: L v P for the pair P, up to a positive weight."""
     b_, e, s0, k, w = _values(meets, norm, kappa, a, b)
-    m, _ = _branch(s0, k, w)
+    m, _ = branch(s0, k, w)
     return row([m * b_ - w * e], "f")
 
 
 def ribbon_condition_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """What its rounding error is relative to: the absolute values of its terms, and of those of S0, dm = m dS0/s."""
     b_, e, s0, k, w = _values([absolute(c) for c in meets], norm, kappa, a, b)
-    m, s = _branch(s0, k, w)
+    m, s = branch(s0, k, w)
     written = value([absolute(c) for c in norm], a, b)
     lost = select(s > 0, m * written / s, written)
     return row([(m + lost) * b_ + w * e], "bound")
@@ -191,7 +191,7 @@ def ribbon_condition_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Mul
 def ribbon_meet(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """L v P itself, for the unit pair P."""
     b_, e, s0, k, w = _values(meets, norm, kappa, a, b)
-    m, s = _branch(s0, k, w)
+    m, s = branch(s0, k, w)
     return row([(m * b_ - w * e) / (s * sqrt(2 * m))], "f")
 
 
@@ -225,7 +225,7 @@ def pair_half_square(
     F^2 over that of its carrier F ^ n_inf, with F^2 = 2 m s^2 from the norm: of the coefficients of a short pair,
     rounding is all that is left of its length.
     """
-    m, s = _branch(value(norm, a, b), value(kappa, a, b), _weight(norm, kappa, a, b))
+    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
     carrier = pair ^ ni(pair)
     return 2 * m * (s * s) / dot(carrier, carrier)
 
@@ -237,19 +237,19 @@ def ribbon_point(
     origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
 ) -> tuple[Result, ...]:  # fmt: skip
-    """Where a ray is nearest to the carrier of a root's pair: its t and `ribbon_place`, position, sine squared.
+    """Where a ray is nearest to a root's carrier: t, `_lengths` and how far it passes; position, sine squared.
 
     X ^ L_C for X = origin + t direction is a plane through the carrier, of normal n + t k: it is least there. The sine
     is that between ray and carrier.
     """
     pair = ribbon_pair(norm, kappa, bivectors(controls), bivectors(products), a, b)
     carrier = pair ^ ni(pair)
-    n, k = _normal_of((origin + no(origin)) ^ carrier), _normal_of(direction ^ carrier)
+    n, k = plane_normal((origin + no(origin)) ^ carrier), plane_normal(direction ^ carrier)
     tilt = dot(k, k)
     t = -dot(n, k) / tilt
-    position = origin + t * direction
-    lengths = _lengths(position, pair, norm, kappa, a, b)
-    sine = tilt / (dot(direction, direction) * dot(carrier, carrier))
+    position, weight, off = origin + t * direction, dot(carrier, carrier), n + t * k
+    lengths = [*_lengths(position, pair, norm, kappa, a, b), sqrt(dot(off, off) / weight)]
+    sine = tilt / (dot(direction, direction) * weight)
     return row([t, *lengths], "t_place"), named("position", position), row([sine], "sine_square")
 
 
@@ -262,7 +262,7 @@ def ribbon_place(
     And the squared sine between a direction and the carrier.
     """
     pair = ribbon_pair(norm, kappa, bivectors(controls), bivectors(products), a, b)
-    along, turn = line_direction(pair ^ ni(pair)), _normal_of(direction ^ (pair ^ ni(pair)))
+    along, turn = line_direction(pair ^ ni(pair)), plane_normal(direction ^ (pair ^ ni(pair)))
     sine = dot(turn, turn) / (dot(direction, direction) * dot(along, along))
     return row([*_lengths(position, pair, norm, kappa, a, b), sine], "place")
 
@@ -274,21 +274,27 @@ def _lengths(
     return [dot(position - pair_center(pair), along), sqrt(pair_half_square(norm, kappa, pair, a, b))]
 
 
-def _normal_of(plane: Multivector) -> Multivector:
-    """Normal of a plane, of the plane's weight."""
-    return euclidean(plane.dual())
-
-
 def ribbon_ends(
     origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
 ) -> Result:  # fmt: skip
-    """For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance."""
-    pair = ribbon_pair(norm, kappa, bivectors(controls), bivectors(products), a, b)
+    """For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance there.
+
+    Then both t where the carrier's motion points from it to the ray: there the ray meets carriers of pairs near this
+    one, of places far from each other. Then the step of b to the carrier that is nearest to the ray along the segment,
+    and the squared sine between ray and carrier.
+    """
+    arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
+    pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
     square, towards = dot(direction, direction), pair_center(pair) - origin
     middle = dot(towards, direction) / square
     beside = towards - middle * direction
-    return row([middle, sqrt(pair_half_square(norm, kappa, pair, a, b) / square), sqrt(dot(beside, beside))], "ends")
+    half_square = pair_half_square(norm, kappa, pair, a, b) / square
+    m, off, by_t, motion, turn = motion_seen(origin + middle * direction, direction, pair, rate)
+    step = -(dot(off, motion) + half_square * dot(by_t, turn)) / (dot(motion, motion) + half_square * dot(turn, turn))
+    sine = dot(by_t, by_t) / (square * dot(m, m))
+    starts = (middle + t for t in aligned(m, off, by_t, motion, turn))
+    return row([middle, sqrt(half_square), sqrt(dot(beside, beside)), *starts, step, sine], "ends")
 
 
 def ribbon_polish(
@@ -302,16 +308,9 @@ def ribbon_polish(
     """
     arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
     pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
-    carrier, turned = pair ^ ni(pair), rate ^ ni(rate)
-    here = origin + t * direction + no(origin)
-    off, by_t, by_b = (_normal_of(x) for x in (here ^ carrier, direction ^ carrier, here ^ turned))
-    m = line_direction(carrier)
-    volume, dt, db = (_volume(m, x, y) for x, y in ((by_t, by_b), (off, by_b), (by_t, off)))
+    m, off, by_t, by_b, _ = motion_seen(origin + t * direction, direction, pair, rate)
+    volume, dt, db = (volume_of(m, x, y) for x, y in ((by_t, by_b), (off, by_b), (by_t, off)))
     return row([-dt / volume, -db / volume], "step")
-
-
-def _volume(x: Multivector, y: Multivector, z: Multivector) -> Multivector:
-    return dot(x ^ y ^ z, ~space(x))
 
 
 def ribbon_normal(
@@ -325,7 +324,7 @@ def ribbon_normal(
     """
     arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
     pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
-    carrier, turned = pair ^ ni(pair), rate ^ ni(rate)
+    carrier, turned = carriers(pair, rate)
     omega = (carrier * turned).grade(2)
     here, middle = (_across(x, carrier, omega) for x in (position, pair_center(pair)))
     least = NO_NORMAL * epsilon(position) * epsilon(position)

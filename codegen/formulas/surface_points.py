@@ -5,22 +5,26 @@ Arguments are those of surfaces.py: a row of constants, a ray and its scalars, a
 
 from __future__ import annotations
 
+from ..homogeneous import value
 from ..multivector import Multivector
 from ..trace import Result, named, row
 from .conformal import infinity as ni
 from .conformal import origin as no
 from .conformal import point
 from .euclidean import euclidean_part as euclidean
+from .outcome import size
 from .rays import dot, dual_sphere, line, pair_parameters, unit, zero
 from .surfaces import (
-    MEET,
     Scalars,
+    branch,
     circle_center,
     circle_square,
     coefficient_product,
     evolved_circle,
     evolved_circle_rate,
+    meet_rows,
     trivectors,
+    weight,
 )
 
 
@@ -28,21 +32,22 @@ def evolved_point(
     origin: Multivector, direction: Multivector, meets: Scalars, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
 ) -> tuple[Result, Result]:  # fmt: skip
-    """Where a ray meets the plane of a root's circle: (t, squared cosine to the circle's axis), position.
+    """Where a ray meets the plane of a root's circle: (t, squared cosine to the circle's axis), position; far away.
 
-    At a root the meet Y = w X + v D + h n_inf is null and the hit point itself, X + (v/w) D + ..; its w is the
-    cosine times the weight of the circle's carrier.
+    At a root the meet Y = w X + v D + h n_inf is null and the hit point itself, X + (v/w) D + .., with v^2 = 2 w h; its
+    w is the cosine times the weight of the circle's carrier. Where circles grow to lines w and v are next to nothing,
+    but not h: the hit is far away at t = 2 h/v. The last numbers are that, its squared distance, and h^2 for C^2 = 1.
     """
     c, qc = trivectors(controls), trivectors(products)
-    rows = [meets[i : i + MEET] for i in range(0, len(meets), MEET)]
-    first, last = rows[: len(c)], rows[len(c) :]
-    weight, along = (evolved_circle(norm, kappa, [y[i] for y in first], [y[i] for y in last], a, b) for i in range(2))
+    w, v, h = (evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm))
     carrier = evolved_circle(norm, kappa, [x ^ ni(x) for x in c], [x ^ ni(x) for x in qc], a, b)
+    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
     square = dot(direction, direction)
-    t = along / (weight * square)
-    return row([t, -weight * weight * square / dot(carrier, carrier)], "t_cosine"), named(
-        "position", origin + t * direction
-    )
+    t = v / (w * square)
+    cosine = -w * w * square / dot(carrier, carrier)
+    far = 2 * h / (v * square)
+    distant = [far, far * far * square, h * h / (2 * s * s * m * square)]
+    return row([t, cosine, *distant], "t_cosine"), named("position", origin + t * direction)
 
 
 def evolved_sphere(
@@ -63,9 +68,10 @@ def evolved_polish(
     origin: Multivector, direction: Multivector, t: Multivector, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
 ) -> Result:  # fmt: skip
-    """Gauss-Newton step (dt, db) towards X ^ C = 0 for X = F(origin + t direction).
+    """Gauss-Newton step (dt, db) towards X ^ C = 0 for X = F(origin + t direction); last dt with the circle kept.
 
-    Well conditioned where the ray crosses the surface, also where it lies in the plane of the circle.
+    Well conditioned where the ray crosses the surface, also where it lies in the plane of the circle; the last where
+    the ray does not touch the circle.
     """
     arguments = norm, kappa, trivectors(controls), trivectors(products), a, b
     round_, rate_ = evolved_circle(*arguments), evolved_circle_rate(*arguments)
@@ -76,23 +82,29 @@ def evolved_polish(
     tt, tb, bb = coefficient_product(by_t, by_t), coefficient_product(by_t, by_b), coefficient_product(by_b, by_b)
     rt, rb = coefficient_product(residual, by_t), coefficient_product(residual, by_b)
     scale = tt * bb - tb * tb
-    return row([(tb * rb - bb * rt) / scale, (tb * rt - tt * rb) / scale], "step")
+    return row([(tb * rb - bb * rt) / scale, (tb * rt - tt * rb) / scale, -rt / tt], "step")
 
 
 def evolved_normal(
     position: Multivector, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
 ) -> Multivector:  # fmt: skip
-    """Unit normal at a position on the surface (4.17 to 4.25).
-
-    Two tangent lines: L_C along the circle, and L_T along dX = X . Omega, Omega = C dC. The weight of C
-    and its rate do not matter: they add a scalar to C dC.
-    """
+    """Unit normal at a position on the surface."""
     arguments = norm, kappa, trivectors(controls), trivectors(products), a, b
-    round_, rate_ = evolved_circle(*arguments), evolved_circle_rate(*arguments)
+    normal, _ = swept_direction(position, evolved_circle(*arguments), evolved_circle_rate(*arguments))
+    return unit(normal)
+
+
+def swept_direction(position: Multivector, carrier: Multivector, rate: Multivector) -> tuple[Multivector, Multivector]:
+    """Normal, of any length, at a position on the surface that a circle or line C sweeps at the rate dC (4.17 to 4.25).
+
+    Two tangent lines: L_C along C, and L_T along dX = X . Omega, Omega = C dC. For point pairs C is the carrier line
+    P ^ n_inf. The weight of C and its rate do not matter: they add a scalar to C dC. Right-handed: along C, then along
+    the curve. The second result is what the rounding error of the normal is relative to.
+    """
     x = point(position)
-    along = (x | round_) ^ ni(x)
-    velocity = x | (round_ * rate_).grade(2)
-    across = velocity ^ x ^ ni(x)
+    along = (x | carrier) ^ ni(x)
+    omega = (carrier * rate).grade(2)
+    across = (x | omega) ^ x ^ ni(x)
     normal = (across * along).grade(2) * x.pseudoscalar()
-    return unit(euclidean(-(normal | (no(x) ^ ni(x)))))
+    return euclidean(-(normal | (no(x) ^ ni(x)))), size(along) * size(x) * size(omega)

@@ -14,10 +14,11 @@ from math import comb
 
 from ..homogeneous import HomogeneousRing, coefficients, parameters, polynomial, rate, value
 from ..multivector import Multivector, absolute, from_values, select, sqrt
-from ..trace import Result, row
+from ..trace import Result, named, row
 from .conformal import infinity as ni
 from .conformal import point
 from .euclidean import euclidean_part as euclidean
+from .outcome import epsilon
 from .rays import dot, dual_sphere, line, pair_parameters, zero
 
 Scalars = Sequence[Multivector]
@@ -27,6 +28,8 @@ TRIVECTOR, MEET = 10, 3
 QUAD = 5
 #: Square of what u is at most for |C'| = 1 and a unit line through the origin; (1 + x^2)^2 as much at the distance x.
 LINE = 16
+#: Within that many spacings at 1 the condition is zero to rounding; roots.h counts in halves of them.
+TOUCH = 8
 
 
 def trivectors(numbers: Scalars) -> list[Multivector]:
@@ -110,6 +113,15 @@ def _largest(scaled: Scalars, square: bool = False) -> Multivector:
 # -- constants of one ray and one surface --------------------------------------------------------------
 
 
+def evolved_nearest(origin: Multivector, direction: Multivector) -> tuple[Result, Result]:
+    """Parameter of the point of a ray nearest to the origin of the frame, and that point.
+
+    From there meets have the smallest coefficients, wherever the surface reaches.
+    """
+    t = -dot(origin, direction) / dot(direction, direction)
+    return row([t], "t"), named("nearest", origin + t * direction)
+
+
 def evolved_approach(origin: Multivector, direction: Multivector, center: Multivector, radius: Multivector) -> Result:
     """Parameter of the point of a ray nearest to a centre, and half the chord in its sphere; NaN for a miss."""
     relative = origin - center
@@ -118,28 +130,20 @@ def evolved_approach(origin: Multivector, direction: Multivector, center: Multiv
     return row([(first + last) / 2, (last - first) / 2], "middle_half")
 
 
-def evolved_ray(
-    origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars
-) -> tuple[Result, Result]:
-    """u = B.B, x = B.E, e = E.E for B = L v C', E = L v (Q C') of the unit line L, and the meets B, E themselves.
+def evolved_meets(origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars) -> Result:
+    """Coefficients of the meets B = L v C' and E = L v (Q C') of the unit line L = X ^ D ^ n_inf.
 
-    A meet of L = X ^ D ^ n_inf is Y = w X + v D + h n_inf, three numbers: w, v, h.
+    A meet is Y = w X + v D + h n_inf, three numbers: w, v, h.
     """
+    frame = _line_frame(origin, direction)
+    return row([_wedge(part, c) for c in (*trivectors(controls), *trivectors(products)) for part in frame], "meets")
+
+
+def _line_frame(origin: Multivector, direction: Multivector) -> tuple[Multivector, ...]:
+    """The bivectors of which the outer products with a trivector are w, v and h of the meet."""
     x, n = point(origin), ni(origin)
     along = direction + dot(origin, direction) * n
-    square = dot(direction, direction)
-    frame = (direction ^ n) / square, n ^ x, x ^ along
-    meets = [[_wedge(part, c) for part in frame] for c in (*trivectors(controls), *trivectors(products))]
-    size, ring = len(controls) // TRIVECTOR, HomogeneousRing(origin.ring)
-    (bw, bv, bh), (ew, ev, eh) = (
-        [polynomial([y[i] for y in part], ring) for i in range(MEET)] for part in (meets[:size], meets[size:])
-    )
-    u, e = bv * bv - 2 * (bw * bh), ev * ev - 2 * (ew * eh)
-    x_ = bv * ev - (bw * eh + ew * bh)
-    lowest, highest = 2 * (size - 1), 2 * (len(meets) - size - 1)
-    degrees = (u, lowest), (x_, (lowest + highest) // 2), (e, highest)
-    scalars = [c for part, degree in degrees for c in coefficients(part, degree, origin.ring)]
-    return row(scalars, "scalars"), row([c for y in meets for c in y], "meets")
+    return (direction ^ n) / dot(direction, direction), n ^ x, x ^ along
 
 
 def _wedge(part: Multivector, trivector: Multivector) -> Multivector:
@@ -147,24 +151,37 @@ def _wedge(part: Multivector, trivector: Multivector) -> Multivector:
     return (part ^ trivector).dual()
 
 
+def _wedge_terms(part: Multivector, trivector: Multivector) -> Multivector:
+    """The sum of the absolute values of the terms of `_wedge`."""
+    full, total = trivector.algebra.pseudoscalar, zero(trivector)
+    for blade, coefficient in trivector.terms.items():
+        if full ^ blade in part.terms:
+            other = absolute(part.new({0: part.terms[full ^ blade]}))
+            total = total + other * absolute(trivector.new({0: coefficient}))
+    return total
+
+
 # -- polynomials ---------------------------------------------------------------------------------------
 
 
-def evolved_polynomial(ray: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+def evolved_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     """Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches.
 
-    Of degree 12 n - 4. The printed polynomial without its spurious factor w^2 Q^2, and without a division.
+    With u = B.B, x = B.E, e = E.E. Of degree 12 n - 4. The printed polynomial without its spurious factor w^2 Q^2, and
+    without a division.
     """
-    u, x, e, s0, k, w = _polynomials(ray, norm, kappa)
-    degree = _degree(norm, kappa)
-    scaled = coefficients(_both(-1, u, x, e, s0, k, w), degree, ray[0].ring)
+    degree, ring = _degree(norm, kappa), meets[0].ring
+    scaled = coefficients(_both(-1, *_polynomials(meets, norm, kappa)), degree, ring)
     return row([c / comb(degree, i) for i, c in enumerate(scaled)], "bernstein")
 
 
-def evolved_polynomial_bound(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+def evolved_polynomial_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """Sum of the absolute values of p's terms at (a, b): the scale of its rounding errors. It rises in both."""
-    ray, norm, kappa = ([absolute(c) for c in part] for part in (ray, norm, kappa))
-    return row([_both(1, *_values(ray, norm, kappa, a, b))], "bound")
+    n, q = len(norm) // 2, len(kappa) // 2
+    parts = zip(_squares(meets, norm), (2 * n, 2 * n + q, 2 * n + 2 * q), strict=True)
+    rows = (*(coefficients(part, degree, meets[0].ring) for part, degree in parts), norm, kappa)
+    u, x, e, s0, k = (value([absolute(c) for c in part], a, b) for part in rows)
+    return row([_both(1, u, x, e, s0, k, weight(norm, kappa, a, b))], "bound")
 
 
 def _degree(norm: Scalars, kappa: Scalars) -> int:
@@ -181,52 +198,56 @@ def _both(
     return 4 * product + w * w * (difference * difference)
 
 
-def evolved_printed(ray: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+def evolved_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     """Coefficients of 1, t, t^2, .. of the printed polynomial of degree 12 n, (4.16) with its sides subtracted.
 
     With P = S0 B - w E and Q = B: (P^2 + s^2 Q^2)^2 - s^2 (P Q + Q P)^2.
     """
-    u, x, e, s0, k, w = _polynomials(ray, norm, kappa)
+    u, x, e, s0, k, w = _polynomials(meets, norm, kappa)
     square = s0 * s0 - k * (w * w)
     p_square = s0 * s0 * u - 2 * (s0 * w) * x + w * w * e
     p_q = s0 * u - w * x
     even = p_square + square * u
     printed = even * even - 4 * (square * (p_q * p_q))
-    return row(_powers(coefficients(printed, 6 * (len(norm) - 1), ray[0].ring)), "powers")
+    return row(powers(coefficients(printed, 6 * (len(norm) - 1), meets[0].ring)), "powers")
 
 
-def _powers(scaled: Scalars) -> list[Multivector]:
+def powers(scaled: Scalars) -> list[Multivector]:
     """Coefficients of 1, t, t^2, ... of sum h_k (1 - t)^(n-k) t^k."""
     n = len(scaled) - 1
-    powers = []
+    found = []
     for j in range(n + 1):
         total = zero(scaled[0])
         for k in range(j + 1):
             total = total + (-1) ** (j - k) * comb(n - k, j - k) * scaled[k]
-        powers.append(total)
-    return powers
+        found.append(total)
+    return found
 
 
-def _parts(ray: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Scalars, ...]:
-    """Coefficients of u, x and e."""
-    u, x = len(norm), len(norm) + len(kappa) // 2
-    return ray[:u], ray[u : u + x], ray[u + x :]
+def meet_rows(meets: Scalars, norm: Scalars) -> list[tuple[Scalars, Scalars]]:
+    """Coefficients of B and of E, of w, v and h each."""
+    size = len(norm) // 2 + 1
+    rows = [meets[i::MEET] for i in range(MEET)]
+    return [(part[:size], part[size:]) for part in rows]
 
 
-def _polynomials(ray: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Multivector, ...]:
+def _squares(meets: Scalars, norm: Scalars) -> tuple[Multivector, Multivector, Multivector]:
+    """u = B.B, x = B.E, e = E.E as polynomials."""
+    ring = HomogeneousRing(meets[0].ring)
+    (bw, ew), (bv, ev), (bh, eh) = (
+        (polynomial(first, ring), polynomial(last, ring)) for first, last in meet_rows(meets, norm)
+    )
+    return bv * bv - 2 * (bw * bh), bv * ev - (bw * eh + bh * ew), ev * ev - 2 * (ew * eh)
+
+
+def _polynomials(meets: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Multivector, ...]:
     """u, x, e, S0, K and w as polynomials."""
-    a, b = parameters(ray[0].algebra, ray[0].ring)
-    rows = (*_parts(ray, norm, kappa), norm, kappa)
-    return (*(polynomial(part, a.ring) for part in rows), _weight(norm, kappa, a, b))
+    a, b = parameters(meets[0].algebra, meets[0].ring)
+    rest = (polynomial(part, a.ring) for part in (norm, kappa))
+    return (*_squares(meets, norm), *rest, weight(norm, kappa, a, b))
 
 
-def _values(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, ...]:
-    """u, x, e, S0, K and w at (a, b)."""
-    rows = (*_parts(ray, norm, kappa), norm, kappa)
-    return (*(value(part, a, b) for part in rows), _weight(norm, kappa, a, b))
-
-
-def _weight(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Multivector:
+def weight(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Multivector:
     """w: a b where the ends are circles."""
     return a * b if _ended(norm, kappa) else a.constant(1)
 
@@ -243,44 +264,65 @@ def _ended(norm: Scalars, kappa: Scalars) -> bool:
 # -- the condition that is not squared -----------------------------------------------------------------
 
 
-def evolved_condition(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
-    """2 s^2 m f for f = (L v C)^2: m (m u - 2 w x) + w^2 e."""
-    return row([_condition(*_values(ray, norm, kappa, a, b))[0]], "f")
+def evolved_condition(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+    """2 s^2 m (L v C)^2: the square of the meet Y = m B - w E with the circle as `evolved_circle` has it.
+
+    Y vanishes where the ray lies in the circle's plane. Its rounding error does so with Y, unlike that of sums of
+    u, x and e.
+    """
+    y = [evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm)]
+    return row([_meet_product(y, y)], "f")
 
 
-def evolved_condition_rate(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+def evolved_condition_rate(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """The condition and its derivative by t."""
-    u, x, e, s0, k, w = _values(ray, norm, kappa, a, b)
-    du, dx, de, ds0, dk = (_rate(part, a, b) for part in (*_parts(ray, norm, kappa), norm, kappa))
-    m, s = _branch(s0, k, w)
-    dw = _weight_rate(norm, kappa, a, b)
-    dm = (m * ds0 - (dk * (w * w) / 2 + k * (w * dw))) / s
-    half = m * u - w * x
-    first = 2 * (dm * half + w * dw * e - m * dw * x)
-    return row([m * (half - w * x) + w * w * e, first + m * (m * du - 2 * w * dx) + w * w * de], "f_rate")
+    rows = meet_rows(meets, norm)
+    y = [evolved_circle(norm, kappa, *part, a, b) for part in rows]
+    dy = [evolved_circle_rate(norm, kappa, *part, a, b) for part in rows]
+    return row([_meet_product(y, y), 2 * _meet_product(y, dy)], "f_rate")
 
 
-def evolved_condition_bound(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
-    """Sum of the absolute values of its terms: what its rounding error is relative to."""
-    u, x, e = ([absolute(c) for c in part] for part in _parts(ray, norm, kappa))
-    return row([_condition(*_values([*u, *(-c for c in x), *e], norm, kappa, a, b))[0]], "bound")
+def evolved_condition_bound(
+    origin: Multivector, direction: Multivector, meets: Scalars, norm: Scalars, kappa: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+) -> Result:  # fmt: skip
+    """What the rounding error of the condition is relative to: |Y| times what that of Y is relative to, and more.
+
+    The last term counts where Y is nothing but rounding.
+    """
+    written = [absolute(c) for c in norm]
+    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+    large = m + select(s > 0, m * value(written, a, b) / s, value(written, a, b))
+    y = [evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm)]
+    c, qc = trivectors(controls), trivectors(products)
+    terms = [
+        large * value([_wedge_terms(part, x) for x in c], a, b)
+        + weight(norm, kappa, a, b) * value([_wedge_terms(part, x) for x in qc], a, b)
+        for part in _line_frame(origin, direction)
+    ]
+    return row([_square_bound(y, terms)], "bound")
 
 
-def evolved_meet_square(ray: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
+def _square_bound(y: Scalars, terms: Scalars) -> Multivector:
+    """What the rounding error of the square of a meet is relative to, from what those of its parts are relative to."""
+    (w, v, h), (dw, dv, dh) = ([absolute(x) for x in part] for part in (y, terms))
+    rounding = TOUCH * epsilon(w)
+    return 2 * (v * dv + w * dh + h * dw) + rounding * (dv * dv + 2 * (dw * dh))
+
+
+def evolved_meet_square(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """f = (L v C)^2 itself, for the unit circle C."""
-    f, m, s = _condition(*_values(ray, norm, kappa, a, b))
-    return row([f / (2 * s * s * m)], "f")
+    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+    y = [evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm)]
+    return row([_meet_product(y, y) / (2 * s * s * m)], "f")
 
 
-def _condition(
-    u: Multivector, x: Multivector, e: Multivector, s0: Multivector, k: Multivector, w: Multivector
-) -> tuple[Multivector, ...]:
-    """The condition, m and s."""
-    m, s = _branch(s0, k, w)
-    return m * (m * u - 2 * (w * x)) + w * w * e, m, s
+def _meet_product(x: Scalars, y: Scalars) -> Multivector:
+    """Inner product of two meets w X + v D + h n_inf."""
+    return x[1] * y[1] - (x[0] * y[2] + x[2] * y[0])
 
 
-def _branch(s0: Multivector, k: Multivector, w: Multivector) -> tuple[Multivector, Multivector]:
+def branch(s0: Multivector, k: Multivector, w: Multivector) -> tuple[Multivector, Multivector]:
     """m = S0 + s and s. For S0 < 0 the sum cancels: there m = -K w^2/(s - S0)."""
     quad = k * (w * w)
     square = s0 * s0 - quad
@@ -288,9 +330,32 @@ def _branch(s0: Multivector, k: Multivector, w: Multivector) -> tuple[Multivecto
     return select(s0 >= 0, s0 + s, -quad / (s - s0)), s
 
 
-def common_sphere_condition(u: Scalars, a: Multivector, b: Multivector) -> Result:
-    """f of circles that lie on one sphere, Q = 0, up to a positive factor: u; and the sum of its absolute terms."""
-    return row([value(u, a, b), value([absolute(c) for c in u], a, b)], "f_bound")
+def common_sphere_meets(meets: Scalars, norm: Scalars) -> Result:
+    """Coefficients of u, for circles that lie on one sphere, Q = 0: f is u up to a positive factor."""
+    return row(coefficients(_squares(meets, norm)[0], len(norm) - 1, meets[0].ring), "u")
+
+
+def common_sphere_condition(meets: Scalars, norm: Scalars, a: Multivector, b: Multivector) -> Result:
+    """u as the square of the meet B, and its derivative by t."""
+    rows = [part for part, _ in meet_rows(meets, norm)]
+    y, dy = [value(part, a, b) for part in rows], [_rate(part, a, b) for part in rows]
+    return row([_meet_product(y, y), 2 * _meet_product(y, dy)], "f_rate")
+
+
+def common_sphere_condition_bound(
+    origin: Multivector, direction: Multivector, meets: Scalars, norm: Scalars,
+    a: Multivector, b: Multivector, controls: Scalars,
+) -> Result:  # fmt: skip
+    """What the rounding error of the square of B is relative to."""
+    y = [value(part, a, b) for part, _ in meet_rows(meets, norm)]
+    c = trivectors(controls)
+    terms = [value([_wedge_terms(part, x) for x in c], a, b) for part in _line_frame(origin, direction)]
+    return row([_square_bound(y, terms)], "bound")
+
+
+def common_sphere_bound(u: Scalars, a: Multivector, b: Multivector) -> Result:
+    """Sum of the absolute values of the terms of u as a polynomial."""
+    return row([value([absolute(c) for c in u], a, b)], "bound")
 
 
 def common_sphere_polynomial(u: Scalars) -> Result:
@@ -306,8 +371,8 @@ def evolved_circle(
     a: Multivector, b: Multivector,
 ) -> Multivector:  # fmt: skip
     """The circle at (a, b), up to a positive weight: (m - w Q) C'."""
-    w = _weight(norm, kappa, a, b)
-    m, _ = _branch(value(norm, a, b), value(kappa, a, b), w)
+    w = weight(norm, kappa, a, b)
+    m, _ = branch(value(norm, a, b), value(kappa, a, b), w)
     return m * value(controls, a, b) - w * value(products, a, b)
 
 
@@ -316,8 +381,8 @@ def evolved_circle_rate(
     a: Multivector, b: Multivector,
 ) -> Multivector:  # fmt: skip
     """Derivative of `evolved_circle` by t: dm = (m dS0 - d(K w^2)/2)/s divides by s only."""
-    s0, k, w = value(norm, a, b), value(kappa, a, b), _weight(norm, kappa, a, b)
-    m, s = _branch(s0, k, w)
+    s0, k, w = value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b)
+    m, s = branch(s0, k, w)
     dw = _weight_rate(norm, kappa, a, b)
     ds0, dk, dc, dqc = (_rate(part, a, b) for part in (norm, kappa, controls, products))
     dm = (m * ds0 - (dk * (w * w) / 2 + k * (w * dw))) / s

@@ -96,12 +96,15 @@ class Program:
         Generated files: kernels.c, kernels.h, kernels.cdef.
     headers : tuple of str
         Files of ``templates/c`` that they include.
+    options : tuple of str
+        Of the compiler, after those of all programs.
     """
 
     name: str
     kernels: tuple[str, ...]
     files: Mapping[str, str]
     headers: tuple[str, ...]
+    options: tuple[str, ...] = ()
 
     @property
     def source(self) -> str:
@@ -113,7 +116,7 @@ class Program:
         """The same, ready to compile into the cache."""
         headers = {name: template_text(f"c/{name}") for name in self.headers}
         headers["kernels.h"] = self.files["kernels.h"]
-        return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers)
+        return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers, self.options)
 
 
 def program(
@@ -123,6 +126,7 @@ def program(
     cdef: str,
     headers: Sequence[str],
     values: Mapping[str, object],
+    options: tuple[str, ...] = (),
 ) -> Program:
     """Print the kernels as their formulas were written (no search of forms) and fill the driver's template."""
     kernels = in_dependency_order(traced(d) for d in dict.fromkeys(declared))
@@ -132,4 +136,4 @@ def program(
         "kernels.h": render("c/kernels.h.j2", functions=functions),
         "kernels.cdef": template_text(cdef),
     }
-    return Program(name, tuple(symbol(k) for k in kernels), files, tuple(headers))
+    return Program(name, tuple(symbol(k) for k in kernels), files, tuple(headers), options)

@@ -37,6 +37,7 @@ _HEADERS = (
     "scene_ray.h",
     "scene_search.h",
     "scene_gather.h",
+    "scene_scale.h",
     "scene_rays.h",
     "scene_end.h",
 )
@@ -48,6 +49,9 @@ WIDE_KINDS = frozenset(("plane", "sphere"))
 #: Rows of surfaces from which on a tree over their boxes costs less than asking each; where several rays are met at
 #: once, asking costs a fifth.
 TREE_PAYS, TREE_PAYS_WIDE = 12, 48
+#: Kernels are straight lines, and their loops are unrolled where it pays: what else compilers do takes them as long
+#: again and gains nothing, but for vectors.
+QUICK = ("-O1",)
 
 
 @dataclass(frozen=True)
@@ -158,7 +162,7 @@ def scene_program(wanted: SceneNeeds) -> Program:
     if wanted.wide:
         tree += ["rows.h", "scene_wide.h"]
     headers = [*_HEADERS, *tree, *pictures, *fragments, *dict.fromkeys(extra)]
-    return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values)
+    return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values, () if wanted.wide else QUICK)
 
 
 def _title(wanted: SceneNeeds) -> str:

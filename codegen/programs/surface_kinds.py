@@ -94,9 +94,8 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
     squares = 2 * degree - (0 if free else 2)  # degree of Q
     norm, kappa, width = 2 * degree + 1, 2 * squares + 1, squares + degree + 1
     controls, products, meets = 10 * (degree + 1), 10 * width, 3 * (degree + 1 + width)
-    ray = 3 * norm + kappa + squares - 1
     roots = 4 * (norm - 1) + kappa - 1
-    scalars = (f"numbers{ray}", f"numbers{norm}", f"numbers{kappa}")
+    scalars = (f"numbers{meets}", f"numbers{norm}", f"numbers{kappa}")
     circle = (*scalars[1:], "number", "number", f"numbers{controls}", f"numbers{products}")
 
     def kernel(formula: Callable[..., object], *kinds: str) -> Declared:
@@ -107,6 +106,7 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
         for formula in (surfaces.evolved_condition, surfaces.evolved_meet_square)
     )
     kernels = (
+        Declared(surfaces.evolved_nearest, _RAY),
         Declared(surfaces.evolved_approach, (*_RAY, "position", "number")),
         Declared(surfaces.square_term, ("number", "numbers5", "trivector", "trivector", "number")),
         Declared(surfaces.kappa_term, ("number", "numbers5", "numbers5", "number")),
@@ -119,13 +119,13 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
             f"numbers{controls}",
             f"numbers{products}",
         ),
-        kernel(surfaces.evolved_ray, *_RAY, f"numbers{controls}", f"numbers{products}"),
+        kernel(surfaces.evolved_meets, *_RAY, f"numbers{controls}", f"numbers{products}"),
         kernel(surface_points.evolved_point, *_RAY, f"numbers{meets}", *circle),
         kernel(surface_points.evolved_sphere, *_RAY, *circle),
         kernel(surface_points.evolved_polish, *_RAY, "number", *circle),
         kernel(surface_points.evolved_normal, "position", *circle),
     )
-    values = (surfaces.evolved_condition_rate, surfaces.evolved_condition_bound, surfaces.evolved_polynomial_bound)
+    values = (surfaces.evolved_condition_rate, surfaces.evolved_polynomial_bound)
     methods = (
         (
             "isolate",
@@ -133,8 +133,19 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
                 condition,
                 kernel(surfaces.evolved_polynomial, *scalars),
                 *(kernel(value, *scalars, "number", "number") for value in values),
+                kernel(surfaces.evolved_condition_bound, *_RAY, scalars[0], *circle),
+                kernel(surfaces.common_sphere_meets, *scalars[:2]),
+                kernel(surfaces.common_sphere_condition, *scalars[:2], "number", "number"),
+                kernel(
+                    surfaces.common_sphere_condition_bound,
+                    *_RAY,
+                    *scalars[:2],
+                    "number",
+                    "number",
+                    f"numbers{controls}",
+                ),
                 kernel(surfaces.common_sphere_polynomial, f"numbers{norm}"),
-                kernel(surfaces.common_sphere_condition, f"numbers{norm}", "number", "number"),
+                kernel(surfaces.common_sphere_bound, f"numbers{norm}", "number", "number"),
             ),
         ),
         ("companion", (kernel(surfaces.evolved_printed, *scalars), meet_square)),
@@ -146,7 +157,7 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
     )  # fmt: skip
     return SurfaceKind(
         f"evolved_circles_{word}{degree}", 15 + controls, sum(size for _, size in layout), "scene_evolved.h",
-        kernels, roots, methods, ("evolved.h", "roots.h", "companion.h"), layout,
+        kernels, roots, methods, ("evolved.h", "roots.h", "roots_rates.h", "companion.h"), layout,
         (
             ("BS_MEMBER", f"evolved_circles_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
             ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),
@@ -204,7 +215,7 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
             ("companion", (kernel(ribbons.ribbon_printed, *scalars), meet)),
             ("sampled", (meet,)),
         ),
-        ("ribbons.h", "roots.h", "companion.h"), layout,
+        ("ribbons.h", "roots.h", "roots_values.h", "companion.h"), layout,
         (
             ("BS_MEMBER", f"evolved_point_pairs_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
             ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),

@@ -8,7 +8,7 @@
 #endif
 
 /* What this scene is made of: EACH(number, name, parameters, constants of a row). */
-#define BS_SCENE_KINDS(EACH) EACH(0, plane, 4, 4) EACH(1, sphere, 4, 4) EACH(2, disc, 7, 7) EACH(3, facet, 9, 9) EACH(4, smooth_facet, 18, 18) EACH(5, evolved_circles_1, 34, 64) EACH(6, evolved_circles_2, 44, 110) EACH(7, evolved_circles_3, 54, 156) EACH(8, evolved_point_pairs_1, 34, 68) EACH(9, evolved_point_pairs_2, 44, 114) EACH(10, evolved_point_pairs_3, 54, 160)
+#define BS_SCENE_KINDS(EACH) EACH(0, plane, 4, 4) EACH(1, sphere, 4, 4) EACH(2, disc, 7, 7) EACH(3, facet, 9, 9) EACH(4, smooth_facet, 18, 18) EACH(5, evolved_circles_1, 35, 65) EACH(6, evolved_circles_2, 45, 111) EACH(7, evolved_circles_3, 55, 157) EACH(8, evolved_point_pairs_1, 35, 69) EACH(9, evolved_point_pairs_2, 45, 115) EACH(10, evolved_point_pairs_3, 55, 161)
 #define BS_SCENE_PICTURES 1
 #define BS_SCENE_LAYERS 1
 #define BS_SCENE_REFLECTION 1

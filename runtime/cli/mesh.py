@@ -34,11 +34,14 @@ def command(
     scale: float,
 ) -> None:
     """Write the surfaces of a scene file as triangle meshes with normals, for other programs."""
+    from ..errors import InputError
     from ..tracer import Scene
     from ..tracer.meshing.saving import check_format, save_meshes
     from ..tracer.meshing.scenes import scene_meshes
 
     check_format(output)
+    if not output.absolute().parent.is_dir():
+        raise InputError(f"there is no folder {output.parent}.", where=str(output))
     loaded = Scene.load(scene)
     meshes = scene_meshes(loaded, surface or None, rings, segments, caps=caps, extent=extent)
     save_meshes(output, meshes, scale=scale)

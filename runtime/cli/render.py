@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +14,10 @@ import click
 
 #: What `--aov` offers; the names are those of `tracer.layers.LAYERS`.
 LAYERS = ("normal", "depth", "alpha", "cost")
+#: Seconds without a sign of life, after which the command says what it is doing.
+PATIENCE = 1.5
+NOTHING = "interrupted before the first pixels were done; nothing was written"
+NOTICE = "preparing: what a scene needs is compiled when it is first rendered, and kept"
 
 
 @click.command(
@@ -66,27 +71,51 @@ def command(
     """
     from ..tracer import Scene
     from ..tracer.image import check_writable
+    from ..tracer.options import picture_view
     from ..tracer.pictures import RenderInterrupted
 
     check_writable(output)  # before the scene is read, which may take long
     loaded = Scene.load(scene)
     check_writable(output, *loaded.size(width, height))
     shown = sys.stderr.isatty() if progress is None else progress
+    names = ("color", *layers)
+    picture_view(loaded.settings, width, height, names, method, samples, antialias, float)  # before it is compiled
     start = time.perf_counter()
     try:
-        found = loaded.layers(
-            width, height, ("color", *layers), threads, shown, method=method, samples=samples, antialias=antialias
-        )
+        _prepare(loaded, names, method, samples, shown)
+    except KeyboardInterrupt:
+        click.echo(NOTHING, err=True)
+        return 1
+    ready = time.perf_counter()
+    try:
+        found = loaded.layers(width, height, names, threads, shown, method=method, samples=samples, antialias=antialias)
     except RenderInterrupted as interrupt:
         click.echo(_keep_partial(output, interrupt.partial), err=True)
         return 1
-    written = _save(output, found)
+    try:
+        written = _save(output, found)
+    except KeyboardInterrupt:
+        click.echo(f"interrupted while {output} was written; what is not there is lost", err=True)
+        return 1
     if progress is not False:
         rows, columns = found["color"].shape[:2]
-        click.echo(f"{output}: {columns} x {rows} pixels in {time.perf_counter() - start:.2f} s", err=True)
+        taken = f"{time.perf_counter() - ready:.2f} s, after {ready - start:.2f} s of preparation"
+        click.echo(f"{output}: {columns} x {rows} pixels in {taken}", err=True)
         for path, legend in written.items() if layers else ():
             click.echo(f"{path}: {legend}", err=True)
     return 0
+
+
+def _prepare(scene: Any, names: tuple[str, ...], method: str, samples: int, shown: bool) -> None:
+    """Render one pixel: what is compiled is compiled then, and the bar tells the picture's own time."""
+    notice = threading.Timer(PATIENCE, click.echo, (NOTICE,), {"err": True})
+    notice.daemon = True
+    if shown:
+        notice.start()
+    try:
+        scene.layers(1, 1, names, method=method, samples=samples)
+    finally:
+        notice.cancel()
 
 
 def _keep_partial(output: Path, partial: Any) -> str:
@@ -95,7 +124,7 @@ def _keep_partial(output: Path, partial: Any) -> str:
     from ..tracer.image import save_layers
 
     if not partial.done.any():
-        return "interrupted before the first pixels were done; nothing was written"
+        return NOTHING
     share = f"interrupted with {100 * partial.share:.3g} % of the picture done"
     place = output.with_name(f"{output.stem}.partial{output.suffix}")
     try:

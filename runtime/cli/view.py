@@ -29,6 +29,8 @@ def command(scene: Path, output: Path, title: str | None, vertices: int | None, 
 
     if not output.absolute().parent.is_dir():
         raise InputError(f"there is no folder {output.parent}.", where=str(output))
+    if output.exists() and scene.exists() and output.samefile(scene):
+        raise InputError("the page would take the place of the scene file.", where=str(output))
     loaded = Scene.load(scene)
     page = view(loaded, output, title=scene.stem if title is None else title, vertices=vertices or VERTICES)
     for line in page.missing:

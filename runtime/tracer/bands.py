@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from hashlib import sha256
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.programs.scene import SceneNeeds
+from ..codegen.programs.scene import SceneNeeds, with_method
 from ..codegen.version import __version__
 from ..errors import BladesmithError
-from .driver import BoundScene
+from .driver import LIGHT_SIZE, BoundScene
 from .engine import Engine, engine_for
 from .layers import LAYERS
+from .rows import SceneRows
+
+if TYPE_CHECKING:
+    from .options import View
+    from .scene import Scene
 
 Array = NDArray[Any]
 #: Rays that are worth a call of an executor: some ten milliseconds.
@@ -47,6 +53,28 @@ class Sent:
     def packed(self) -> bytes:
         """The same as bytes, which are cheap to send many times."""
         return pickle.dumps((__version__, _digest(engine_for(self.needs), self.needs), pickle.dumps(self)))
+
+
+def sent_by(scene: Scene, how: View, rows_from: Callable[[Engine], SceneRows]) -> Sent:
+    """A scene as numbers, for one way of asking; ``rows_from`` makes or knows its rows of constants."""
+    wanted = with_method(scene.needs, how.method)
+    wanted = replace(wanted, single=how.dtype == np.float32, layers=any(name != "color" for name in how.layers))
+    rows = rows_from(engine_for(wanted))
+    if wanted.tree:
+        rows.tree(engine_for(wanted))  # built once, here
+    arguments = {
+        "rows": rows,
+        "dtype": how.dtype,
+        "materials": np.array([s.material.row(s.flat_normal) for s in scene.surfaces]),
+        "lights": np.array([[*light.position, *light.color] for light in scene.lights]).reshape(-1, LIGHT_SIZE),
+        "camera": scene.camera.constants(how.width, how.height) if how.width else None,
+        "sky": scene.sky,
+        "depth": scene.reflections,
+        "grid": how.grid,
+        "method": how.method,
+        "samples": how.samples,
+    }
+    return Sent(wanted, arguments, how.layers)
 
 
 def bands(width: int, height: int, grid: int, payload: int) -> list[tuple[int, int]]:

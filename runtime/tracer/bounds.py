@@ -197,7 +197,7 @@ def _shape(kind: SurfaceKind, columns: Array, pieces: _Pieces, round_: bool) -> 
     ended = degrees[1] < 2 * degrees[0]
     hump = np.array([[[0.0]], [[0.5]], [[0.0]]]) if ended else np.array([[[1.0]]])  # a b where the ends are objects
     w = scalar(polynomial(np.broadcast_to(hump, (*hump.shape[:2], len(pieces.rows))), pieces.begin, pieces.end))
-    m, _ = surfaces._branch(scalar(norm), scalar(kappa), w)
+    m, _ = surfaces.branch(scalar(norm), scalar(kappa), w)
     # over m: a weight that changes along the piece would widen the enclosures of all that follows
     made = objects("controls") - (w / m) * objects("products")
     return boxes.circle_shape(made) if round_ else boxes.pair_shape(made)

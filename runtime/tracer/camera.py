@@ -13,16 +13,22 @@ from ..codegen.multivector import Multivector, from_values
 from ..codegen.programs import cga3d
 from ..codegen.rings import NumericRing
 from ..errors import SceneError
-from .values import finite, number, positive, unit
+from . import memory
+from .fixed import Fixed
+from .values import finite, number, positive, unit, whole
 
 Array = NDArray[np.float64]
 #: Where nothing else is said: vertical, in radians.
 FIELD_OF_VIEW = math.radians(45.0)
 #: |M ~M - 1| of a motor that is taken as it is.
 UNIT_TOLERANCE = 1e-6
+#: Memory for each ray: origin, direction, and as much again while they are made.
+RAY_BYTES = 96
+#: Rays along a side of which not even the memory is told.
+MOST_RAYS = 10**9
 
 
-class Camera:
+class Camera(Fixed):
     """A camera that looks along e2 from the origin, with e1 to the right and e3 up, moved by a motor.
 
     Parameters
@@ -45,6 +51,7 @@ class Camera:
         self.focal_length = positive(focal_length, "camera.focal_length")
         self.x_max = None if x_max is None else positive(x_max, "camera.x_max")
         self.y_max = positive(y_max, "camera.y_max")
+        self._made = True
 
     @classmethod
     def look_at(
@@ -88,7 +95,20 @@ class Camera:
         return self.focal_length, x_max, self.y_max
 
     def rays(self, width: int, height: int) -> tuple[Array, Array]:
-        """Origins and unit directions (height, width, 3) through the pixels' centres; row 0 is the top."""
+        """Origins and unit directions (height, width, 3) through the pixels' centres; row 0 is the top.
+
+        Raises
+        ------
+        SceneError
+            If a size is no whole number from 1 on, or the rays are more than the memory holds.
+        """
+        width, height = whole(width, "width", 1, MOST_RAYS), whole(height, "height", 1, MOST_RAYS)
+        free, needed = memory.available(), RAY_BYTES * width * height
+        if free is not None and needed > free:
+            raise SceneError(
+                f"{width} x {height} rays take {memory.readable(needed)} of memory; {memory.readable(free)} are free.",
+                remedy="Take them in parts, or render the picture, which needs no rays",
+            )
         ring, algebra = NumericRing(), cga3d()
 
         def scalar(x: Any) -> Multivector:

@@ -27,7 +27,8 @@ _POSITIONS = {"circle": (slice(0, 3),), "point_pair": (slice(0, 3), slice(3, 6))
 _LENGTHS = {"circle": (6,), "point_pair": ()}
 _SIZES = {"circle": 7, "point_pair": 6}
 _WANTED = {"circle": "circles as (center, normal, radius)", "point_pair": "point pairs as (a, b)"}
-_FORMULAS = {"circle": ("conformal.circle", (3, 3, 0)), "point_pair": ("conformal.point_pair", (3, 3))}
+_FORMULAS = {"circle": ("conformal.circle", (3, 3, 0)), "point_pair": ("pairs.pair_about", (3, 3))}
+_READING = {"circle": "conformal.circle_parameters", "point_pair": "pairs.pair_middle_half"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +40,13 @@ class Controls:
     kind : {"circle", "point_pair"}
     rows : (n, 7) or (n, 6)
         Center, normal and radius; or end points a and b.
+    halves : (n, 3)
+        Of point pairs, half of b - a: of a short pair it has digits that its ends have not.
     """
 
     kind: str
     rows: Array
+    halves: Array | None = None
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -57,7 +61,7 @@ class Controls:
 
     def taken(self, members: NDArray[np.intp]) -> Controls:
         """Some of them, in the order given."""
-        return Controls(self.kind, self.rows[members])
+        return Controls(self.kind, self.rows[members], None if self.halves is None else self.halves[members])
 
     def coefficients(self, center: Array, size: Array) -> Array:
         """Coefficients (n, 10) in frames: positions less ``center`` (n, 3) or (3,), over ``size`` (n,) or ()."""
@@ -67,6 +71,9 @@ class Controls:
             rows[:, at] = (rows[:, at] - center) / unit
         for column in _LENGTHS[self.kind]:
             rows[:, column] /= size
+        if self.kind == "point_pair":
+            halves = (self.rows[:, 3:] - self.rows[:, :3]) / 2 if self.halves is None else self.halves
+            rows = np.concatenate([(rows[:, :3] + rows[:, 3:]) / 2, halves / unit], axis=1)
         return made(self.kind, rows)
 
 
@@ -80,7 +87,7 @@ def _target(name: str, keys: tuple[Any, ...]) -> Target:
 
 
 def made(kind: str, rows: Array) -> Array:
-    """Coefficients (n, 10) of objects by rows of parameters."""
+    """Coefficients (n, 10) of objects by rows of parameters: of point pairs middle and half."""
     formula, keys = _FORMULAS[kind]
     parts = [rows[:, 3 * i : 3 * i + 3] if key else rows[:, 3 * i] for i, key in enumerate(keys)]
     made_, _ = _target(formula, keys).run(*(np.ascontiguousarray(part) for part in parts))
@@ -105,9 +112,11 @@ def read_controls(given: Any, kind: str) -> Controls:
     SceneError
         Naming the control, from controls[0].
     """
-    found = _from_objects(given, kind) if _are_objects(given) else _from_numbers(given, kind)
-    rows = _one_by_one(given, kind) if found is None else found
-    return Controls(kind, rows)
+    if _are_objects(given):
+        found = _from_objects(given, kind)
+        return Controls(kind, _one_by_one(given, kind)) if found is None else found
+    rows = _from_numbers(given, kind)
+    return Controls(kind, _one_by_one(given, kind) if rows is None else rows)
 
 
 def _are_objects(given: Any) -> bool:
@@ -116,7 +125,7 @@ def _are_objects(given: Any) -> bool:
     return isinstance(given, (list, tuple)) and bool(given) and all(isinstance(x, Multivector) for x in given)
 
 
-def _from_objects(given: Any, kind: str) -> Array | None:
+def _from_objects(given: Any, kind: str) -> Controls | None:
     """Of unit objects that are what they should be; None for others, which are looked at one by one."""
     try:
         objects = inputs.as_objects(given, "controls")
@@ -126,25 +135,29 @@ def _from_objects(given: Any, kind: str) -> Array | None:
         return None
     if objects._status is not None and objects._status.any():
         return None
-    rows = _parameters(objects._data.astype(np.float64), kind)
-    return rows if np.isfinite(rows).all() else None
+    found = _read(objects._data.astype(np.float64), kind)
+    return found if np.isfinite(found.rows).all() else None
 
 
 def parameters_of(sums: Multivector, kind: str) -> Controls | None:
     """Parameters of the real objects among projected sums; None if there is none."""
     layout = sums.algebra.kind(kind)
-    rows = _parameters(np.ascontiguousarray(embedded(sums, layout), np.float64), kind)
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    return Controls(kind, rows) if len(rows) else None
+    found = _read(np.ascontiguousarray(embedded(sums, layout), np.float64), kind)
+    found = found.taken(np.flatnonzero(np.isfinite(found.rows).all(axis=1)))
+    return found if len(found) else None
 
 
-def _parameters(coefficients: Array, kind: str) -> Array:
-    """Rows of parameters of unit objects; NaN where there are none."""
+def _read(coefficients: Array, kind: str) -> Controls:
+    """Parameters of unit objects; rows of NaN where there are none."""
     with np.errstate(all="ignore"):
-        *parts, status = _target(f"conformal.{kind}_parameters", (kind,)).run(coefficients)
+        *parts, status = _target(_READING[kind], (kind,)).run(coefficients)
+        halves = None
+        if kind == "point_pair":
+            middle, halves = parts
+            parts = [middle - halves, middle + halves]
     rows = np.concatenate(parts, axis=1)
     rows[status != 0] = np.nan
-    return rows
+    return Controls(kind, rows, halves)
 
 
 def _from_numbers(given: Any, kind: str) -> Array | None:

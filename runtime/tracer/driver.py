@@ -23,8 +23,10 @@ Array = NDArray[Any]
 MATERIAL_SIZE, LIGHT_SIZE = 17, 6
 #: Points of a line on a surface that arrays have room for at first.
 FEW_ROOTS = 2
-#: Rays per chunk: a few milliseconds at most.
+#: Rays per chunk: a few milliseconds at most. As many share a seal, as in templates/c/scene_common.h.
 RAYS_PER_CHUNK = 4096
+#: What the driver's arrays hold, where that is not the scene's own precision.
+_TYPES = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *", "seal": "uint64_t *"}
 
 
 class BoundScene:
@@ -108,9 +110,8 @@ class BoundScene:
         ffi = self.engine.ffi
         hits = ffi.new("bs_hits *")
         kept = {name: ffi.from_buffer(array) for name, array in results.items()}
-        types = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *"}
         for name, buffer in kept.items():
-            setattr(hits, name, ffi.cast(types.get(name, "void *"), buffer))
+            setattr(hits, name, ffi.cast(_TYPES.get(name, "void *"), buffer))
         hits.roots = roots
         scene, single = self._scene, self.single
 
@@ -127,10 +128,17 @@ class BoundScene:
         return results
 
     def nearest(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
-        """Of first hits only t, surface and status, for programs that meet several rays at once: the same bits."""
+        """Of first hits only t, surface and status, for programs that meet several rays at once: the same bits.
+
+        And "seal" (chunks,): a digest of the bits of each chunk of rays, by which changed ones are told.
+        """
         rays, lead = self._rays(origins, directions)
-        results = {"t": np.empty(lead, self.dtype), **self._codes(lead)}
-        self._run(self.engine.lib.bs_scene_wide, rays, math.prod(lead), results, 1, threads)
+        n = math.prod(lead)
+        seal = np.zeros(-(-n // RAYS_PER_CHUNK), np.uint64)
+        results = {"t": np.empty(lead, self.dtype), **self._codes(lead), "seal": seal}
+        if n <= RAYS_PER_CHUNK:
+            threads = 1  # one seal
+        self._run(self.engine.lib.bs_scene_wide, rays, n, results, 1, threads)
         return results
 
     @staticmethod

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .driver import BoundScene
 
 Array = NDArray[Any]
-#: Fewer rays are copied: it costs nothing, and what happens to the caller's arrays does not matter.
+#: Rays in fewer numbers are copied: it costs nothing, and what happens to the caller's arrays does not matter.
 FEW_RAYS = 4096
 
 
@@ -25,7 +25,8 @@ class Hits:
     """The first points that rays meet.
 
     Points, normals and parameters of large batches on planes and spheres are worked out when they are first asked for,
-    from the arrays of rays, which must not have been changed by then.
+    from the arrays of rays. If these have been changed by then in any bit, that is an error: ask before, or hand over
+    copies.
 
     Attributes
     ----------
@@ -66,11 +67,8 @@ class Hits:
 
     @cached_property
     def _more(self) -> dict[str, Array]:
-        """The whole answer; found again, it is the same to the last bit, or the rays are others."""
+        """The whole answer."""
         found = self._ask()
-        same = np.array_equal(found["surface"], self.surface) and np.array_equal(found["t"], self.t, equal_nan=True)
-        if not same:
-            raise InputError("the arrays of rays were changed after intersect; ask for points and normals before that.")
         self.__dict__["_ask"] = lambda: found  # the rays are no longer needed
         return found
 
@@ -90,4 +88,14 @@ def first_hits(bound: BoundScene, origins: Array, directions: Array, threads: in
     if max(origins.size, directions.size) <= 3 * FEW_RAYS:
         origins, directions = origins.copy(), directions.copy()
     near = bound.nearest(origins, directions, threads)
-    return Hits(near["t"], near["surface"], near["status"], lambda: bound.first(origins, directions, threads))
+
+    def ask() -> dict[str, Array]:
+        again = bound.nearest(origins, directions, threads)
+        if not np.array_equal(again["seal"], near["seal"]):
+            raise InputError(
+                "the arrays of rays were changed after intersect, and points and normals are worked out from them. Ask "
+                "for .point before, or hand over copies."
+            )
+        return bound.first(origins, directions, threads)
+
+    return Hits(near["t"], near["surface"], near["status"], ask)

@@ -16,6 +16,7 @@ from ..errors import InputError, MissingExtraError
 from ..files import replacing
 from . import exr
 from .layers import LAYERS, exr_channels, shown
+from .values import shown as shown_value
 
 Array = NDArray[Any]
 #: sRGB (IEC 61966-2-1): linear below the knee, a power above it.
@@ -70,7 +71,7 @@ def check_writable(path: str | os.PathLike[str], width: int = 1, height: int = 1
     InputError
         If the format is unknown or too small, or the folder does not take files.
     """
-    target = Path(path)
+    target = file_named(path)
     known = _format(target)
     if known is EXR:
         exr.check_available()
@@ -139,10 +140,17 @@ def save_layers(
     MissingExtraError, InputError, OSError
         As for `save_image`.
     """
-    target = Path(path)
+    target = file_named(path)
     known = _format(target)
+    if not isinstance(layers, Mapping) or not layers:
+        raise InputError(f"layers are {shown_value(layers)}; a mapping of names to arrays is needed.")
+    if done is not None:
+        done = _pixels(done)
     arrays = {name: _checked(name, np.asarray(values), done) for name, values in layers.items()}
     shape = next(iter(arrays.values())).shape
+    for name, values in arrays.items():
+        if values.shape[:2] != shape[:2]:
+            raise InputError(f"{name} has {values.shape[:2]} pixels, the layer before {shape[:2]}.")
     check_writable(target, shape[1], shape[0])
     if known is EXR:
         channels = exr_channels(arrays)
@@ -159,16 +167,37 @@ def save_layers(
     return written
 
 
+def file_named(path: Any) -> Path:
+    """The path, if it is one."""
+    try:
+        file = Path(os.fsdecode(path))
+    except TypeError:
+        raise InputError(f"a file is named by a text or a path, and {shown_value(path)} is neither.") from None
+    if "\0" in str(file):
+        raise InputError(f"the name {shown_value(path)} has a null character.")
+    return file
+
+
+def _pixels(done: Any) -> NDArray[np.bool_]:
+    """Which pixels are done."""
+    found = np.asarray(done)
+    if found.dtype != np.bool_:
+        raise InputError(f"done is {shown_value(done)}; an array of bool, one for each pixel, is needed.")
+    return found
+
+
 def _checked(name: str, values: Array, done: Array | None) -> Array:
     """A layer of the right shape with real numbers, and a color without NaN: unknown pixels are black."""
     if name not in LAYERS:
-        raise InputError(f"there is no layer {name!r}.")
+        raise InputError(f"there is no layer {shown_value(name)}.")
     trailing = len(LAYERS[name].channels)
     if values.ndim != (2 if trailing == 1 else 3) or (trailing > 1 and values.shape[2] != trailing) or not values.size:
         wanted = "(height, width)" if trailing == 1 else f"(height, width, {trailing})"
         raise InputError(f"{'a picture' if name == 'color' else name} has shape {wanted}, not {values.shape}.")
     if values.dtype.kind not in "iuf":
         raise InputError(f"a picture holds real numbers, not {values.dtype}.")
+    if done is not None and done.shape != values.shape[:2]:
+        raise InputError(f"done has shape {done.shape}; it is {values.shape[:2]}, one for each pixel.")
     if name != "color":
         return values
     if done is not None:

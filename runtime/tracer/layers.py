@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MissingExtraError, SceneError, suggest
+from .values import shown as shown_value
 
 Array = NDArray[Any]
 
@@ -65,10 +66,11 @@ def checked_names(names: Any) -> tuple[str, ...]:
     """
     wanted = [names] if isinstance(names, str) else list(names) if isinstance(names, Sequence) else []
     for name in wanted:
-        if name not in LAYERS:
-            raise SceneError(f"there is no layer {name!r}{suggest(name, LAYERS)}; there are {', '.join(LAYERS)}.")
+        if not isinstance(name, str) or name not in LAYERS:
+            near = suggest(name, LAYERS) if isinstance(name, str) else ""
+            raise SceneError(f"there is no layer {shown_value(name)}{near}; there are {', '.join(LAYERS)}.")
     if not wanted:
-        raise SceneError(f"layers is {names!r}; a list of names is needed: {', '.join(LAYERS)}.")
+        raise SceneError(f"layers is {shown_value(names)}; a list of names is needed: {', '.join(LAYERS)}.")
     return tuple(name for name in LAYERS if name in wanted)
 
 
@@ -96,7 +98,7 @@ def shown(name: str, values: Array) -> Shown:
         Without matplotlib, whose color map is used.
     """
     if name == "normal":
-        missing = np.isnan(values).any(axis=2)
+        missing = np.asarray(np.isnan(values).any(axis=2))
         pixels = np.where(missing[..., None], 0.0, (np.nan_to_num(values) + 1) * 127.5 + 0.5)
         return Shown(pixels.astype(np.uint8), "normal: red, green, blue from -1 to 1 are x, y, z; black: nothing")
     layer = LAYERS[name]

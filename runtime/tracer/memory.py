@@ -9,6 +9,8 @@ from pathlib import Path
 _MEMINFO = Path("/proc/meminfo")
 #: Limits of containers: version 2 and version 1 of control groups. What they count as used may be given back.
 _LIMITS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
+#: More bytes than anybody has.
+_MOST = 10**30
 _UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB")
 
 
@@ -18,12 +20,12 @@ def available() -> int | None:
     return min((value for value in found if value is not None), default=None)
 
 
-def readable(count: float) -> str:
+def readable(count: int) -> str:
     """A number of bytes as people say it."""
-    power = 0
-    while count >= 1000 and power < len(_UNITS) - 1:
-        count, power = count / 1000, power + 1
-    return f"{count:.3g} {_UNITS[power]}"
+    power, size = 0, float(min(count, _MOST))
+    while size >= 1000 and power < len(_UNITS) - 1:
+        size, power = size / 1000, power + 1
+    return f"{size:.3g} {_UNITS[power]}"
 
 
 def _system() -> int | None:

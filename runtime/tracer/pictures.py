@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .. import parallel
 from ..errors import BladesmithError, InputError, SceneError
-from . import memory
+from . import memory, values
 from .bands import Sent, bands, render_band
 from .driver import RAYS_PER_CHUNK, BoundScene
 from .layers import LAYERS
@@ -176,7 +176,11 @@ def on_executor(
 @contextmanager
 def told(wanted: bool | Callable[[int, int], None], total: int) -> Iterator[Progress | None]:
     """What is told of newly done pixels: a bar, a user's function of (done, total), or nothing."""
-    if wanted is True:
+    if not isinstance(wanted, bool | np.bool_ | None) and not callable(wanted):
+        raise InputError(
+            f"progress is {values.shown(wanted)}; it is True, False or a function of (pixels done, pixels in all)."
+        )
+    if wanted is not None and not callable(wanted) and wanted:
         from tqdm import tqdm
 
         with tqdm(total=total, unit="px", unit_scale=True, desc="render") as bar:
@@ -196,12 +200,15 @@ def told(wanted: bool | Callable[[int, int], None], total: int) -> Iterator[Prog
 
 def _submitted(executor: Executor, *arguments: Any) -> Future[dict[str, Array]]:
     remedy = "Give an open concurrent.futures.Executor."
-    if not callable(getattr(executor, "submit", None)):
-        raise InputError(f"the executor takes no work: it is {type(executor).__name__}.", remedy=remedy)
+    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
+        raise InputError(f"the executor takes no work: it is {values.shown(executor)}.", remedy=remedy)
     try:
-        return executor.submit(render_band, *arguments)
-    except RuntimeError as error:  # shut down, or broken
+        found = executor.submit(render_band, *arguments)
+    except Exception as error:  # shut down, broken, or no executor at all
         raise InputError(f"the executor takes no work: {error}.", remedy=remedy) from None
+    if not isinstance(found, Future):
+        raise InputError(f"the executor takes no work: submit gives {values.shown(found)}.", remedy=remedy)
+    return found
 
 
 def _take(canvas: Canvas, rows: tuple[int, int], future: Future[dict[str, Array]]) -> None:

@@ -5,31 +5,41 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
-from functools import cached_property
-from typing import Any, TypeVar
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.programs import Program
-from ..codegen.programs.scene import SceneNeeds, needs, with_method
+from ..codegen.programs.scene import SceneNeeds, needs
 from ..errors import SceneError
 from . import values
-from .bands import Sent
+from .bands import Sent, sent_by
 from .camera import Camera
-from .driver import LIGHT_SIZE, BoundScene
+from .driver import BoundScene
 from .engine import Engine, engine_for
+from .fixed import Fixed
 from .hits import Hits, first_hits
 from .layers import checked_names
 from .light import Light
-from .options import HEIGHT, MAX_GRID, MAX_SIDE, WIDTH, View, picture_size, picture_view, rays_view
+from .options import (
+    HEIGHT,
+    MAX_GRID,
+    MAX_REFLECTIONS,
+    MAX_SIDE,
+    WIDTH,
+    View,
+    checked_settings,
+    picture_size,
+    picture_view,
+    rays_view,
+)
 from .pictures import Canvas, on_executor, on_threads, told
 from .rows import SceneRows, gathered, row_count
 from .surfaces import Surface, ray_arrays
 
 Array = NDArray[Any]
-T = TypeVar("T")
 #: Reflections that are followed where nothing else is said.
 REFLECTIONS = 4
 #: Linear colors of the sky: pale at the horizon, blue above.
@@ -38,7 +48,7 @@ HORIZON, ZENITH = (0.75, 0.82, 0.9), (0.2, 0.35, 0.65)
 KEPT = 4
 
 
-class Scene:
+class Scene(Fixed):
     """What is seen, and from where. Not changed once it is made: another picture is another scene.
 
     Parameters
@@ -49,10 +59,12 @@ class Scene:
     horizon, zenith : (3,) arrays
         Linear colors of the sky, at and below the horizon and straight up (e3).
     reflections : int
-        Reflections that are followed along one ray.
+        Reflections that are followed along one ray, 1000 at most.
     settings : mapping, optional
         Defaults of `render`: width, height, antialias.
     """
+
+    _instead = "Make a new Scene of the same surfaces; nothing is compiled again"
 
     def __init__(
         self,
@@ -68,13 +80,14 @@ class Scene:
         if not isinstance(camera, Camera):
             raise SceneError(f"camera is {type(camera).__name__}, which is no Camera.")
         self.camera = camera
-        self.lights = _members(lights, "lights", Light)
-        self.surfaces = _members(surfaces, "surfaces", Surface)
+        self.lights = values.members(lights, "lights", Light)
+        self.surfaces = values.members(surfaces, "surfaces", Surface)
         self.sky = np.array([*values.color(horizon, "horizon"), *values.color(zenith, "zenith")])
-        self.reflections = values.whole(reflections, "reflections", 0)
-        self.settings = dict(settings or {})
+        self.reflections = values.whole(reflections, "reflections", 0, MAX_REFLECTIONS)
+        self.settings = checked_settings(settings)
         self._bound: dict[Any, BoundScene] = {}
         self._rows: SceneRows | None = None
+        self._made = True
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
@@ -108,43 +121,23 @@ class Scene:
     @property
     def program(self) -> Program:
         """The compiled program: ``.source`` is its text."""
-        return self._engine(self.needs).program
+        return engine_for(self.needs).program
 
     @property
     def kernels(self) -> tuple[str, ...]:
         """Names of the compiled kernels."""
         return self.program.kernels
 
-    def _engine(self, wanted: SceneNeeds) -> Engine:
-        return engine_for(wanted)
-
     def _sent(self, how: View) -> Sent:
         """The scene as numbers, for a driver of this process or of another."""
-        wanted = with_method(self.needs, how.method)
-        wanted = replace(wanted, single=how.dtype == np.float32, layers=any(name != "color" for name in how.layers))
-        rows = self._rows_from(self._engine(wanted))
-        if wanted.tree:
-            rows.tree(self._engine(wanted))  # built once, here
-        arguments = {
-            "rows": rows,
-            "dtype": how.dtype,
-            "materials": np.array([s.material.row(s.flat_normal) for s in self.surfaces]),
-            "lights": np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT_SIZE),
-            "camera": self.camera.constants(how.width, how.height) if how.width else None,
-            "sky": self.sky,
-            "depth": self.reflections,
-            "grid": how.grid,
-            "method": how.method,
-            "samples": how.samples,
-        }
-        return Sent(wanted, arguments, how.layers)
+        return sent_by(self, how, self._rows_from)
 
     def _ready(self, how: View) -> BoundScene:
         """The driver's scene, kept as long as it is asked for in the same few ways."""
         found = self._bound.get(how)
         if found is None:
             sent = self._sent(how)
-            found = BoundScene(self._engine(sent.needs), **sent.arguments)
+            found = BoundScene(engine_for(sent.needs), **sent.arguments)
             for oldest in list(self._bound)[: 1 - KEPT]:
                 self._bound.pop(oldest, None)
             self._bound[how] = found
@@ -279,30 +272,20 @@ class Scene:
         progress: bool | Callable[[int, int], None],
         executor: Executor | None,
     ) -> dict[str, Array]:
-        work = self._ready(how) if executor is None else self._sent(how)
         canvas = Canvas.blank(how.width, how.height, how.layers, how.dtype)
+        if executor is None:
+            paint = partial(on_threads, self._ready(how), canvas, how.grid, threads)
+        else:
+            paint = partial(on_executor, self._sent(how), canvas, how.grid, executor, threads)
         with told(progress, how.width * how.height) as tell:
-            if isinstance(work, BoundScene):
-                return on_threads(work, canvas, how.grid, threads, tell)
-            return on_executor(work, canvas, how.grid, executor, threads, tell)
-
-
-def _members(given: Any, name: str, kind: type[T]) -> tuple[T, ...]:
-    """The members of a list, each of the class that it must be."""
-    try:
-        members = tuple(given)
-    except TypeError:
-        raise SceneError(f"{name} is {type(given).__name__}; a list is needed.") from None
-    for i, member in enumerate(members):
-        if not isinstance(member, kind):
-            raise SceneError(f"{name}[{i}] is {type(member).__name__}, which is no {kind.__name__}.")
-    return members
+            return paint(tell)
 
 
 __all__ = [
     "HEIGHT",
     "HORIZON",
     "MAX_GRID",
+    "MAX_REFLECTIONS",
     "MAX_SIDE",
     "REFLECTIONS",
     "WIDTH",

@@ -19,7 +19,7 @@ from .evolved_tables import EvolvedCirclesTable, EvolvedPointPairsTable
 from .scene import Light, Scene
 from .spans import checked
 from .surfaces import Surface
-from .surfaces.evolved import EvolvedSurface
+from .surfaces.evolved import EvolvedSurface, quietly, tell_turned
 from .tables import (
     CameraTable,
     DiscTable,
@@ -31,6 +31,7 @@ from .tables import (
     SkyTable,
     SphereTable,
 )
+from .values import shown
 
 T = TypeVar("T")
 AnySurface = Annotated[
@@ -60,22 +61,28 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     SceneError
         If it cannot be read, is no TOML, does not fit the schema, or means nothing: with file, line and key.
     """
-    document = read_document(str(path), SceneTable, SceneError)
-    table, folder = document.contents, Path(path).parent
+    try:
+        file = Path(os.fsdecode(path))
+    except TypeError:
+        raise SceneError(f"a scene is read from a file, and {shown(path)} names none.") from None
+    if "\0" in str(file):
+        raise SceneError(f"the name {shown(path)} has a null character.")
+    document = read_document(str(file), SceneTable, SceneError)
+    table, folder = document.contents, file.parent
     camera = _made(document, ("camera",), table.camera.camera)
-    surfaces = [_surface(document, i, folder) for i in range(len(table.surfaces))]
+    with quietly():
+        surfaces = [_surface(document, i, folder) for i in range(len(table.surfaces))]
+    tell_turned(document.name, surfaces)
     _refuse_unreal(document, surfaces)
-    lights = [Light(light.position, light.color) for light in table.lights]
+    lights = [
+        _made(document, ("lights", i), partial(Light, light.position, light.color))
+        for i, light in enumerate(table.lights)
+    ]
     settings = {key: value for key, value in table.render if value is not None and key != "reflections"}
-    return Scene(
-        camera,
-        lights,
-        surfaces,
-        horizon=table.sky.horizon,
-        zenith=table.sky.zenith,
-        reflections=table.render.reflections,
-        settings=settings,
-    )
+    sky = {"horizon": table.sky.horizon, "zenith": table.sky.zenith}
+    reflections = table.render.reflections
+    make = partial(Scene, camera, lights, surfaces, **sky, reflections=reflections, settings=settings)
+    return _made(document, ("sky",), make)
 
 
 def _surface(document: Document[SceneTable], i: int, folder: Path) -> Surface:

@@ -15,8 +15,9 @@ from pydantic import Field
 from ..errors import InputError, SceneError
 from ..tomlread import Positive, Table, Vector3
 from .camera import Camera
-from .scene import HORIZON, MAX_GRID, MAX_SIDE, REFLECTIONS, ZENITH
+from .scene import HORIZON, MAX_GRID, MAX_REFLECTIONS, MAX_SIDE, REFLECTIONS, ZENITH
 from .surfaces import Disc, Material, Plane, Sphere, Surface
+from .values import shown
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -79,7 +80,7 @@ class RenderTable(Table):
     width: Annotated[int, Field(ge=1, le=MAX_SIDE)] | None = None
     height: Annotated[int, Field(ge=1, le=MAX_SIDE)] | None = None
     antialias: Annotated[int, Field(ge=1, le=MAX_GRID)] | None = None
-    reflections: Annotated[int, Field(ge=0, le=1000)] = REFLECTIONS
+    reflections: Annotated[int, Field(ge=0, le=MAX_REFLECTIONS)] = REFLECTIONS
 
 
 class SurfaceTable(Table):
@@ -183,7 +184,7 @@ class MeshTable(SurfaceTable):
         except InputError as error:
             if error.where is None:
                 raise
-            raise SceneError(f"path is {self.path!r}: {error.what}", remedy=error.remedy) from None
+            raise SceneError(f"path is {shown(self.path)}: {error.what}", remedy=error.remedy) from None
 
 
 def _given(table: Table, key: str) -> Any:

@@ -17,6 +17,8 @@ from .engine import Engine
 Array = NDArray[Any]
 #: Parts of a node, as in templates/c/scene_common.h.
 PARTS = 4
+#: Numbers of 64 bits that the builder keeps for an item: a box and its place.
+ITEM_SIZE = 7
 #: The driver numbers items and nodes with 32 bits.
 MOST_ITEMS = 2**31 - 2
 
@@ -60,12 +62,12 @@ def _built(engine: Engine, boxes: Array) -> tuple[Array, Array]:
     """Boxes and parts of the nodes. Room that the builder does not touch costs nothing."""
     count = len(boxes)
     nodes, parts = np.empty((count, 6, PARTS)), np.empty((count, PARTS), np.int32)
-    order = np.empty(count, np.int32)
+    room = np.empty((count, ITEM_SIZE))
     if not count or count > MOST_ITEMS:
         return nodes[:0], parts[:0]
     buffer = engine.ffi.from_buffer
     numbers = [buffer("double[]", x) for x in (boxes, nodes)]
-    made = engine.lib.bs_scene_build(count, *numbers, *(buffer("int32_t[]", x) for x in (parts, order)))
+    made = engine.lib.bs_scene_build(count, *numbers, buffer("int32_t[]", parts), buffer("double[]", room))
     return nodes[:made].copy(), parts[:made].copy()
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,13 @@ from ..codegen.trace import Result
 from ..errors import SceneError
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
+#: Letters of a wrong value that a message repeats.
+MOST_SHOWN = 60
 #: A normal shorter than this has no direction that means anything.
 TINY = 1e-150
+#: Light of which products with colors and shares are numbers, in single precision too.
+BRIGHTEST = 1e9
 #: Squares and products of larger parameters would overflow on the way.
 LARGEST = 1e90
 #: Parameters of the objects that evolved surfaces follow, by kind.
@@ -44,12 +49,23 @@ class PointPair(NamedTuple):
     b: Array
 
 
+def shown(value: Any) -> str:
+    """A wrong value as messages repeat it: one line, and not a long one."""
+    try:
+        line = " ".join(repr(value).split())
+    except Exception:  # whatever a foreign object does
+        line = type(value).__name__
+    return line if len(line) <= MOST_SHOWN else f"{line[:MOST_SHOWN]}.."
+
+
 def reals(value: Any) -> NDArray[Any] | None:
-    """An array of real numbers, or None: complex numbers, texts and objects are never converted."""
+    """An array of real numbers, or None: complex numbers, texts, objects and masked arrays are never converted."""
     try:
         array = np.asarray(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
+    if isinstance(value, np.ma.MaskedArray):
+        return None  # what the mask hides would come to light
     return array if array.dtype.kind in "iuf" else None
 
 
@@ -57,21 +73,36 @@ def finite(value: Any, name: str, size: int | None = None) -> Array:
     """A finite float64 array, with ``size`` entries where one is given."""
     found = reals(value)
     if found is None:
-        raise SceneError(f"{name} is {value!r}; real numbers are needed.")
+        raise SceneError(f"{name} is {shown(value)}; real numbers are needed.")
     array = found.astype(np.float64)
     if size is not None and array.shape != (size,):
         raise SceneError(f"{name} has shape {array.shape}; {size} numbers are needed.")
     if not np.all(np.isfinite(array)):
-        raise SceneError(f"{name} is {array.tolist()}; numbers are finite.")
+        raise SceneError(f"{name} is {shown(array.tolist())}; numbers are finite.")
+    array.setflags(write=False)  # drivers hold copies
     return array
 
 
 def number(value: Any, name: str) -> float:
     """One finite number."""
-    if type(value) in (float, int) and math.isfinite(value):
-        return float(value)  # most are: scenes have thousands
+    if type(value) is float and math.isfinite(value):
+        return value  # most are: scenes have thousands
     array = finite(value, name)
     return float(finite(array.reshape(-1) if array.size == 1 else array, name, 1)[0])
+
+
+def flag(value: Any, name: str) -> bool:
+    """True or False, and nothing that merely counts as one of them."""
+    if not isinstance(value, bool | np.bool_):
+        raise SceneError(f"{name} is {shown(value)}; it is True or False.")
+    return bool(value)
+
+
+def text(value: Any, name: str) -> str:
+    """A text."""
+    if not isinstance(value, str):
+        raise SceneError(f"{name} is {shown(value)}; a text is needed.")
+    return value
 
 
 def whole(value: Any, name: str, low: int, high: int | None = None) -> int:
@@ -79,7 +110,7 @@ def whole(value: Any, name: str, low: int, high: int | None = None) -> int:
     good = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not good or value < low or (high is not None and value > high):
         limits = f"from {low} to {high}" if high is not None else f"of at least {low}"
-        raise SceneError(f"{name} is {value!r}; it is a whole number {limits}.")
+        raise SceneError(f"{name} is {shown(value)}; it is a whole number {limits}.")
     return int(value)
 
 
@@ -100,11 +131,25 @@ def between(value: Any, name: str, low: float, high: float) -> float:
 
 
 def color(value: Any, name: str) -> Array:
-    """Linear red, green and blue, not negative."""
+    """Linear red, green and blue, from 0 to `BRIGHTEST`."""
     rgb = finite(value, name, 3)
     if np.any(rgb < 0):
         raise SceneError(f"{name} is {rgb.tolist()}; colors are not negative.")
+    if np.any(rgb > BRIGHTEST):
+        raise SceneError(f"{name} is {rgb.tolist()}; colors go to {BRIGHTEST:g}.")
     return rgb
+
+
+def members(given: Any, name: str, kind: type[T]) -> tuple[T, ...]:
+    """The members of a list, each of the class that it must be."""
+    try:
+        found = tuple(given)
+    except TypeError:
+        raise SceneError(f"{name} is {type(given).__name__}; a list is needed.") from None
+    for i, member in enumerate(found):
+        if not isinstance(member, kind):
+            raise SceneError(f"{name}[{i}] is {type(member).__name__}, which is no {kind.__name__}.")
+    return found
 
 
 def unit(value: Any, name: str) -> Array:
@@ -114,7 +159,9 @@ def unit(value: Any, name: str) -> Array:
     if largest < TINY:
         raise SceneError(f"{name} is {v.tolist()}; a direction is not zero.")
     v = v / largest
-    return v / np.sqrt(v @ v)
+    v = v / np.sqrt(v @ v)
+    v.setflags(write=False)
+    return v
 
 
 # -- objects of the algebra ----------------------------------------------------------------------------

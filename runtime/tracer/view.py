@@ -13,7 +13,6 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,11 +20,13 @@ import numpy as np
 from ..errors import InputError, MissingExtraError, SceneError
 from ..files import write_atomically
 from . import values
-from .image import encode
+from .image import encode, file_named
 from .scene import Scene
 
 #: Vertices that the meshes of a page may have together: some 8 MB.
 VERTICES = 200_000
+#: More than browsers show.
+MOST_VERTICES = 50_000_000
 #: What a page may do: run its own two scripts and style itself. Whatever a name in a scene holds can do nothing.
 _POLICY = (
     "default-src 'none'; script-src {scripts}; style-src 'unsafe-inline'; img-src data: blob:; "
@@ -67,7 +68,7 @@ class Page:
             If it cannot be written there.
         """
         try:
-            write_atomically(Path(path), self.html)
+            write_atomically(file_named(path), self.html)
         except OSError as error:
             raise InputError(f"it cannot be written: {error.strerror}.", where=str(path)) from None
 
@@ -116,9 +117,13 @@ def view(
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"scene is {type(scene).__name__}, which is no Scene.")
-    budget = values.whole(vertices, "vertices", 1)
-    if names is not None and (isinstance(names, str) or len(names) != len(scene.surfaces)):
+    budget = values.whole(vertices, "vertices", 1, MOST_VERTICES)
+    if names is not None and (not isinstance(names, Sequence) or isinstance(names, str | bytes)):
+        raise SceneError(f"names is {values.shown(names)}; a list is needed.")
+    if names is not None and len(names) != len(scene.surfaces):
         raise SceneError(f"names are {len(names)}; one for each of {len(scene.surfaces)} surfaces is needed.")
+    if path is not None:
+        file_named(path)
     library = _library()
     from .view_figure import figure
     from .view_parts import shown

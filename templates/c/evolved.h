@@ -6,7 +6,7 @@
      BS_DEGREE      n, of the curve
      BS_FREE        1 where pieces may begin and end with sums that are no circles, else 0
      BS_SCENE_ISOLATE, BS_SCENE_COMPANION, BS_SCENE_SAMPLED  which methods there are
-   k: the surface's row of constants; ray: the scalars u, x, e of a ray and the surface.
+   k: the surface's row of constants; meets: those of a ray with its controls and products.
 
    Results: the number of roots stored, rising, at most max_roots (the polynomial's degree always suffices), or
      BS_EVOLVED_VANISHES  f is zero for all t: the ray meets every circle (it lies in the surface or in the circles'
@@ -40,12 +40,14 @@ enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2, BS_EVOLVED_SPANS = 4 }
 #define EVOLVED_CONTROLS (EVOLVED_KAPPA + 2 * EVOLVED_QUAD + 1)
 #define EVOLVED_PRODUCTS (EVOLVED_CONTROLS + 10 * (BS_DEGREE + 1))
 #define EVOLVED_SIZES (EVOLVED_PRODUCTS + 10 * (EVOLVED_QUAD + BS_DEGREE + 1)) /* of Q, and of p's terms */
-#define EVOLVED_RAY (6 * BS_DEGREE + 3 * EVOLVED_QUAD + 3) /* numbers of a ray */
+#define EVOLVED_MEETS (3 * (2 * BS_DEGREE + EVOLVED_QUAD + 2)) /* numbers of a ray */
 #define EVOLVED_ROOTS (8 * BS_DEGREE + 2 * EVOLVED_QUAD)   /* degree of p */
 #define EVOLVED_PRINTED (12 * BS_DEGREE)
 
 typedef struct {
-    const S *ray, *k;
+    const S *meets, *k;
+    const S *origin, *direction; /* of the ray, in the frame; for bounds on errors only */
+    S u[2 * BS_DEGREE + 1];      /* coefficients of u, where all circles lie on one sphere */
 } EVOLVED(problem);
 
 /* Whether the interpolant is real at t. */
@@ -67,7 +69,7 @@ BS_OWN
 S EVOLVED(condition)(const EVOLVED(problem) *d, S t, S rest)
 {
     S f[1];
-    KERNEL(evolved_condition)(f, d->ray, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
+    KERNEL(evolved_condition)(f, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
     return f[0];
 }
 
@@ -78,20 +80,22 @@ BS_OWN
 #endif
 void EVOLVED(condition_rate)(S *f_rate, const EVOLVED(problem) *d, S t, S rest)
 {
-    KERNEL(evolved_condition_rate)(f_rate, d->ray, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
+    KERNEL(evolved_condition_rate)(f_rate, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
 }
 
 BS_COLD S EVOLVED(condition_bound)(const EVOLVED(problem) *d, S t, S rest)
 {
     S bound[1];
-    KERNEL(evolved_condition_bound)(bound, d->ray, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
+    KERNEL(evolved_condition_bound)(bound, d->origin, d->direction, d->meets, d->k + EVOLVED_NORM,
+                                    d->k + EVOLVED_KAPPA, &rest, &t, d->k + EVOLVED_CONTROLS,
+                                    d->k + EVOLVED_PRODUCTS);
     return bound[0];
 }
 
 BS_COLD S EVOLVED(polynomial_bound)(const EVOLVED(problem) *d, S t, S rest)
 {
     S bound[1];
-    KERNEL(evolved_polynomial_bound)(bound, d->ray, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
+    KERNEL(evolved_polynomial_bound)(bound, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
     return bound[0];
 }
 
@@ -104,27 +108,49 @@ BS_COLD S EVOLVED(polynomial_bound)(const EVOLVED(problem) *d, S t, S rest)
 #define ROOTS_NOISE(d, a, b) EVOLVED(polynomial_bound)(d, a, b)
 #include "roots.h"
 
-/* Circles of one sphere: Q = 0, both branches are one, and p vanishes. There f is u. */
-BS_INLINE S EVOLVED(shared_condition)(const EVOLVED(problem) *d, S t, S rest, int bound)
+/* Circles of one sphere: Q = 0, both branches are one, and p vanishes. There p and f are u. */
+BS_COLD S EVOLVED(shared_noise)(const EVOLVED(problem) *d, S t, S rest)
 {
-    S f_bound[2];
-    KERNEL(common_sphere_condition)(f_bound, d->ray, &rest, &t);
-    return f_bound[bound];
+    S bound[1];
+    KERNEL(common_sphere_bound)(bound, d->u, &rest, &t);
+    return bound[0];
+}
+
+BS_COLD void EVOLVED(shared_rate)(S *f_rate, const EVOLVED(problem) *d, S t, S rest)
+{
+    KERNEL(common_sphere_condition)(f_rate, d->meets, d->k + EVOLVED_NORM, &rest, &t);
+}
+
+BS_COLD S EVOLVED(shared_condition)(const EVOLVED(problem) *d, S t, S rest)
+{
+    S f_rate[2];
+    EVOLVED(shared_rate)(f_rate, d, t, rest);
+    return f_rate[0];
+}
+
+BS_COLD S EVOLVED(shared_bound)(const EVOLVED(problem) *d, S t, S rest)
+{
+    S bound[1];
+    KERNEL(common_sphere_condition_bound)(bound, d->origin, d->direction, d->meets, d->k + EVOLVED_NORM, &rest, &t,
+                                          d->k + EVOLVED_CONTROLS);
+    return bound[0];
 }
 
 #define ROOTS(name) EVOLVED(shared_##name)
 #define ROOTS_DEGREE (2 * BS_DEGREE)
 #define ROOTS_DATA EVOLVED(problem)
-#define ROOTS_CONDITION(d, a, b) EVOLVED(shared_condition)(d, a, b, 0)
-#define ROOTS_BOUND(d, a, b) EVOLVED(shared_condition)(d, a, b, 1)
-#define ROOTS_NOISE(d, a, b) EVOLVED(shared_condition)(d, a, b, 1)
+#define ROOTS_CONDITION(d, a, b) EVOLVED(shared_condition)(d, a, b)
+#define ROOTS_RATE(f_rate, d, a, b) EVOLVED(shared_rate)(f_rate, d, a, b)
+#define ROOTS_BOUND(d, a, b) EVOLVED(shared_bound)(d, a, b)
+#define ROOTS_NOISE(d, a, b) EVOLVED(shared_noise)(d, a, b)
 #include "roots.h"
 
-BS_COLD int EVOLVED(isolate_shared)(S *roots, int max_roots, const EVOLVED(problem) *problem)
+BS_COLD int EVOLVED(isolate_shared)(S *roots, int max_roots, EVOLVED(problem) *problem)
 {
     S c[2 * BS_DEGREE + 1], part[2 * BS_DEGREE + 1], sum = 0, size = 0;
     EVOLVED(shared_search) search = {problem, roots, max_roots, 0, 0};
-    KERNEL(common_sphere_polynomial)(c, problem->ray);
+    KERNEL(common_sphere_meets)(problem->u, problem->meets, problem->k + EVOLVED_NORM);
+    KERNEL(common_sphere_polynomial)(c, problem->u);
     for (int i = 0; i <= 2 * BS_DEGREE; i++) {
         sum += c[i];
         size = BS_ABS1(c[i]) > size ? BS_ABS1(c[i]) : size;
@@ -145,14 +171,14 @@ BS_COLD int EVOLVED(isolate_shared)(S *roots, int max_roots, const EVOLVED(probl
 }
 
 /* Default: every root, no false one. reach: (1 + x^2)^2 for the ray's origin x, which p's terms may grow by. */
-BS_INLINE int EVOLVED(isolate)(S *roots, int max_roots, const S *ray, const S *k, S reach)
+BS_INLINE int EVOLVED(isolate)(S *roots, int max_roots, EVOLVED(problem) *problem, S reach)
 {
-    const EVOLVED(problem) problem = {ray, k};
+    const S *const k = problem->k;
     const S noise = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * reach * k[EVOLVED_SIZES + 1];
     S c[EVOLVED_ROOTS + 1], sum = 0, least = BS_FAR, most = -BS_FAR;
     if (k[EVOLVED_SIZES] <= K(BS_EVOLVED_COSPHERICAL) * BS_ROOTS_UNIT(S))
-        return EVOLVED(isolate_shared)(roots, max_roots, &problem);
-    KERNEL(evolved_polynomial)(c, ray, k + EVOLVED_NORM, k + EVOLVED_KAPPA);
+        return EVOLVED(isolate_shared)(roots, max_roots, problem);
+    KERNEL(evolved_polynomial)(c, problem->meets, k + EVOLVED_NORM, k + EVOLVED_KAPPA);
     for (int i = 0; i <= EVOLVED_ROOTS; i++) {
         sum += c[i];
         least = c[i] < least ? c[i] : least;
@@ -163,7 +189,7 @@ BS_INLINE int EVOLVED(isolate)(S *roots, int max_roots, const S *ray, const S *k
     if (least > noise || most < -noise)
         return 0;
 
-    EVOLVED(roots_search) search = {&problem, roots, max_roots, 0, 0};
+    EVOLVED(roots_search) search = {problem, roots, max_roots, 0, 0};
     for (int i = 0; i < BS_EVOLVED_SPANS; i++) {
         const S lo = k[EVOLVED_REAL + 2 * i], hi = k[EVOLVED_REAL + 2 * i + 1];
         S part[EVOLVED_ROOTS + 1];
@@ -182,11 +208,11 @@ BS_INLINE int EVOLVED(isolate)(S *roots, int max_roots, const S *ray, const S *k
 #endif
 
 #if BS_SCENE_COMPANION || BS_SCENE_SAMPLED
-BS_INLINE S EVOLVED(meet_square)(const S *ray, const S *k, S t)
+BS_INLINE S EVOLVED(meet_square)(const EVOLVED(problem) *d, S t)
 {
     const S rest = K(1) - t;
     S f[1];
-    KERNEL(evolved_meet_square)(f, ray, k + EVOLVED_NORM, k + EVOLVED_KAPPA, &rest, &t);
+    KERNEL(evolved_meet_square)(f, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA, &rest, &t);
     return f[0];
 }
 #endif
@@ -197,17 +223,17 @@ BS_INLINE S EVOLVED(meet_square)(const S *ray, const S *k, S t)
 #include "companion.h"
 
 /* The printed method: all roots of the polynomial of degree 12 n, real ones in [0, 1] kept where |f| < 1e-6. */
-BS_OWN int EVOLVED(companion)(S *roots, int max_roots, const S *ray, const S *k)
+BS_OWN int EVOLVED(companion)(S *roots, int max_roots, const EVOLVED(problem) *d)
 {
     S powers[EVOLVED_PRINTED + 1], re[EVOLVED_PRINTED], im[EVOLVED_PRINTED];
-    KERNEL(evolved_printed)(powers, ray, k + EVOLVED_NORM, k + EVOLVED_KAPPA);
+    KERNEL(evolved_printed)(powers, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA);
     const int found = EVOLVED(companion_roots)(re, im, powers, EVOLVED_PRINTED);
     int count = 0;
     for (int i = 0; i < found; i++) {
         const S t = re[i];
-        if (im[i] != 0 || !(t >= 0 && t <= 1) || !EVOLVED(is_real)(k, t))
+        if (im[i] != 0 || !(t >= 0 && t <= 1) || !EVOLVED(is_real)(d->k, t))
             continue;
-        const S f = EVOLVED(meet_square)(ray, k, t);
+        const S f = EVOLVED(meet_square)(d, t);
         if (!(BS_ABS1(f) < K(BS_EVOLVED_FILTER)) || count == max_roots)
             continue;
         int place = count++;
@@ -234,21 +260,21 @@ BS_INLINE S EVOLVED(quadratic)(S f0, S f1, S f2, int from)
 
 /* The sampled finder as printed: f at samples (three or more) evenly spaced from 0 to 1, and where it changes sign
    the root of the quadratic through these two and a neighbour. */
-BS_OWN int EVOLVED(sampled)(S *roots, int max_roots, const S *ray, const S *k, int samples)
+BS_OWN int EVOLVED(sampled)(S *roots, int max_roots, const EVOLVED(problem) *d, int samples)
 {
     const S step = K(1) / K(samples - 1);
     S f0 = 0, f1 = 0;
     int count = 0, run = 0;
     for (int i = 0; i < samples; i++) {
         const S t = K(i) * step;
-        if (!EVOLVED(is_real)(k, t < 1 ? t : K(1))) {
+        if (!EVOLVED(is_real)(d->k, t < 1 ? t : K(1))) {
             run = 0;
             continue;
         }
-        const S f2 = EVOLVED(meet_square)(ray, k, t);
+        const S f2 = EVOLVED(meet_square)(d, t);
         if (run > 0 && (f1 < 0) != (f2 < 0) && count < max_roots) {
             const int first = run == 1; /* no neighbour before: take the one behind */
-            const S f3 = first ? EVOLVED(meet_square)(ray, k, t + step) : K(0);
+            const S f3 = first ? EVOLVED(meet_square)(d, t + step) : K(0);
             const S part = first ? EVOLVED(quadratic)(f1, f2, f3, 0) : EVOLVED(quadratic)(f0, f1, f2, 1) - K(1);
             const S root = t + (part - K(1)) * step;
             roots[count] = count > 0 && root < roots[count - 1] ? roots[count - 1] : root; /* by a rounding */

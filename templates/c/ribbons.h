@@ -15,12 +15,16 @@
    Results: the number of roots stored, rising, or
      BS_RIBBON_VANISHES  f is zero for all t: the ray lies in the plane of a flat ribbon, or in the surface;
      BS_RIBBON_INVALID   something is not finite.
-   Ends and tangency are as roots.h has them. Spans: four pairs (lo, hi) of t where the pairs are real. */
+   Ends and tangency are as roots.h has them: two roots are one where f between them is less than its rounding, for
+   surfaces and rays of about unit size nearer than 5e-8 (1e-3 in single precision). Spans: four pairs (lo, hi) of t where the pairs are real. */
 
 #ifndef BS_RIBBON_CONSTANTS
 #define BS_RIBBON_CONSTANTS
 enum { BS_RIBBON_VANISHES = -1, BS_RIBBON_INVALID = -2, BS_RIBBON_SPANS = 4 };
 #define BS_RIBBON_FILTER 1e-6 /* the printed threshold on |f| */
+/* Of what rounding may leave of a meet at the most, the share that is taken for likely where f touches zero, over
+   BS_ROOTS_TOUCH. */
+#define BS_RIBBON_NOISE (1.0 / 128)
 /* Square root of the unit roundoff. */
 #define BS_RIBBON_SQRT(T) ((T)(sizeof(T) == 4 ? 2.44140625e-4 : 1.0536712127723509e-8))
 #endif
@@ -28,13 +32,14 @@ enum { BS_RIBBON_VANISHES = -1, BS_RIBBON_INVALID = -2, BS_RIBBON_SPANS = 4 };
 typedef struct {
     const S *meets, *norm, *kappa; /* what f is made of */
     const S *other, *other_kappa;  /* what p is made of: something else where E vanishes */
+    const S *written;              /* absolute values of meets, and what rounding may have added to them */
 } RIBBON(problem);
 
 #define ROOTS(name) RIBBON(roots_##name)
 #define ROOTS_DEGREE RIBBON_DEGREE
 #define ROOTS_DATA RIBBON(problem)
 #define ROOTS_CONDITION(d, a, b) RIBBON(condition)((d)->meets, (d)->norm, (d)->kappa, b, a)
-#define ROOTS_BOUND(d, a, b) RIBBON(condition_bound)((d)->meets, (d)->norm, (d)->kappa, b, a)
+#define ROOTS_BOUND(d, a, b) RIBBON(condition_bound)((d)->written, (d)->norm, (d)->kappa, b, a)
 #define ROOTS_NOISE(d, a, b) RIBBON(polynomial_bound)((d)->other, (d)->norm, (d)->other_kappa, b, a)
 #include "roots.h"
 
@@ -96,11 +101,22 @@ BS_COLD void RIBBON(without_products)(S *other, const S *meets, S size)
     }
 }
 
+/* Whether f is zero to rounding at an end of the curve, where it need not change its sign: so it is for rays along the
+   first or the last carrier. noise: what rounding may leave of B and of E. */
+BS_INLINE int RIBBON(ends_at_zero)(const S *meets, const S *noise, const S *norm, const S *kappa, S t)
+{
+    if (!BS_FREE) /* f is m B there */
+        return BS_ABS1(meets[t > 0 ? RIBBON_PAIRS - 1 : 0]) <= noise[0];
+    const S f = RIBBON(condition)(meets, norm, kappa, K(1) - t, t), m = K(2) * norm[t > 0 ? 2 * RIBBON_PAIRS - 2 : 0];
+    return BS_ABS1(f) <= BS_ABS1(m) * noise[0] + noise[1];
+}
+
 /* Default: every root, no false one. noise: what rounding may leave of B and of E; sizes: of S0 and K. */
 BS_INLINE int RIBBON(isolate)(S *roots, int room, S *meets, const S *noise, const S *norm, const S *kappa,
                               const S *sizes, const S *spans)
 {
-    RIBBON(problem) problem = {meets, norm, kappa, meets, kappa};
+    S written[RIBBON_MEETS];
+    RIBBON(problem) problem = {meets, norm, kappa, meets, kappa, written};
     S other[RIBBON_MEETS], nothing[RIBBON_KAPPA] = {0}, c[RIBBON_DEGREE + 1], part[RIBBON_DEGREE + 1];
     const S size_b = RIBBON(unless_noise)(meets, RIBBON_PAIRS, noise[0]);
     S size_e = RIBBON(unless_noise)(meets + RIBBON_PAIRS, RIBBON_MEETS - RIBBON_PAIRS, size_b > 0 ? K(0) : noise[1]);
@@ -130,6 +146,8 @@ BS_INLINE int RIBBON(isolate)(S *roots, int room, S *meets, const S *noise, cons
         return 0;
     if (sum - sum != 0)
         return BS_RIBBON_INVALID;
+    for (int i = 0; i < RIBBON_MEETS; i++)
+        written[i] = BS_ABS1(meets[i]) + K(BS_RIBBON_NOISE) / BS_ROOTS_UNIT(S) * noise[i >= RIBBON_PAIRS];
     RIBBON(roots_search) search = {&problem, roots, room, 0, 0};
     for (int i = 0; i < BS_RIBBON_SPANS; i++) {
         const S lo = spans[2 * i], hi = spans[2 * i + 1];

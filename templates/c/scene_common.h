@@ -27,6 +27,9 @@ enum {
   BS_CAMERA_LENS = 8 /* after the motor */
 };
 
+/* Two to that many rays share a seal: they are one range of the loop. */
+enum { BS_SEALED_BITS = 12 };
+
 /* The codes of bladesmith.Status that a ray can meet. */
 enum { BS_STATUS_OK = 0, BS_STATUS_SINGULAR = 1, BS_STATUS_INVALID = 6 };
 
@@ -34,9 +37,9 @@ enum { BS_STATUS_OK = 0, BS_STATUS_SINGULAR = 1, BS_STATUS_INVALID = 6 };
    searched: all but one of each level's. scene_build.h keeps to it. */
 enum { BS_PARTS = 4, BS_NO_PART = -2147483647 - 1, BS_TREE_LEVELS = 48, BS_TREE_WAITING = BS_TREE_LEVELS * (BS_PARTS - 1) + 1 };
 
-/* Two pieces of a curve find a point of their joint at parameters that differ by some roundings, and at places that
-   may lose half of the digits where the ray touches. */
-#define BS_JOINT_ALPHA(T) ((T)(sizeof(T) == 4 ? 64 * 5.9604644775390625e-8 : 64 * 1.1102230246251565e-16))
+/* Two pieces of a curve find a point of their joint at parameters that differ by roundings, a thousand times as many
+   where the ray grazes, and at places that may lose half of the digits where it touches. */
+#define BS_JOINT_ALPHA(T) ((T)(sizeof(T) == 4 ? 1024 * 5.9604644775390625e-8 : 65536 * 1.1102230246251565e-16))
 #define BS_JOINT_PLACE(T) ((T)(sizeof(T) == 4 ? 3.4526698300124393e-4 : 1.4901161193847656e-8))
 
 /* Rays that leave a surface start this many units in the last place off it, relative to the numbers that the

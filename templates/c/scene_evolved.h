@@ -10,8 +10,11 @@
 #ifndef BS_EVOLVED_HIT_CONSTANTS
 #define BS_EVOLVED_HIT_CONSTANTS
 /* Squared cosine between ray and axis below which a ray counts as near the plane of the circle: the meet's point
-   loses a digit for each of the cosine. */
+   loses a digit for each of the cosine. As many roundings are the cosine below which nothing is left of the meet. */
 #define BS_EVOLVED_FLAT 1e-4
+#define BS_EVOLVED_NO_MEET 1024
+/* Squared distance, in lengths of the frame, of hits that come from the far end of the meet where there is one. */
+#define BS_EVOLVED_DISTANT 1e10
 /* Newton steps from a root to the point; three are enough, the fourth confirms. */
 enum { BS_EVOLVED_STEPS = 4 };
 #endif
@@ -65,7 +68,7 @@ BS_INLINE int EVOLVED(prepare)(S *k, const S *parameters)
 
 typedef struct {
   const S *k;
-  S origin[3];      /* of the ray, in the frame, moved along it to where the surface is */
+  S origin[3];      /* of the ray, in the frame, moved along it to where it is nearest to the frame's */
   S moved;          /* by this parameter */
   const S *direction;
   const S *roots;
@@ -86,15 +89,22 @@ BS_INLINE void EVOLVED(offer)(FN(search) *search, const EVOLVED(meeting) *m, S t
   }
 }
 
-/* 1 if the nearest root to a parameter is this one, and no other root has found the same point: each counts once. */
-BS_INLINE int EVOLVED(own)(EVOLVED(meeting) *m, int root, S t, S at)
+/* 1 if no other root has found the same point near the plane of its circle: each counts once. */
+BS_INLINE int EVOLVED(fresh)(EVOLVED(meeting) *m, S t, S at)
+{
+  const S settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
+  for (int i = 0; i < m->flat_count; i++)
+    if (ABS(m->flat_t[i] - t) <= settled * (K(1) + ABS(t)) && ABS(m->flat_at[i] - at) <= settled) return 0;
+  m->flat_t[m->flat_count] = t, m->flat_at[m->flat_count++] = at;
+  return 1;
+}
+
+/* 1 if the nearest root to a parameter is this one. */
+BS_INLINE int EVOLVED(own)(const EVOLVED(meeting) *m, int root, S at)
 {
   const S settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
   for (int i = 0; i < m->root_count; i++)
     if (ABS(m->roots[i] - at) < ABS(m->roots[root] - at) - settled) return 0;
-  for (int i = 0; i < m->flat_count; i++)
-    if (ABS(m->flat_t[i] - t) <= settled * (K(1) + ABS(t)) && ABS(m->flat_at[i] - at) <= settled) return 0;
-  m->flat_t[m->flat_count] = t, m->flat_at[m->flat_count++] = at;
   return 1;
 }
 
@@ -107,7 +117,7 @@ BS_COLD void EVOLVED(flat_hits)(FN(search) *search, EVOLVED(meeting) *m, int roo
   S at = m->roots[root], rest = K(1) - at, start[2];
   KERNEL(evolved_sphere)(start, m->origin, m->direction, norm, kappa, &rest, &at, c, products);
   for (int side = 0; side < 2; side++) {
-    S t = start[side], step[2] = {0, 0}, position[3];
+    S t = start[side], step[3] = {0, 0, 0}, position[3];
     at = m->roots[root];
     for (int i = 0; i < BS_EVOLVED_STEPS; i++) {
       rest = K(1) - at;
@@ -117,24 +127,42 @@ BS_COLD void EVOLVED(flat_hits)(FN(search) *search, EVOLVED(meeting) *m, int roo
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S), settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
     if (!(at >= -margin && at <= K(1) + margin && ABS(step[1]) < settled)) continue;
     at = at < 0 ? K(0) : at > 1 ? K(1) : at;
-    if (!EVOLVED(own)(m, root, t, at)) continue;
+    if (!EVOLVED(own)(m, root, at) || !EVOLVED(fresh)(m, t, at)) continue;
     for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
     EVOLVED(offer)(search, m, t, at, position);
   }
 }
 
-BS_INLINE int EVOLVED(find)(S *roots, const S *ray, const EVOLVED(meeting) *m, const FN(search) *search)
+/* The hit of a root whose circle's plane the ray crosses at a small angle: where it is nearest to the circle. */
+BS_COLD void EVOLVED(slanted_hit)(FN(search) *search, EVOLVED(meeting) *m, S t, S at)
 {
+  const S *const k = m->k, rest = K(1) - at;
+  S step[3], position[3];
+  for (int i = 0; i < BS_EVOLVED_STEPS; i++) {
+    KERNEL(evolved_polish)(step, m->origin, m->direction, &t, k + EVOLVED_NORM, k + EVOLVED_KAPPA, &rest, &at,
+                           k + EVOLVED_CONTROLS, k + EVOLVED_PRODUCTS);
+    if (!(step[2] - step[2] == 0)) break;
+    t += step[2];
+  }
+  if (!EVOLVED(fresh)(m, t, at)) return;
+  for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
+  EVOLVED(offer)(search, m, t, at, position);
+}
+
+BS_INLINE int EVOLVED(find)(S *roots, const S *meets, const EVOLVED(meeting) *m, const FN(search) *search)
+{
+  EVOLVED(problem) problem;
+  problem.meets = meets, problem.k = m->k, problem.origin = m->origin, problem.direction = m->direction;
 #if BS_SCENE_COMPANION
-  if (search->method == 1) return EVOLVED(companion)(roots, EVOLVED_ROOTS, ray, m->k);
+  if (search->method == 1) return EVOLVED(companion)(roots, EVOLVED_ROOTS, &problem);
 #endif
 #if BS_SCENE_SAMPLED
-  if (search->method == 2) return EVOLVED(sampled)(roots, EVOLVED_ROOTS, ray, m->k, search->samples);
+  if (search->method == 2) return EVOLVED(sampled)(roots, EVOLVED_ROOTS, &problem, search->samples);
 #endif
 #if BS_SCENE_ISOLATE
   if (search->method == 0) {
     const S *const x = m->origin, reach = K(1) + x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
-    return EVOLVED(isolate)(roots, EVOLVED_ROOTS, ray, m->k, reach * reach);
+    return EVOLVED(isolate)(roots, EVOLVED_ROOTS, &problem, reach * reach);
   }
 #endif
   return 0;
@@ -144,29 +172,33 @@ BS_OWN void EVOLVED(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   const S *const c = k + EVOLVED_CONTROLS, *const products = k + EVOLVED_PRODUCTS;
   const S *const bound = k + EVOLVED_BOUND, *const unit = k + EVOLVED_UNIT;
-  S scalars[EVOLVED_RAY], meets[3 * (2 * BS_DEGREE + EVOLVED_QUAD + 2)], roots[EVOLVED_ROOTS];
+  S local[3], meets[EVOLVED_MEETS], roots[EVOLVED_ROOTS];
   EVOLVED(meeting) m;
-  m.k = k, m.direction = ray->direction, m.roots = roots, m.flat_count = 0, m.moved = 0;
-  for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
+  m.k = k, m.direction = ray->direction, m.roots = roots, m.flat_count = 0;
+  for (int i = 0; i < 3; i++) local[i] = (ray->origin[i] - k[i]) * unit[1];
+  FN(cga3d_evolved_nearest)(&m.moved, m.origin, local, m.direction);
   if (bound[3] < BS_FAR) {
     S middle_half[2];
     FN(cga3d_evolved_approach)(middle_half, m.origin, m.direction, bound, bound + 3);
-    const S middle = middle_half[0], half = middle_half[1];
+    const S middle = m.moved + middle_half[0], half = middle_half[1];
     if (!((middle + half) * unit[0] > search->t_min && (middle - half) * unit[0] < search->t_max)) return;
-    m.moved = middle;
-    for (int i = 0; i < 3; i++) m.origin[i] += middle * m.direction[i];
   }
-  KERNEL(evolved_ray)(scalars, meets, m.origin, m.direction, c, products);
-  m.root_count = EVOLVED(find)(roots, scalars, &m, search);
+  KERNEL(evolved_meets)(meets, m.origin, m.direction, c, products);
+  m.root_count = EVOLVED(find)(roots, meets, &m, search);
   if (m.root_count < 0)
     search->status = m.root_count == BS_EVOLVED_VANISHES ? BS_STATUS_SINGULAR : BS_STATUS_INVALID;
   for (int i = 0; i < m.root_count; i++) {
     const S at = roots[i], rest = K(1) - at;
-    S t_cosine[2], position[3];
+    S t_cosine[5], position[3];
     KERNEL(evolved_point)(t_cosine, position, m.origin, m.direction, meets, k + EVOLVED_NORM, k + EVOLVED_KAPPA, &rest,
                           &at, c, products);
     if (t_cosine[1] > K(BS_EVOLVED_FLAT)) {
       EVOLVED(offer)(search, &m, t_cosine[0], at, position);
+    } else if (t_cosine[4] > K(BS_EVOLVED_FLAT) && t_cosine[3] > K(BS_EVOLVED_DISTANT) && t_cosine[3] < BS_FAR) {
+      for (int j = 0; j < 3; j++) position[j] = m.origin[j] + t_cosine[2] * m.direction[j];
+      EVOLVED(offer)(search, &m, t_cosine[2], at, position);
+    } else if (t_cosine[1] > K(BS_EVOLVED_NO_MEET) * K(BS_EVOLVED_NO_MEET) * BS_ROOTS_UNIT(S) * BS_ROOTS_UNIT(S)) {
+      EVOLVED(slanted_hit)(search, &m, t_cosine[0], at);
     } else {
       EVOLVED(flat_hits)(search, &m, i);
     }
@@ -194,7 +226,7 @@ BS_OWN void EVOLVED(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(
 #undef EVOLVED_CONTROLS
 #undef EVOLVED_PRODUCTS
 #undef EVOLVED_SIZES
-#undef EVOLVED_RAY
+#undef EVOLVED_MEETS
 #undef EVOLVED_ROOTS
 #undef EVOLVED_PRINTED
 #undef BS_MEMBER

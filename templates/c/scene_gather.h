@@ -5,6 +5,12 @@ BS_INLINE S FN(scene_length)(const S *x)
   return SQRT(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
 }
 
+/* 1 if the distance of a hit is a number. */
+BS_INLINE int FN(scene_within)(const FN(ray) *ray, const FN(hit) *hit)
+{
+  return ABS(hit->t) * FN(scene_length)(ray->direction) <= BS_FAR;
+}
+
 BS_INLINE void FN(scene_store)(const bs_hits *out, ptrdiff_t place, const bs_scene *scene, const FN(ray) *ray,
                                const FN(hit) *hit)
 {
@@ -58,6 +64,7 @@ BS_OWN void FN(scene_gather)(FN(search) *search, const bs_scene *scene, const FN
   for (int j = 0; j < search->count; j++) {
     const FN(hit) *const hit = &search->hits[j];
     const S t = hit->t * length;
+    if (!FN(scene_within)(ray, hit)) continue;
     ptrdiff_t kept = search->total < out->roots ? search->total : out->roots;
     const ptrdiff_t joint = FN(scene_joint)(out, begin, kept, ray, hit, t);
     if (joint >= 0) { /* the piece of the lower row keeps it */

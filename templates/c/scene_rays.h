@@ -1,15 +1,12 @@
 /* bladesmith: the loops over rays. Each works on items [begin, end) and keeps no state. */
+#include "scene_scale.h"
 
 /* Ray i of two arrays; 0 where it is no ray. */
 BS_INLINE int FN(scene_load)(FN(ray) *ray, const bs_rays *rays, ptrdiff_t i)
 {
   FN(copy)(ray->origin, (const S *)rays->origins + i * rays->origin_stride, 3);
   FN(copy)(ray->direction, (const S *)rays->directions + i * rays->direction_stride, 3);
-  S sum = 0, square = 0;
-  for (int j = 0; j < 3; j++) {
-    sum += ray->origin[j];
-    square += ray->direction[j] * ray->direction[j];
-  }
+  const S sum = ray->origin[0] + ray->origin[1] + ray->origin[2], square = FN(scene_scaled)(ray->direction);
   return sum - sum == 0 && square > 0 && square - square == 0;
 }
 
@@ -23,7 +20,7 @@ static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t en
     const int valid = FN(scene_load)(&ray, rays, i);
     if (valid) FN(scene_search)(&search, scene, &ray);
     out->status[i] = (uint8_t)(valid ? FN(search_status)(&search) : BS_STATUS_INVALID);
-    if (search.count) {
+    if (search.count && FN(scene_within)(&ray, &hit)) {
       out->surface[i] = scene->surfaces[hit.kind].ids[hit.index];
       FN(scene_store)(out, i, scene, &ray, &hit);
     } else {

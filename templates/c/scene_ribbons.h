@@ -94,14 +94,15 @@ BS_INLINE S RIBBON(closed_alpha)(const S *meets)
 #define BS_RIBBON_MARGIN 32
 /* Squared sine between ray and carrier below which the point is refined: t from the root alone loses its square. */
 #define BS_RIBBON_FLAT 1e-4
-/* In square roots of the unit roundoff: how far from a carrier a ray may be that lies in it, and how far from the root
-   refining starts where it cannot at the root itself. */
+/* In square roots of the unit roundoff: how far from a carrier a ray may be that lies in it, and off its direction; how
+   far apart both roots may be that rounding makes of one; how far from the root refining starts where it cannot at the
+   root itself. */
 #define BS_RIBBON_BESIDE 64
 /* COCIRCULAR: roundings that 4-vectors of pairs on one circle are off zero, relative to their terms. STEPS: of Newton
-   from a root to the point. SAME: roundings within which points or directions are one. */
-enum { BS_RIBBON_COCIRCULAR = 16, BS_RIBBON_STEPS = 6, BS_RIBBON_SAME = 4096 };
-/* Of half of the segment: a step along the ray that is none. Rounding moves points so far where a ray is within some
-   thousand roundings of a carrier's direction. */
+   from a root to the point. SAME: roundings within which points or directions are one. BLUR: roundings, over the sine
+   between ray and carrier, within which places along the ray are one. ALONG: steps to the carrier nearest to a ray. */
+enum { BS_RIBBON_COCIRCULAR = 16, BS_RIBBON_STEPS = 6, BS_RIBBON_SAME = 4096, BS_RIBBON_BLUR = 64, BS_RIBBON_ALONG = 3 };
+/* Of half of the segment: a step along the ray that is none. */
 #define BS_RIBBON_SETTLED(T) ((T)(sizeof(T) == 4 ? 1e-2 : 1e-4))
 #endif
 
@@ -139,8 +140,10 @@ typedef struct {
   S origin[3];      /* of the ray, in the frame, moved along it to where the surface is */
   S moved;          /* by this parameter */
   const S *direction;
-  S near_t[RIBBON_DEGREE], near_b[RIBBON_DEGREE]; /* points found by refining */
+  S near_t[5 * (RIBBON_DEGREE + 2)], near_b[5 * (RIBBON_DEGREE + 2)]; /* points found by refining */
   int near_count;
+  S along[RIBBON_DEGREE + 2]; /* roots whose segments lie in the ray */
+  int along_count;
 } RIBBON(meeting);
 
 BS_INLINE void RIBBON(offer)(FN(search) *search, const RIBBON(meeting) *m, S t, S b, const S *position)
@@ -163,11 +166,11 @@ BS_INLINE int RIBBON(within)(const RIBBON(meeting) *m, S t, const S *place)
   return ABS(place[0]) <= place[1] + K(BS_RIBBON_MARGIN) * BS_ROOTS_UNIT(S) * way;
 }
 
-/* t and b of a point where a ray meets a carrier, refined from a start; 0 where it does not settle. half: of the
-   segment, in t. */
-BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S half, S *t, S *b)
+/* t and b of a point where a ray meets a carrier, refined from a start; 0 where it does not settle. last: the last step
+   of t, which near the carrier's direction is rounding. */
+BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S *t, S *b, S *last)
 {
-  const S *const k = m->k, settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
+  const S *const k = m->k;
   S step[2] = {0, 0};
   for (int i = 0; i < BS_RIBBON_STEPS; i++) {
     const S a = K(1) - *b;
@@ -175,51 +178,83 @@ BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S half, S *t, S *b)
                           k + RIBBON(CONTROLS), k + RIBBON(PRODUCTS));
     *t += step[0], *b += step[1];
   }
-  return ABS(step[1]) <= settled && ABS(step[0]) <= BS_RIBBON_SETTLED(S) * half;
+  *last = ABS(step[0]);
+  return ABS(step[1]) <= BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S) && *last < BS_FAR;
 }
 
-/* The point of a ray that is nearly parallel to the carrier of a root. There two roots may lie close together, and t is
-   refined together with the root; where it is unknown, from beside the root. A ray that cannot be told from the
-   carrier has the whole segment in common with the surface: its two ends are offered. */
+/* A point of a ray that is nearly parallel to the carrier of its pair, refined from a start: offered, unless it was
+   before. 0 where it does not settle. half: of the segment, in t. */
+BS_OWN int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S half, S t, S b)
+{
+  const S *const k = m->k, *const d = m->direction, settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
+  const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
+  S place[3], position[3], last;
+  if (!RIBBON(refined)(m, &t, &b, &last)) return 0;
+  const S on = b < 0 ? K(0) : b > 1 ? K(1) : b, a = K(1) - on;
+  for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * d[i];
+  RIBBON_KERNEL(place)(place, position, d, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &on, k + RIBBON(CONTROLS),
+                       k + RIBBON(PRODUCTS));
+  const S way = K(1) / SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + ABS(t);
+  const S rounding = K(BS_RIBBON_BLUR) * BS_ROOTS_UNIT(S) * way / SQRT(place[2]);
+  const S blur = rounding > BS_RIBBON_SETTLED(S) * half ? rounding : BS_RIBBON_SETTLED(S) * half;
+  if (!(last <= blur)) return 0;
+  if (!(b >= -margin && b <= K(1) + margin)) return 1;
+  if (!(place[2] <= K(BS_RIBBON_FLAT)) || !RIBBON(real)(k + RIBBON(SPANS), on)) return 1; /* another root's */
+  for (int i = 0; i < m->near_count; i++)
+    if (ABS(m->near_t[i] - t) <= K(2) * blur && ABS(m->near_b[i] - on) <= settled) return 1;
+  m->near_t[m->near_count] = t, m->near_b[m->near_count++] = on;
+  if (RIBBON(within)(m, t, place)) RIBBON(offer)(search, m, t, on, position);
+  return 1;
+}
+
+/* The ends of a segment that lies in the ray, once: a root that touches may be found as two. */
+BS_OWN void RIBBON(offer_ends)(FN(search) *search, RIBBON(meeting) *m, S b, const S *ends)
+{
+  S position[3];
+  for (int i = 0; i < m->along_count; i++)
+    if (ABS(m->along[i] - b) <= K(BS_RIBBON_BESIDE) * BS_RIBBON_SQRT(S)) return;
+  m->along[m->along_count++] = b;
+  for (int side = -1; side <= 1; side += 2) {
+    const S t = ends[0] + K(side) * ends[1];
+    for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
+    RIBBON(offer)(search, m, t, b, position);
+  }
+}
+
+/* The points of a ray that is nearly parallel to the carrier of a root. Two roots may lie closer than numbers tell, of
+   points far apart: each t that the root's pair and its motion allow is refined together with the root; where none can
+   be, from beside the root. A ray that cannot be told from the carrier has the whole segment in common with the surface:
+   its two ends are offered. */
 BS_OWN void RIBBON(near_hit)(FN(search) *search, RIBBON(meeting) *m, S t, S root)
 {
-  const S *const k = m->k, *const norm = k + RIBBON(NORM), *const kappa = k + RIBBON(KAPPA);
-  const S *const c = k + RIBBON(CONTROLS), *const qc = k + RIBBON(PRODUCTS);
-  const S settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S), margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
-  const S beside = K(BS_RIBBON_BESIDE) * BS_RIBBON_SQRT(S);
-  const S same = K(BS_RIBBON_SAME) * BS_ROOTS_UNIT(S);
-  S a = K(1) - root, b = root, ends[3], place[3] = {0, 0, 0}, position[3];
-  RIBBON_KERNEL(ends)(ends, m->origin, m->direction, norm, kappa, &a, &b, c, qc);
-  int found = RIBBON(refined)(m, ends[1], &t, &b);
-  for (int side = -1; side <= 1 && !found; side += 2) {
-    t = ends[0], b = root + K(side) * beside;
-    found = RIBBON(refined)(m, ends[1], &t, &b);
-  }
-  if (found) {
-    if (!(b >= -margin && b <= K(1) + margin)) return;
+  const S *const norm = m->k + RIBBON(NORM), *const kappa = m->k + RIBBON(KAPPA), *const d = m->direction;
+  const S *const c = m->k + RIBBON(CONTROLS), *const qc = m->k + RIBBON(PRODUCTS);
+  const S beside = K(BS_RIBBON_BESIDE) * BS_RIBBON_SQRT(S), same = K(BS_RIBBON_SAME) * BS_ROOTS_UNIT(S);
+  S a = K(1) - root, b = root, ends[7];
+  RIBBON_KERNEL(ends)(ends, m->origin, d, norm, kappa, &a, &b, c, qc);
+  const S starts[5][2] = {{t, root}, {ends[3], root}, {ends[4], root}, {ends[0], root - beside}, {ends[0], root + beside}};
+  const int is_along = ends[2] <= beside && ends[6] <= beside * beside;
+  for (int i = 0; i < BS_RIBBON_ALONG && is_along; i++) {
+    b += ends[5];
     b = b < 0 ? K(0) : b > 1 ? K(1) : b, a = K(1) - b;
-    for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
-    RIBBON_KERNEL(place)(place, position, m->direction, norm, kappa, &a, &b, c, qc);
+    RIBBON_KERNEL(ends)(ends, m->origin, d, norm, kappa, &a, &b, c, qc);
   }
-  if (place[2] > same * same) {
-    for (int i = 0; i < m->near_count; i++)
-      if (ABS(m->near_t[i] - t) <= K(2) * BS_RIBBON_SETTLED(S) * ends[1] && ABS(m->near_b[i] - b) <= settled) return;
-    m->near_t[m->near_count] = t, m->near_b[m->near_count++] = b;
-    if (RIBBON(within)(m, t, place)) RIBBON(offer)(search, m, t, b, position);
-  } else if (ends[2] <= beside) {
-    for (int side = -1; side <= 1; side += 2) {
-      t = ends[0] + K(side) * ends[1];
-      for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * m->direction[i];
-      RIBBON(offer)(search, m, t, root, position);
-    }
+  const S way = K(1) + ABS(ends[0]) * SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  if (is_along && ends[2] <= same * way && ends[6] <= same * same) {
+    RIBBON(offer_ends)(search, m, b, ends);
+    return;
   }
+  int found = 0;
+  for (int i = 0; i < 5 && (i < 3 || !found); i++)
+    found |= RIBBON(near_point)(search, m, ends[1], starts[i][0], starts[i][1]);
+  if (!found && is_along) RIBBON(offer_ends)(search, m, b, ends);
 }
 
 /* A ray that meets all carriers meets all in one point where they have one in common, as the corner of a facet. 0 where
    there is none. */
 BS_COLD int RIBBON(common)(FN(search) *search, const RIBBON(meeting) *m)
 {
-  S t_place[3][3], position[3][3], sine_square[1];
+  S t_place[3][4], position[3][3], sine_square[1];
   for (int i = 0; i < 3; i++) {
     const S b = K(0.5) * K(i), a = K(1) - b;
     RIBBON_KERNEL(point)(t_place[i], position[i], sine_square, m->origin, m->direction, m->k + RIBBON(NORM),
@@ -252,6 +287,31 @@ BS_INLINE int RIBBON(roots)(S *roots, S *meets, const S *noise, const S *k, cons
   return 0;
 }
 
+#if BS_SCENE_ISOLATE
+/* Where a ray meets the first or the last segment to rounding and no root says so: roots may be just beyond the end, of
+   rays along the carrier, and of those through the joint of two pieces beyond the ends of both. */
+BS_OWN void RIBBON(end_hits)(FN(search) *search, RIBBON(meeting) *m, const S *meets, const S *noise, const S *roots,
+                             int count)
+{
+  const S *const norm = m->k + RIBBON(NORM), *const kappa = m->k + RIBBON(KAPPA), *const d = m->direction;
+  const S beside = K(BS_RIBBON_BESIDE) * BS_RIBBON_SQRT(S);
+  for (int end = 0; end < 2; end++) {
+    const S b = K(end), a = K(1) - b;
+    S t_place[4], position[3], sine_square[1];
+    int known = 0;
+    for (int i = 0; i < count; i++) known |= ABS(roots[i] - b) <= beside;
+    if (known || !RIBBON(ends_at_zero)(meets, noise, norm, kappa, b) || !RIBBON(real)(m->k + RIBBON(SPANS), b)) continue;
+    RIBBON_KERNEL(point)(t_place, position, sine_square, m->origin, d, norm, kappa, &a, &b, m->k + RIBBON(CONTROLS),
+                         m->k + RIBBON(PRODUCTS));
+    const S way = K(1) + ABS(t_place[0]) * SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (!(sine_square[0] > K(BS_RIBBON_FLAT)))
+      RIBBON(near_hit)(search, m, t_place[0], b);
+    else if (t_place[3] <= K(BS_RIBBON_MARGIN) * BS_ROOTS_UNIT(S) * way && RIBBON(within)(m, t_place[0], t_place + 1))
+      RIBBON(offer)(search, m, t_place[0], b, position);
+  }
+}
+#endif
+
 BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   const S *const norm = k + RIBBON(NORM), *const kappa = k + RIBBON(KAPPA);
@@ -259,7 +319,7 @@ BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
   const S *const bound = k + RIBBON(BOUND), *const unit = k + RIBBON(SCALE);
   S meets[RIBBON_MEETS], noise[2], roots[RIBBON_DEGREE];
   RIBBON(meeting) m;
-  m.k = k, m.direction = ray->direction, m.near_count = 0, m.moved = 0;
+  m.k = k, m.direction = ray->direction, m.near_count = 0, m.along_count = 0, m.moved = 0;
   for (int i = 0; i < 3; i++) m.origin[i] = (ray->origin[i] - k[i]) * unit[1];
   if (bound[3] < BS_FAR) {
     S middle_half[2];
@@ -275,7 +335,7 @@ BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
   if (count == BS_RIBBON_VANISHES && !RIBBON(common)(search, &m)) search->status = BS_STATUS_SINGULAR;
   for (int i = 0; i < count; i++) {
     const S a = K(1) - roots[i], b = roots[i];
-    S t_place[3], position[3], sine_square[1];
+    S t_place[4], position[3], sine_square[1];
     RIBBON_KERNEL(point)(t_place, position, sine_square, m.origin, m.direction, norm, kappa, &a, &b, c, qc);
     if (!(sine_square[0] > K(BS_RIBBON_FLAT))) {
       RIBBON(near_hit)(search, &m, t_place[0], b);
@@ -283,6 +343,9 @@ BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
       RIBBON(offer)(search, &m, t_place[0], b, position);
     }
   }
+#if BS_SCENE_ISOLATE
+  if (search->method == 0 && count >= 0) RIBBON(end_hits)(search, &m, meets, noise, roots, count);
+#endif
 }
 
 BS_OWN void RIBBON_FN(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)

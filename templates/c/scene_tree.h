@@ -44,6 +44,7 @@ BS_INLINE int FN(tree_enter)(FN(waiting) *waiting, int count, const bs_scene *sc
   const int before = count;
   for (int c = 0; c < BS_PARTS && parts[c] != BS_NO_PART; c++) {
     S first[3], last[3], span[2];
+    BS_UNROLL
     for (int i = 0; i < 3; i++) first[i] = boxes[sight->first[i] + c], last[i] = boxes[sight->last[i] + c];
     FN(cga3d_box_span)(span, sight->near, sight->far, sight->inverse, first, last, bounds);
     search->cost++;

@@ -35,6 +35,7 @@ typedef struct {            /* arrays to fill; rows of `roots` entries where all
   int32_t *surface;         /* place in the scene's list, -1 for none; of all roots the row of the surface */
   int32_t *count;           /* for all roots only: of all there are, also if rows have less room */
   uint8_t *status;
+  uint64_t *seal;           /* of the rays that were read, one for 4096; null where nobody asks */
   ptrdiff_t roots;
 } bs_hits;
 
@@ -52,7 +53,7 @@ typedef struct {            /* a picture, or a band of its pixels; arrays that a
 } bs_picture;
 
 const char *bs_source_hash(void);
-ptrdiff_t bs_scene_build(ptrdiff_t count, const double *boxes, double *node_boxes, int32_t *parts, int32_t *order);
+ptrdiff_t bs_scene_build(ptrdiff_t count, const double *boxes, double *node_boxes, int32_t *parts, void *room);
 ptrdiff_t bs_scene_prepare(int kind, ptrdiff_t rows, const double *parameters, double *constants);
 void bs_scene_first(const bs_scene *scene, int single, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                     const bs_hits *hits);

@@ -1,5 +1,7 @@
 /* bladesmith: first hits of W rays at a time, for scenes of a few planes and spheres: only how far and which. The same
-   kernels as in scene_plane.h and scene_sphere.h give the same bits; points and normals are asked for later. */
+   kernels as in scene_plane.h and scene_sphere.h give the same bits; points and normals are asked for later. A seal of
+   the rays' own bits tells then whether they are still the same. */
+#include "scene_scale.h"
 
 typedef struct {
   V t, id; /* of the nearest so far; surfaces are few: a floating number tells which */
@@ -45,16 +47,43 @@ BS_INLINE void FN(wide_load)(V *columns, const void *rows, ptrdiff_t stride, ptr
   }
 }
 
+/* Bits of six numbers folded into one, different for each place of each bit: what is turned over, moved or exchanged
+   in several at once does not cancel. */
+BS_INLINE UI FN(wide_bits)(const V *origin, const V *direction)
+{
+  UI bits = (UI)BITS(origin[0]);
+  BS_UNROLL
+  for (int i = 1; i < 6; i++) {
+    const UI more = (UI)BITS(i < 3 ? origin[i] : direction[i - 3]);
+    bits += more ^ (more >> (5 * i));
+  }
+  return bits;
+}
+
+/* The seals of all lanes in one. */
+BS_INLINE uint64_t FN(wide_seal)(UI lanes)
+{
+  uint64_t seal = 0;
+  for (int l = 0; l < W; l++) {
+    seal = (seal ^ lanes[l]) * UINT64_C(0x9e3779b97f4a7c15);
+    seal ^= seal >> 29;
+  }
+  return seal;
+}
+
 static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
                            const bs_hits *out)
 {
+  UI seal = {0};
   for (ptrdiff_t i = begin; i < end; i += W) {
     const int count = end - i < W ? (int)(end - i) : W;
     FN(wide) rays;
     FN(wide_load)(rays.origin, given->origins, given->origin_stride, i, count);
     FN(wide_load)(rays.direction, given->directions, given->direction_stride, i, count);
-    const V *const o = rays.origin, *const d = rays.direction;
-    const V sum = SPLAT(0) + o[0] + o[1] + o[2], square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    seal ^= FN(wide_bits)(rays.origin, rays.direction);
+    seal += seal << 5;
+    seal ^= seal >> (BS_BITS / 2 - 1);
+    const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), sum = o[0] + o[1] + o[2];
     const M finite = AND(EQ(sum - sum, SPLAT(0)), EQ(square - square, SPLAT(0)));
     const M valid = AND(finite, GT(square, SPLAT(0)));
     rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
@@ -64,15 +93,14 @@ static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end
                       SPLAT(scene->surfaces[number].ids[k]));
     BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
-    const V id = SELECT(valid, rays.id, SPLAT(-1));
-    const V t = SELECT(GE(id, SPLAT(0)), rays.t * SQRT(square), SPLAT(BS_NOT_A_NUMBER));
+    const V distance = rays.t * SQRT(square);
+    const V id = SELECT(AND(valid, LE(distance, SPLAT(BS_FAR))), rays.id, SPLAT(-1));
+    const V t = SELECT(GE(id, SPLAT(0)), distance, SPLAT(BS_NOT_A_NUMBER));
     const FN(wide_ids) ids = __builtin_convertvector(id, FN(wide_ids));
     if (count == W && !ANY(NOT(valid))) {
       FN(store_rows)((S *)out->t + i, &t, 1);
-      BS_UNROLL
-      for (int l = 0; l < W; l++) out->surface[i + l] = ids[l];
-      BS_UNROLL
-      for (int l = 0; l < W; l++) out->status[i + l] = BS_STATUS_OK;
+      __builtin_memcpy(out->surface + i, &ids, sizeof ids);
+      __builtin_memset(out->status + i, BS_STATUS_OK, W);
     } else {
       for (int l = 0; l < count; l++) {
         ((S *)out->t)[i + l] = t[l];
@@ -81,4 +109,5 @@ static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end
       }
     }
   }
+  if (begin < end && out->seal) out->seal[begin >> BS_SEALED_BITS] = FN(wide_seal)(seal);
 }

@@ -190,8 +190,6 @@ def _near_sphere(s: Stream, surface: int, shift: Array, shape: Array) -> Control
     h = s.dyadic(-0.75, 0.75, 2)
     off = s.small() * s.dyadic(-1, 1, (2, 3))
     if surface % 8 == 1:  # through one point: M4 is null, and not small
-        if not np.any(np.cross(*axes(q)[2])):  # of one plane but for the offset: one circle between is as large as that
-            q = q + np.array([[0.0, 0, 0, 0], [0.0, 1, 2, 0]])
         u = axes(q)[0] / square(q)[:, None]
         radius = s.dyadic(0.25, 1, 2)
         return Controls(shift, shape, center=off - radius[:, None] * u, quaternion=q, radius=radius)

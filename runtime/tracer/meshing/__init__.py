@@ -59,11 +59,15 @@ def mesh_of(
     turned a little on the way so that the last ring is the first, and positions at seams agree to the last bit.
     """
     kind = getattr(surface, "kind", None)
-    rings, segments = values.whole(rings, "rings", 1), values.whole(segments, "segments", 1)
+    rings, segments = (
+        values.whole(rings, "rings", 1, MOST_VERTICES),
+        values.whole(segments, "segments", 1, MOST_VERTICES),
+    )
     if kind in ("evolved_circles", "sphere", "disc"):
         segments = values.whole(segments, "segments", 3)
     if (rings + 1) * (segments + 1) > MOST_VERTICES:
         raise SceneError(f"{rings} x {segments} quads are more than a mesh can have.")
+    caps = values.flag(caps, "caps")
     if kind == "evolved_circles":
         return ring_mesh(surface, rings, segments, caps)
     if kind == "evolved_point_pairs":

@@ -49,7 +49,7 @@ def check_format(path: str | os.PathLike[str]) -> tuple[Path, str]:
     try:
         file = Path(os.fsdecode(path))
     except TypeError:
-        raise InputError(f"a mesh is written to a file, and {path!r} names none.") from None
+        raise InputError(f"a mesh is written to a file, and {values.shown(path)} names none.") from None
     ending = file.suffix.lower()
     if ending not in FORMATS:
         known = ", ".join(FORMATS)

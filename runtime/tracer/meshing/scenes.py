@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError, SceneError
+from .. import values
 from . import mesh_of
 from .triangles import TriangleMesh
 
@@ -50,6 +51,8 @@ def scene_meshes(
             raise InputError(f"there is no surface {i}; the scene has {len(scene.surfaces)}, from 0.")
     if not len(chosen):
         raise InputError("the scene has no surfaces.")
+    if extent is not None:
+        extent = values.positive(extent, "extent")
     found: dict[int, TriangleMesh] = {}
     planes = [i for i in chosen if scene.surfaces[i].kind == "plane"]
     for i in chosen:

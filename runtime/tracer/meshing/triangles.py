@@ -89,7 +89,10 @@ class TriangleMesh:
 
     def moved(self, scale: float = 1.0, shift: Any = 0.0) -> TriangleMesh:
         """The mesh scaled about the origin, then moved."""
-        return replace(self, vertices=self.vertices * values.positive(scale, "scale") + shift)
+        way = values.finite(shift, "shift")
+        if way.shape not in ((), (3,)):
+            raise SceneError(f"shift has shape {way.shape}; 3 numbers are needed.")
+        return replace(self, vertices=self.vertices * values.positive(scale, "scale") + way)
 
     def save(self, path: str | os.PathLike[str], *, scale: float = 1.0) -> None:
         """Write an .obj, .ply, .stl or .glb file, in one step, with `trimesh` (extra ``mesh``).

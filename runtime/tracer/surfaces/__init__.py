@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import LEAST_SAMPLES, Intersections, Surface, ray_arrays
+from .base import LEAST_SAMPLES, MOST_SAMPLES, Intersections, Surface, ray_arrays
 from .evolved import EvolvedCircles, EvolvedPointPairs
 from .facets import Facets, Mesh
 from .flats import Disc, Plane, Sphere
@@ -10,6 +10,7 @@ from .material import Material
 
 __all__ = [
     "LEAST_SAMPLES",
+    "MOST_SAMPLES",
     "Disc",
     "EvolvedCircles",
     "EvolvedPointPairs",

@@ -6,8 +6,9 @@ A kind is a class whose program kind the scene compiler knows; geometry is compi
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from ...errors import SceneError
 from .. import values
 from ..driver import BoundScene
 from ..engine import engine_for
+from ..fixed import Fixed
 from ..rows import gathered
 from .material import Material, as_material
 
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 #: Fewer samples along a curve show no change of sign on either side of the middle.
 LEAST_SAMPLES = 3
+#: More take minutes for each thousand rays.
+MOST_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ class Intersections:
     status: Array
 
 
-class Surface:
+class Surface(Fixed):
     """Base of all surfaces.
 
     Attributes
@@ -66,14 +70,30 @@ class Surface:
         What messages and pages call it; scene files give it with ``name``.
     """
 
+    _instead = "Make a new one; surface.with_material(...) has another look"
+    _free = ("name",)
     kind: ClassVar[str]
     material: Material
     name: str | None = None
 
     def __init__(self, material: Material | Mapping[str, Any] | None) -> None:
-        self.material = as_material(material)
-        if self.material.checker is not None and self.flat_normal is None:
+        if not hasattr(type(self), "kind"):
+            raise SceneError("a Surface has no shape.", remedy="Make a Plane, a Sphere, or another of its kinds")
+        self.material = self._fitting(material)
+        self._made = True
+
+    def _fitting(self, material: Material | Mapping[str, Any] | None) -> Material:
+        """A material that this surface can have."""
+        found = as_material(material)
+        if found.checker is not None and self.flat_normal is None:
             raise SceneError("material.checker is for planes and discs.")
+        return found
+
+    def with_material(self, material: Material | Mapping[str, Any] | None) -> Self:
+        """The same surface with another look; it shares the numbers of this one."""
+        other = copy(self)
+        other.__dict__["material"] = self._fitting(material)
+        return other
 
     @property
     def program_kind(self) -> str:
@@ -123,14 +143,15 @@ class Surface:
             How roots on evolved surfaces are found: certain isolation on the polynomial of degree 8; the
             printed companion matrix of degree 12; sign changes between samples.
         samples : int
-            For "sampled": values along the curve, at least 3.
+            For "sampled": values along the curve, at least 3, a million at most.
         threads : int, optional
 
         Returns
         -------
         Intersections
         """
-        samples = values.whole(samples, "samples", LEAST_SAMPLES)
+        method = values.text(method, "method")
+        samples = values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES)
         start, direction = ray_arrays(origins, directions)
         single = start.dtype == np.float32
         found = self._bound(method, samples, single).all(start, direction, threads)

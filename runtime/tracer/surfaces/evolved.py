@@ -3,17 +3,53 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...curves import Curve
+from .. import values
 from ..segments import Segments, local_segments
 from .base import Surface
 
 Array = NDArray[Any]
 _log = logging.getLogger("bladesmith")
+#: Numbers of controls, and surfaces, that a message lists.
+MOST_LISTED = 8
+#: Whether a maker of many surfaces says once for all what was turned over.
+_quiet: ContextVar[bool] = ContextVar("_quiet", default=False)
+
+
+@contextmanager
+def quietly() -> Iterator[None]:
+    """Surfaces made inside do not say which of their controls were turned over."""
+    token = _quiet.set(True)
+    try:
+        yield
+    finally:
+        _quiet.reset(token)
+
+
+def tell_turned(where: str, surfaces: Sequence[Surface]) -> None:
+    """One line about all controls of a scene that were turned over."""
+    turned = [
+        f"{named(i, surface)}: {surface.turned_text}"
+        for i, surface in enumerate(surfaces)
+        if isinstance(surface, EvolvedSurface) and surface.segments.turned.any()
+    ]
+    if turned:
+        most = [*turned[:MOST_LISTED], *([".."] if len(turned) > MOST_LISTED else [])]
+        count = "1 surface" if len(turned) == 1 else f"{len(turned)} surfaces"
+        _log.warning("%s: controls of %s oppose the one before; turned over (align): %s", where, count, "; ".join(most))
+
+
+def named(place: int, surface: Surface) -> str:
+    """A surface of a scene as messages call it."""
+    return f"surfaces[{place}]" + (f" ({surface.name!r})" if surface.name else "")
 
 
 class EvolvedSurface(Surface):
@@ -34,13 +70,17 @@ class EvolvedSurface(Surface):
     swept: ClassVar[str]
 
     def __init__(self, curve: Any, *, align: bool = True, gaps: bool = False, material: Any = None) -> None:
-        self.segments: Segments = local_segments(curve, self.swept, bool(align))
-        self.gaps = bool(gaps)
-        turned = np.flatnonzero(self.segments.turned)
-        if len(turned):
-            which = ", ".join(map(str, turned))
-            _log.warning("%s: controls oppose each other; turned over (align): %s", self.kind, which)
+        self.segments: Segments = local_segments(curve, self.swept, values.flag(align, "align"))
+        self.gaps = values.flag(gaps, "gaps")
+        if self.segments.turned.any() and not _quiet.get():
+            _log.warning("%s: controls oppose each other; turned over (align): %s", self.kind, self.turned_text)
         super().__init__(material)
+
+    @property
+    def turned_text(self) -> str:
+        """Numbers of the controls that were turned over for this surface, as messages list them."""
+        turned = np.flatnonzero(self.segments.turned)
+        return ", ".join([*map(str, turned[:MOST_LISTED]), *([".."] if len(turned) > MOST_LISTED else [])])
 
     @property
     def curve(self) -> Curve:

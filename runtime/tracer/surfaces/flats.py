@@ -92,8 +92,8 @@ class Disc(Flat):
 
     A ray in the disc's plane meets its rim: in two points, or in one where it touches. The normal there is that of
     the disc, either side, as for rays that come ever flatter. A ray lies in the plane to rounding of the numbers that
-    ray and disc are made of: 8 units in the last place in slope, 16 in height. One that is tilted more has the one point
-    where it passes through the plane.
+    ray and disc are made of: 8 units in the last place in slope, 16 in height. One that is tilted more has the one
+    point where it passes through the plane.
     """
 
     kind = "disc"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import SceneError
+from ...errors import SceneError, suggest
 from .. import values
 from ..driver import MATERIAL_SIZE
 
@@ -46,12 +46,13 @@ class Material:
     checker_size: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("color", "checker"):
-            value = getattr(self, name)
-            if value is not None:
-                object.__setattr__(self, name, values.color(value, f"material.{name}"))
+        object.__setattr__(self, "color", values.color(self.color, "material.color"))
+        if self.checker is not None:
+            object.__setattr__(self, "checker", values.color(self.checker, "material.checker"))
         for name in ("ambient", "diffuse", "specular"):
-            object.__setattr__(self, name, values.between(getattr(self, name), f"material.{name}", 0.0, np.inf))
+            object.__setattr__(
+                self, name, values.between(getattr(self, name), f"material.{name}", 0.0, values.BRIGHTEST)
+            )
         object.__setattr__(self, "shininess", values.positive(self.shininess, "material.shininess"))
         object.__setattr__(self, "checker_size", values.positive(self.checker_size, "material.checker_size"))
         mirror = values.between(self.reflectivity, "material.reflectivity", 0.0, 1.0)
@@ -81,7 +82,12 @@ def _across(normal: Array) -> tuple[Array, Array]:
 def as_material(value: Material | Mapping[str, Any] | None) -> Material:
     if value is None or isinstance(value, Material):
         return value or Material()
-    try:
-        return Material(**value)
-    except TypeError as error:
-        raise SceneError(f"material: {error}.") from None
+    if not isinstance(value, Mapping):
+        raise SceneError(f"material is {type(value).__name__}; a Material or a mapping is needed.")
+    known = Material.__dataclass_fields__
+    for key in value:
+        if key not in known:
+            raise SceneError(
+                f"material has no {values.shown(key)}{suggest(str(key), known)}; it has {', '.join(known)}."
+            )
+    return Material(**value)
