@@ -194,8 +194,8 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
         *([kernel(ribbons.ribbon_closed_alpha, scalars[0])] if degree == 1 else []),
     )
     layout = (
-        ("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8), ("norm", norm), ("kappa", kappa),
-        ("controls", controls), ("products", products), ("sizes", 2), ("levers", 4),
+        ("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8),
+        ("norm", norm), ("kappa", kappa), ("controls", controls), ("products", products), ("sizes", 2), ("levers", 4),
     )  # fmt: skip
     return SurfaceKind(
         f"evolved_point_pairs_{word}{degree}", 15 + controls, sum(size for _, size in layout), "scene_ribbons.h",

@@ -259,7 +259,7 @@ def _reach(shape: Shape, middle: Array, round_: bool) -> Array:
         return np.asarray(boxes.circle_reach(center, shape[1], shape[2]).scalar().high)
     ends = [center + shape[1], center - shape[1]]
     squares = [x.scalar_product(x).scalar().high for x in ends]
-    return np.maximum(*squares)
+    return np.asarray(np.maximum(*squares))
 
 
 __all__ = ["bounded"]

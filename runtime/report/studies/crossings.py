@@ -130,7 +130,7 @@ class Surface:
     def _condition(self, line: dict[tuple[int, int], int]) -> tuple[Polynomial, Polynomial]:
         u, v, d, _ = self._blade
         if self.kind == "pairs":
-            return tuple(sum(line[i, j] * b[i][j] for i, j in PAIRS) for b in (u, v))  # type: ignore[return-value]
+            return tuple(sum(line[i, j] * b[i][j] for i, j in PAIRS) for b in (u, v))
         even: Any = 0
         odd: Any = 0
         for m in range(5):

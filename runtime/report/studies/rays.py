@@ -63,7 +63,8 @@ def rays(kind: str, controls: Maker, distance: float = 0.0, is_tangent: bool = F
 
     def make(rng: np.random.Generator, count: int) -> Rays:
         share = -(-count // SURFACES)
-        surfaces, shifts, origins, directions = [], [], [], []
+        surfaces: list[Any] = []
+        shifts, origins, directions = [], [], []
         while len(surfaces) < SURFACES:
             near = controls(rng)
             surface = surface_of(kind, near)
