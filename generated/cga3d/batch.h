@@ -8757,6 +8757,74 @@ static void FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch)(pt
   }
 }
 
+static void FN(cga3d_pair_about_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const middle_rows = (const S *)ins[0];
+  const ptrdiff_t middle_stride = strides[0];
+  V middle_in[3];
+  const S *const half_rows = (const S *)ins[1];
+  const ptrdiff_t half_stride = strides[1];
+  V half_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[10];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(middle_in, middle_rows, 3);
+  FN(load_broadcast)(half_in, half_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (middle_stride) FN(load_rows)(middle_in, middle_rows + i * 3, 3);
+      if (half_stride) FN(load_rows)(half_in, half_rows + i * 3, 3);
+    } else {
+      if (middle_stride) FN(load_tail)(middle_in, middle_rows + i * 3, 3, rows);
+      if (half_stride) FN(load_tail)(half_in, half_rows + i * 3, 3, rows);
+    }
+    FN(cga3d_pair_about_euclidean_euclidean)(out, status, middle_in, half_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 10, out, 10);
+    } else {
+      FN(store_tail)(out_rows + i * 10, out, 10, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_pair_middle_half_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const pair_rows = (const S *)ins[0];
+  const ptrdiff_t pair_stride = strides[0];
+  V pair_in[10];
+  S *const middle_rows = (S *)outs[0];
+  V middle[3];
+  S *const half_rows = (S *)outs[1];
+  V half[3];
+  unsigned char *const status_rows = (unsigned char *)outs[2];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(pair_in, pair_rows, 10);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (pair_stride) FN(load_rows)(pair_in, pair_rows + i * 10, 10);
+    } else {
+      if (pair_stride) FN(load_tail)(pair_in, pair_rows + i * 10, 10, rows);
+    }
+    FN(cga3d_pair_middle_half_point_pair)(middle, half, status, pair_in);
+    if (rows == W) {
+      FN(store_rows)(middle_rows + i * 3, middle, 3);
+      FN(store_rows)(half_rows + i * 3, half, 3);
+    } else {
+      FN(store_tail)(middle_rows + i * 3, middle, 3, rows);
+      FN(store_tail)(half_rows + i * 3, half, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga3d_geometric_dense_multivector_multivector_batch),
   FN(cga3d_geometric_motor_motor_batch),
@@ -9014,4 +9082,6 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_reflected_line_euclidean_euclidean_euclidean_batch),
   FN(cga3d_normal_line_euclidean_euclidean_euclidean_number_batch),
   FN(cga3d_tangent_line_euclidean_euclidean_euclidean_number_batch),
+  FN(cga3d_pair_about_euclidean_euclidean_batch),
+  FN(cga3d_pair_middle_half_point_pair_batch),
 };

@@ -129,12 +129,12 @@ const char *bs_source_hash(void) { return BS_SOURCE_HASH; }
 #include "scene_build.h"
 #endif
 
-ptrdiff_t bs_scene_build(ptrdiff_t count, const double *boxes, double *node_boxes, int32_t *parts, int32_t *order)
+ptrdiff_t bs_scene_build(ptrdiff_t count, const double *boxes, double *node_boxes, int32_t *parts, void *room)
 {
 #if BS_SCENE_TREE
-  return bs_build_tree(count, boxes, node_boxes, parts, order);
+  return bs_build_tree(count, boxes, node_boxes, parts, room);
 #else
-  (void)count, (void)boxes, (void)node_boxes, (void)parts, (void)order;
+  (void)count, (void)boxes, (void)node_boxes, (void)parts, (void)room;
   return 0;
 #endif
 }
