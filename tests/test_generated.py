@@ -47,7 +47,7 @@ def test_installed_extensions_are_of_these_sources(name: str) -> None:
 
 
 def test_generated_files_stay_small() -> None:
-    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 4_000_000
+    assert sum(p.stat().st_size for p in GENERATED.rglob("*") if p.suffix in (".c", ".h", ".py", ".json")) < 5_000_000
 
 
 @pytest.mark.parametrize("pqr", [(2, 0, 1), (1, 3, 0), (4, 2, 0)])

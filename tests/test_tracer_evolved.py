@@ -556,3 +556,84 @@ def test_both_printed_methods_at_degree_two():
         assert same.mean() > share
         width = min(found.alpha.shape[1], isolate.alpha.shape[1])
         np.testing.assert_allclose(found.alpha[same][:, :width], isolate.alpha[same][:, :width], atol=1e-3)
+
+
+def ring_of(kind, count):
+    """A closed curve of circles or of point pairs around the origin, of unequal ones."""
+    turns = 2 * np.pi * np.arange(count) / count
+    middles = np.stack([3 * np.cos(turns), 3 * np.sin(turns), 0.3 * np.sin(2 * turns + 1)], axis=-1)
+    out = middles / np.linalg.norm(middles, axis=-1, keepdims=True)
+    if kind == "circle":
+        axes = np.cross((0.0, 0.1, 1.0), out)
+        controls = [(tuple(c), tuple(n), 0.8 + 0.1 * i) for i, (c, n) in enumerate(zip(middles, axes, strict=True))]
+        return tracer.EvolvedCircles(KochanekBartels(controls, closed=True))
+    pairs = [(tuple(c - 0.8 * n), tuple(c + (0.7, 0.1, 0.4) * n)) for c, n in zip(middles, out, strict=True)]
+    return tracer.EvolvedPointPairs(KochanekBartels(pairs, closed=True))
+
+
+def points_of_controls(surface, places, random):
+    """Points of the objects at joints of a curve, by their parameters."""
+    held = [surface.curve(np.array([float(p)])).parameters() for p in range(max(places) + 1)]
+    if isinstance(surface, tracer.EvolvedPointPairs):
+        shares = random.uniform(0.05, 0.95, (len(places), 1))
+        return np.array([held[p].a[0] for p in places]) * shares + np.array([held[p].b[0] for p in places]) * (
+            1 - shares
+        )
+    targets = []
+    for place, angle in zip(places, random.uniform(0, 2 * np.pi, len(places)), strict=True):
+        center, normal, radius = held[place].center[0], held[place].normal[0], held[place].radius[0]
+        across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+        across /= np.linalg.norm(across)
+        targets.append(center + radius * (np.cos(angle) * across + np.sin(angle) * np.cross(normal, across)))
+    return np.array(targets)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_no_ray_is_lost_between_two_pieces(seed):
+    """Rays aimed at joints: rounding must not put the root beyond the ends of both pieces, nor count it twice."""
+    random = np.random.default_rng([seed, 4])
+    centers = random.normal(size=(5, 3)) + 1.5 * np.arange(5)[:, None] * (1, 0, 0)
+    normals = 0.3 * random.normal(size=(5, 3)) + (1, 0, 0)
+    radii = random.uniform(0.3, 1.5, 5)
+    controls = [(tuple(c), tuple(n), float(r)) for c, n, r in zip(centers, normals, radii, strict=True)]
+    surface = tracer.EvolvedCircles(Interpolating(controls, np.arange(5.0), 3), gaps=True)
+    joints = np.repeat([1, 2, 3], 2000 // 3)
+    targets = points_of_controls(surface, joints, random)
+    directions = random.normal(size=targets.shape)
+    found = surface.intersect(targets - 2 * directions, directions)
+    near = np.linalg.norm(found.point - targets[:, None], axis=-1) < 1e-6
+    assert np.all(near.sum(axis=1) == 1)
+    np.testing.assert_allclose(found.alpha[near], joints, atol=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["circle", "point_pair"])
+@pytest.mark.parametrize("count", [3, 4])
+def test_points_at_the_seam_of_a_closed_curve_count_once(kind, count):
+    random = np.random.default_rng([count, 5])
+    surface = ring_of(kind, count)
+    targets = points_of_controls(surface, [0] * 300, random)
+    directions = random.normal(size=targets.shape)
+    found = surface.intersect(targets - 2 * directions, directions)
+    near = np.linalg.norm(found.point - targets[:, None], axis=-1) < 1e-6
+    assert np.all(near.sum(axis=1) == 1)
+    period = surface.segments.starts[-1] + surface.segments.lengths[-1]
+    np.testing.assert_allclose(np.minimum(found.alpha[near], period - found.alpha[near]), 0, atol=1e-7)
+
+
+@pytest.mark.parametrize("power", [2, 3, 4, 5, 6])
+def test_light_ends_keep_their_normals(power):
+    weight = 10.0**-power
+    random = np.random.default_rng(3)
+    controls = []
+    for i in range(4):
+        center, normal = random.normal(size=3) + (1.5 * i, 0, 0), 0.3 * random.normal(size=3) + (1, 0, 0)
+        controls.append((tuple(center), tuple(normal), float(random.uniform(0.3, 1.5))))
+    surface = tracer.EvolvedCircles(RationalBezier(controls, [weight, 1.0, 1.0, weight]), gaps=True)
+    directions = random.normal(size=(200, 3)).astype(np.float32)
+    origins = (1.5 * random.normal(size=(200, 3)) + (2.2, 0, 0)).astype(np.float32) - 2 * directions
+    double = surface.intersect(origins.astype(float), directions.astype(float))
+    single = surface.intersect(origins, directions)
+    for found, rounding in ((single, 1e-6), (double, 1e-14)):
+        hit = ~np.isnan(found.t)
+        assert hit.sum() > 100
+        np.testing.assert_allclose(np.linalg.norm(found.normal[hit], axis=-1), 1, atol=rounding)

@@ -6,7 +6,7 @@ Arguments are those of surfaces.py: a row of constants, a ray and its scalars, a
 from __future__ import annotations
 
 from ..homogeneous import value
-from ..multivector import Multivector
+from ..multivector import Multivector, reciprocal
 from ..trace import Result, named, row
 from .conformal import infinity as ni
 from .conformal import origin as no
@@ -91,7 +91,9 @@ def evolved_normal(
 ) -> Multivector:  # fmt: skip
     """Unit normal at a position on the surface."""
     arguments = norm, kappa, trivectors(controls), trivectors(products), a, b
-    normal, _ = swept_direction(position, evolved_circle(*arguments), evolved_circle_rate(*arguments))
+    round_ = evolved_circle(*arguments)
+    over = reciprocal(size(round_))  # products of light ones are numbers
+    normal, _ = swept_direction(position, over * round_, over * evolved_circle_rate(*arguments))
     return unit(normal)
 
 

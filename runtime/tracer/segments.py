@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..calls import call
-from ..curves import Bezier, Curve, Hermite, Interpolating
+from ..curves import Bezier, Curve, Hermite, Interpolating, RationalBezier
 from ..curves.basis import bernstein
 from ..errors import SceneError
 from ..multivector import Multivector
@@ -40,6 +40,8 @@ BLADE_ROUNDING = 1e4
 PLACES = 9
 #: Every piece of an interpolating curve takes from all objects: a square of numbers.
 MOST_INTERPOLATED = 2000
+#: How much heavier than its ends a rational curve may be; beyond it roots near the light ends drown in rounding.
+MOST_UNLIKE = 1e6
 #: Powers of two that are no extreme sizes of coefficients.
 ORDINARY = 16
 #: Coefficients of a circle or a point pair.
@@ -158,6 +160,12 @@ def _of_curve(curve: Curve, kind: str, align: bool) -> Segments:
         raise SceneError(
             f"the curve interpolates {len(curve)} objects; surfaces follow up to {MOST_INTERPOLATED}.",
             remedy="Cut it, or use a Kochanek-Bartels curve",
+        )
+    if isinstance(curve, RationalBezier) and curve.weights[[0, -1]].min() * MOST_UNLIKE < curve.weights.max():
+        raise SceneError(
+            f"the weights at the ends of the curve, {curve.weights[0]:g} and {curve.weights[-1]:g}, are too small beside "
+            f"{curve.weights.max():g}.",
+            remedy=f"Use end weights of at least the {1 / MOST_UNLIKE:g}th part of the largest",
         )
     controls = read_controls(curve.given, kind)
     _refuse_one_object(controls)

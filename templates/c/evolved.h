@@ -26,6 +26,9 @@ enum { BS_EVOLVED_VANISHES = -1, BS_EVOLVED_INVALID = -2, BS_EVOLVED_SPANS = 4 }
 #define BS_EVOLVED_FILTER 1e-6 /* the printed threshold on |f| */
 /* Q of circles on a common sphere was made of up to that many roundings of the products of controls. */
 #define BS_EVOLVED_COSPHERICAL 32
+/* Square root of the unit roundoff; as many as a root may be off an end and still be that of the end's circle. */
+#define BS_EVOLVED_SQRT(T) ((T)(sizeof(T) == 4 ? 2.44140625e-4 : 1.0536712127723509e-8))
+#define BS_EVOLVED_BESIDE 64
 #endif
 
 /* Degree of Q, and where the parts of a row of constants stand. */
@@ -145,6 +148,27 @@ BS_COLD S EVOLVED(shared_bound)(const EVOLVED(problem) *d, S t, S rest)
 #define ROOTS_NOISE(d, a, b) EVOLVED(shared_noise)(d, a, b)
 #include "roots.h"
 
+/* Whether there is a circle at an end of the piece, but no root next to it. */
+BS_INLINE int EVOLVED(misses)(const S *k, const S *roots, int count, S end)
+{
+    int known = !EVOLVED(is_real)(k, end);
+    for (int i = 0; i < count; i++)
+        known |= BS_ABS1(roots[i] - end) <= K(BS_EVOLVED_BESIDE) * BS_EVOLVED_SQRT(S);
+    return !known;
+}
+
+/* The end of a piece among its roots: there f is zero to rounding, but the root may be just beyond it, at joints beyond
+   the ends of both pieces. */
+BS_COLD int EVOLVED(with_end)(S *roots, int count, int max_roots, S end)
+{
+    if (count == max_roots)
+        return count;
+    for (int i = count; i > 0 && end == 0; i--)
+        roots[i] = roots[i - 1];
+    roots[end == 0 ? 0 : count] = end;
+    return count + 1;
+}
+
 BS_COLD int EVOLVED(isolate_shared)(S *roots, int max_roots, EVOLVED(problem) *problem)
 {
     S c[2 * BS_DEGREE + 1], part[2 * BS_DEGREE + 1], sum = 0, size = 0;
@@ -155,6 +179,7 @@ BS_COLD int EVOLVED(isolate_shared)(S *roots, int max_roots, EVOLVED(problem) *p
         sum += c[i];
         size = BS_ABS1(c[i]) > size ? BS_ABS1(c[i]) : size;
     }
+    const S noise = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * size;
     if (sum - sum != 0)
         return BS_EVOLVED_INVALID;
     for (int i = 0; i < BS_EVOLVED_SPANS; i++) {
@@ -165,9 +190,15 @@ BS_COLD int EVOLVED(isolate_shared)(S *roots, int max_roots, EVOLVED(problem) *p
             part[j] = c[j];
         EVOLVED(shared_cut)(part, hi, 0);
         EVOLVED(shared_cut)(part, lo / hi, 1);
-        EVOLVED(shared_isolate)(&search, part, K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * size, lo, hi);
+        EVOLVED(shared_isolate)(&search, part, noise, lo, hi);
     }
-    return search.vanishes ? BS_EVOLVED_VANISHES : search.count;
+    if (search.vanishes)
+        return BS_EVOLVED_VANISHES;
+    for (int end = 0; end < 2; end++)
+        if (BS_ABS1(c[2 * BS_DEGREE * end]) <= noise && EVOLVED(misses)(problem->k, roots, search.count, K(end))
+            && EVOLVED(shared_touches)(problem, K(end), EVOLVED(shared_at)(problem, K(end))))
+            search.count = EVOLVED(with_end)(roots, search.count, max_roots, K(end));
+    return search.count;
 }
 
 /* Default: every root, no false one. reach: (1 + x^2)^2 for the ray's origin x, which p's terms may grow by. */
@@ -203,7 +234,13 @@ BS_INLINE int EVOLVED(isolate)(S *roots, int max_roots, EVOLVED(problem) *proble
             EVOLVED(roots_cut)(part, lo / hi, 1);
         EVOLVED(roots_isolate)(&search, part, noise, lo, hi);
     }
-    return search.vanishes ? BS_EVOLVED_VANISHES : search.count;
+    if (search.vanishes)
+        return BS_EVOLVED_VANISHES;
+    for (int end = 0; end < 2; end++)
+        if (BS_ABS1(c[end * EVOLVED_ROOTS]) <= noise && EVOLVED(misses)(k, roots, search.count, K(end))
+            && EVOLVED(roots_touches)(problem, K(end), EVOLVED(roots_at)(problem, K(end))))
+            search.count = EVOLVED(with_end)(roots, search.count, max_roots, K(end));
+    return search.count;
 }
 #endif
 

@@ -37,6 +37,9 @@ enum { BS_STATUS_OK = 0, BS_STATUS_SINGULAR = 1, BS_STATUS_INVALID = 6 };
    searched: all but one of each level's. scene_build.h keeps to it. */
 enum { BS_PARTS = 4, BS_NO_PART = -2147483647 - 1, BS_TREE_LEVELS = 48, BS_TREE_WAITING = BS_TREE_LEVELS * (BS_PARTS - 1) + 1 };
 
+/* Rows of surfaces along curves: where a piece begins on the curve, and then how long it is there. */
+enum { BS_ROW_START = 5 };
+
 /* Two pieces of a curve find a point of their joint at parameters that differ by roundings, a thousand times as many
    where the ray grazes, and at places that may lose half of the digits where it touches. */
 #define BS_JOINT_ALPHA(T) ((T)(sizeof(T) == 4 ? 1024 * 5.9604644775390625e-8 : 65536 * 1.1102230246251565e-16))

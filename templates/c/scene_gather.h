@@ -37,18 +37,35 @@ BS_INLINE void FN(scene_move)(const bs_hits *out, ptrdiff_t to, ptrdiff_t from)
   FN(copy)((S *)out->normal + 3 * to, (const S *)out->normal + 3 * from, 3);
 }
 
-/* Where two pieces of a curve join, both find the points of the common circle: the place, among `kept` ones from
-   `begin`, of the other piece's point that is this one; -1 for none. */
-BS_INLINE ptrdiff_t FN(scene_joint)(const bs_hits *out, ptrdiff_t begin, ptrdiff_t kept, const FN(ray) *ray,
-                                    const FN(hit) *hit, S t)
+/* How far the parameter of a curve runs, from the first to the last row of the surface that is asked. */
+BS_INLINE S FN(scene_period)(const bs_scene *scene, const FN(hit) *hit)
 {
+  const S *first = 0, *last = 0;
+#define BS_EACH(number, name, given, size) \
+  if (hit->kind == number) { \
+    first = BS_ROW(scene, number, size, 0); \
+    last = BS_ROW(scene, number, size, scene->surfaces[number].count - 1); \
+  }
+  BS_SCENE_KINDS(BS_EACH)
+#undef BS_EACH
+  (void)scene, (void)hit; /* of a scene without surfaces */
+  return last ? last[BS_ROW_START] + last[BS_ROW_START + 1] - first[BS_ROW_START] : K(0);
+}
+
+/* Where two pieces of a curve join, both find the points of the common circle, and so do the first and the last of a
+   closed curve, or both ends of its only one: the place, among `kept` ones from `begin`, of the other point that is
+   this one; -1 for none. */
+BS_INLINE ptrdiff_t FN(scene_joint)(const bs_hits *out, ptrdiff_t begin, ptrdiff_t kept, const bs_scene *scene,
+                                    const FN(ray) *ray, const FN(hit) *hit, S t)
+{
+  if (!(kept > 0 && hit->alpha - hit->alpha == 0)) return -1;
   const S *const times = (const S *)out->t + begin, *const alphas = (const S *)out->alpha + begin;
-  const S size = ABS(t) + FN(scene_length)(ray->origin);
-  for (ptrdiff_t i = 0; i < kept; i++)
-    if (out->surface[begin + i] != hit->index
-        && ABS(alphas[i] - hit->alpha) <= BS_JOINT_ALPHA(S) * (K(1) + ABS(hit->alpha))
-        && ABS(times[i] - t) <= BS_JOINT_PLACE(S) * size)
-      return i;
+  const S size = ABS(t) + FN(scene_length)(ray->origin), period = FN(scene_period)(scene, hit);
+  for (ptrdiff_t i = 0; i < kept; i++) {
+    const S apart = ABS(alphas[i] - hit->alpha), near = BS_JOINT_ALPHA(S) * (K(1) + ABS(hit->alpha));
+    const int joins = out->surface[begin + i] != hit->index && apart <= near;
+    if ((joins || ABS(apart - period) <= near) && ABS(times[i] - t) <= BS_JOINT_PLACE(S) * size) return i;
+  }
   return -1;
 }
 
@@ -66,9 +83,9 @@ BS_OWN void FN(scene_gather)(FN(search) *search, const bs_scene *scene, const FN
     const S t = hit->t * length;
     if (!FN(scene_within)(ray, hit)) continue;
     ptrdiff_t kept = search->total < out->roots ? search->total : out->roots;
-    const ptrdiff_t joint = FN(scene_joint)(out, begin, kept, ray, hit, t);
+    const ptrdiff_t joint = FN(scene_joint)(out, begin, kept, scene, ray, hit, t);
     if (joint >= 0) { /* the piece of the lower row keeps it */
-      if (rows[joint] < hit->index) continue;
+      if (rows[joint] <= hit->index) continue;
       for (ptrdiff_t i = joint; i + 1 < kept; i++) FN(scene_move)(out, begin + i, begin + i + 1);
       kept--, search->total--;
     }
