@@ -576,5 +576,5 @@ def test_surfaces_follow_every_kind_of_curve():
 def test_weights_that_would_lose_roots_are_refused():
     circles = [((0.0, 0.0, z), (0.1 * z, 0.0, 1.0), 1.0) for z in (0.0, 1.0, 2.0)]
     assert tracer.EvolvedCircles(curves.RationalBezier(circles, [1e-5, 1.0, 1.0])).parameters.shape[0] == 1
-    with pytest.raises(errors.SceneError, match="weights at the ends of the curve, 1e-08 and 1, are too small beside 1"):
+    with pytest.raises(errors.SceneError, match="ends of the curve, 1e-08 and 1, are too small beside 1"):
         tracer.EvolvedCircles(curves.RationalBezier(circles, [1e-8, 1.0, 1.0]))

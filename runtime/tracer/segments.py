@@ -163,8 +163,8 @@ def _of_curve(curve: Curve, kind: str, align: bool) -> Segments:
         )
     if isinstance(curve, RationalBezier) and curve.weights[[0, -1]].min() * MOST_UNLIKE < curve.weights.max():
         raise SceneError(
-            f"the weights at the ends of the curve, {curve.weights[0]:g} and {curve.weights[-1]:g}, are too small beside "
-            f"{curve.weights.max():g}.",
+            f"the weights at the ends of the curve, {curve.weights[0]:g} and {curve.weights[-1]:g}, are too "
+            f"small beside {curve.weights.max():g}.",
             remedy=f"Use end weights of at least the {1 / MOST_UNLIKE:g}th part of the largest",
         )
     controls = read_controls(curve.given, kind)
