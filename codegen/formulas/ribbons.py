@@ -21,7 +21,8 @@ from .outcome import epsilon
 from .rays import dot, line, line_direction, unit
 from .rulings import aligned, carriers, motion_seen, plane_normal, volume_of
 from .sizes import Sizes, product_sizes, sizes
-from .surfaces import Scalars, branch, evolved_circle, evolved_circle_rate, powers, weight
+from .surface_conditions import powers
+from .surfaces import Scalars, branch, evolved_circle, evolved_circle_rate, weight
 
 #: Coefficients of a bivector.
 BIVECTOR = 10

@@ -9,10 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 from ..errors import SceneError, suggest
-from ..formulas import facets, rays, ribbons, surface_points, surfaces
+from ..formulas import facets, rays, ribbons, surface_conditions, surface_points, surfaces
 from . import Declared
 
 #: How roots of a ray and an evolved surface are found; the number is the driver's.
@@ -88,6 +88,10 @@ PLAIN = {
 }
 
 
+#: What the rows of every piece of a curve begin with.
+_PIECE = (("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8))
+
+
 def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
     """Circles along polynomial pieces: p has degree 12 n - 4 where pieces begin and end with circles, else 12 n."""
     word = "free_" if free else ""
@@ -103,7 +107,7 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
 
     condition, meet_square = (
         kernel(formula, *scalars, "number", "number")
-        for formula in (surfaces.evolved_condition, surfaces.evolved_meet_square)
+        for formula in (surface_conditions.evolved_condition, surface_conditions.evolved_meet_square)
     )
     kernels = (
         Declared(surfaces.evolved_nearest, _RAY),
@@ -112,7 +116,7 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
         Declared(surfaces.kappa_term, ("number", "numbers5", "numbers5", "number")),
         Declared(surfaces.product_term, ("numbers10", "numbers5", "trivector")),
         kernel(
-            surfaces.evolved_sizes,
+            surface_conditions.evolved_sizes,
             f"numbers{norm}",
             f"numbers{kappa}",
             f"numbers{5 * (squares + 1)}",
@@ -125,34 +129,34 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
         kernel(surface_points.evolved_polish, *_RAY, "number", *circle),
         kernel(surface_points.evolved_normal, "position", *circle),
     )
-    values = (surfaces.evolved_condition_rate, surfaces.evolved_polynomial_bound)
+    values = (surface_conditions.evolved_condition_rate, surface_conditions.evolved_polynomial_bound)
     methods = (
         (
             "isolate",
             (
                 condition,
-                kernel(surfaces.evolved_polynomial, *scalars),
+                kernel(surface_conditions.evolved_polynomial, *scalars),
                 *(kernel(value, *scalars, "number", "number") for value in values),
-                kernel(surfaces.evolved_condition_bound, *_RAY, scalars[0], *circle),
-                kernel(surfaces.common_sphere_meets, *scalars[:2]),
-                kernel(surfaces.common_sphere_condition, *scalars[:2], "number", "number"),
+                kernel(surface_conditions.evolved_condition_bound, *_RAY, scalars[0], *circle),
+                kernel(surface_conditions.common_sphere_meets, *scalars[:2]),
+                kernel(surface_conditions.common_sphere_condition, *scalars[:2], "number", "number"),
                 kernel(
-                    surfaces.common_sphere_condition_bound,
+                    surface_conditions.common_sphere_condition_bound,
                     *_RAY,
                     *scalars[:2],
                     "number",
                     "number",
                     f"numbers{controls}",
                 ),
-                kernel(surfaces.common_sphere_polynomial, f"numbers{norm}"),
-                kernel(surfaces.common_sphere_bound, f"numbers{norm}", "number", "number"),
+                kernel(surface_conditions.common_sphere_polynomial, f"numbers{norm}"),
+                kernel(surface_conditions.common_sphere_bound, f"numbers{norm}", "number", "number"),
             ),
         ),
-        ("companion", (kernel(surfaces.evolved_printed, *scalars), meet_square)),
+        ("companion", (kernel(surface_conditions.evolved_printed, *scalars), meet_square)),
         ("sampled", (meet_square,)),
     )
     layout = (
-        ("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8),
+        *_PIECE,
         ("norm", norm), ("kappa", kappa), ("controls", controls), ("products", products), ("sizes", 2),
     )  # fmt: skip
     return SurfaceKind(
@@ -163,11 +167,6 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
             ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),
         ),
     )  # fmt: skip
-
-
-def _free_evolved_circles(degree: int) -> SurfaceKind:
-    """Circles along pieces that begin or end with sums that are no circles, such as those between knots."""
-    return _evolved_circles(degree, free=True)
 
 
 def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
@@ -194,7 +193,7 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
         *([kernel(ribbons.ribbon_closed_alpha, scalars[0])] if degree == 1 else []),
     )
     layout = (
-        ("center", 3), ("unit", 2), ("start", 1), ("length", 1), ("bound", 4), ("spans", 8),
+        *_PIECE,
         ("norm", norm), ("kappa", kappa), ("controls", controls), ("products", products), ("sizes", 2), ("levers", 4),
     )  # fmt: skip
     return SurfaceKind(
@@ -223,17 +222,13 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
     )  # fmt: skip
 
 
-def _free_evolved_point_pairs(degree: int) -> SurfaceKind:
-    """Point pairs along pieces that begin or end with sums that are no pairs."""
-    return _evolved_point_pairs(degree, free=True)
-
-
-#: Families: the word of their names, what makes the member of a degree, and the highest degree there is.
+#: Families: the word of their names, what makes the member of a degree, and the highest degree there is. The free ones
+#: are of pieces that begin or end with sums that are no objects, as between knots.
 FAMILIES: dict[str, tuple[Callable[[int], SurfaceKind], int]] = {
     "evolved_circles": (_evolved_circles, 8),
-    "evolved_circles_free": (_free_evolved_circles, 8),
+    "evolved_circles_free": (partial(_evolved_circles, free=True), 8),
     "evolved_point_pairs": (_evolved_point_pairs, 8),
-    "evolved_point_pairs_free": (_free_evolved_point_pairs, 8),
+    "evolved_point_pairs_free": (partial(_evolved_point_pairs, free=True), 8),
 }
 #: Degrees that the wheel carries for machines without a compiler.
 STOCK_DEGREES = {"evolved_circles": (1, 2, 3), "evolved_point_pairs": (1, 2, 3)}

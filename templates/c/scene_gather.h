@@ -1,10 +1,5 @@
 /* bladesmith: hits as rows of arrays, and all points of a line on the rows of one surface, in order. */
 
-BS_INLINE S FN(scene_length)(const S *x)
-{
-  return SQRT(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-}
-
 /* 1 if the distance of a hit is a number. */
 BS_INLINE int FN(scene_within)(const FN(ray) *ray, const FN(hit) *hit)
 {

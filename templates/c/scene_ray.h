@@ -83,6 +83,11 @@ BS_OWN int FN(precedes)(const FN(search) *search)
   return id < other || (id == other && search->index < hit->index);
 }
 
+BS_INLINE S FN(scene_length)(const S *x)
+{
+  return SQRT(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
 /* A place for a hit at t, if it is wanted: the caller fills in its points. */
 BS_INLINE FN(hit) *FN(accept)(FN(search) *search, S t, S alpha)
 {

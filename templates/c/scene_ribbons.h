@@ -162,7 +162,7 @@ BS_INLINE void RIBBON(offer)(FN(search) *search, const RIBBON(meeting) *m, S t, 
 BS_INLINE int RIBBON(within)(const RIBBON(meeting) *m, S t, const S *place)
 {
   const S *const d = m->direction;
-  const S way = K(1) + ABS(t) * SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  const S way = K(1) + ABS(t) * FN(scene_length)(d);
   return ABS(place[0]) <= place[1] + K(BS_RIBBON_MARGIN) * BS_ROOTS_UNIT(S) * way;
 }
 
@@ -194,7 +194,7 @@ BS_OWN int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S half, S 
   for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * d[i];
   RIBBON_KERNEL(place)(place, position, d, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &on, k + RIBBON(CONTROLS),
                        k + RIBBON(PRODUCTS));
-  const S way = K(1) / SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + ABS(t);
+  const S way = K(1) / FN(scene_length)(d) + ABS(t);
   const S rounding = K(BS_RIBBON_BLUR) * BS_ROOTS_UNIT(S) * way / SQRT(place[2]);
   const S blur = rounding > BS_RIBBON_SETTLED(S) * half ? rounding : BS_RIBBON_SETTLED(S) * half;
   if (!(last <= blur)) return 0;
@@ -239,7 +239,7 @@ BS_OWN void RIBBON(near_hit)(FN(search) *search, RIBBON(meeting) *m, S t, S root
     b = b < 0 ? K(0) : b > 1 ? K(1) : b, a = K(1) - b;
     RIBBON_KERNEL(ends)(ends, m->origin, d, norm, kappa, &a, &b, c, qc);
   }
-  const S way = K(1) + ABS(ends[0]) * SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  const S way = K(1) + ABS(ends[0]) * FN(scene_length)(d);
   if (is_along && ends[2] <= same * way && ends[6] <= same * same) {
     RIBBON(offer_ends)(search, m, b, ends);
     return;
@@ -275,7 +275,7 @@ BS_INLINE int RIBBON(roots)(S *roots, S *meets, const S *noise, const S *k, cons
     return RIBBON(isolate)(roots, RIBBON_DEGREE, meets, noise, norm, kappa, k + RIBBON(SIZES), spans);
 #endif
   /* The printed methods look at the size of f. */
-  const S over = K(1) / SQRT(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+  const S over = K(1) / FN(scene_length)(direction);
   for (int i = 0; i < RIBBON_MEETS; i++) meets[i] *= over;
 #if BS_SCENE_COMPANION
   if (search->method == 1) return RIBBON(companion)(roots, RIBBON_DEGREE, meets, norm, kappa, spans);
@@ -303,7 +303,7 @@ BS_OWN void RIBBON(end_hits)(FN(search) *search, RIBBON(meeting) *m, const S *me
     if (known || !RIBBON(ends_at_zero)(meets, noise, norm, kappa, b) || !RIBBON(real)(m->k + RIBBON(SPANS), b)) continue;
     RIBBON_KERNEL(point)(t_place, position, sine_square, m->origin, d, norm, kappa, &a, &b, m->k + RIBBON(CONTROLS),
                          m->k + RIBBON(PRODUCTS));
-    const S way = K(1) + ABS(t_place[0]) * SQRT(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const S way = K(1) + ABS(t_place[0]) * FN(scene_length)(d);
     if (!(sine_square[0] > K(BS_RIBBON_FLAT)))
       RIBBON(near_hit)(search, m, t_place[0], b);
     else if (t_place[3] <= K(BS_RIBBON_MARGIN) * BS_ROOTS_UNIT(S) * way && RIBBON(within)(m, t_place[0], t_place + 1))

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.programs.scene import needs
-from ...codegen.programs.surface_kinds import surface_kind
 from ...errors import SceneError
 from .. import values
 from ..driver import BoundScene
@@ -106,11 +105,6 @@ class Surface(Fixed):
         raise NotImplementedError
 
     @property
-    def most_roots(self) -> int:
-        """The most points that a line can have on the surface."""
-        return surface_kind(self.program_kind).roots * len(self.parameters)
-
-    @property
     def flat_normal(self) -> Array | None:
         """The normal of a flat surface."""
         return None
@@ -140,8 +134,8 @@ class Surface(Fixed):
         origins, directions : (..., 3) arrays
             They broadcast. Directions may have any length. If both are float32, so is the computation.
         method : {"isolate", "companion", "sampled"}
-            How roots on evolved surfaces are found: certain isolation on the polynomial of degree 8; the
-            printed companion matrix of degree 12; sign changes between samples.
+            How roots on evolved surfaces are found: certain isolation on the polynomial of both branches; the
+            companion matrix of the printed one; sign changes between samples.
         samples : int
             For "sampled": values along the curve, at least 3, a million at most.
         threads : int, optional
