@@ -92,9 +92,11 @@ def moved(kind: str, control: Control, shift: Array) -> Control:
 def surface_of(kind: str, controls: list[Control], is_checked: bool = True) -> Any:
     """The surface, or None where objects oppose each other or, if that is checked, where it is imaginary on the way."""
     from ... import tracer
+    from ...tracer.surfaces.evolved import quietly
 
     made = tracer.EvolvedCircles if kind == "circles" else tracer.EvolvedPointPairs
-    surface = made(controls)
+    with quietly():  # those that were turned over are drawn again
+        surface = made(controls)
     if np.any(surface.flipped):
         return None
     try:
