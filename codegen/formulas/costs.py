@@ -28,11 +28,16 @@ def magnitude(x: Multivector) -> Multivector:
     x' turns each orthonormal basis blade into its inverse, whatever it squares to; on the null basis n0 and n_inf
     count 1/2 and 2.
     """
+    return positive_product(x, x)
+
+
+def positive_product(x: Multivector, y: Multivector) -> Multivector:
+    """The inner product that `magnitude` is the square of."""
     minus = infinity(x) / 2 + origin(x)
-    return -(minus * x.conjugate() * minus).scalar_product(x)
+    return -(minus * x.conjugate() * minus).scalar_product(y)
 
 
-def _parallel(r: Multivector) -> Multivector:
+def parallel(r: Multivector) -> Multivector:
     """R_par = R . e_+, which has every term of R with n_inf in it."""
     return r | (infinity(r) / 2 - origin(r))
 
@@ -59,11 +64,11 @@ def rotor_cost_thesis(r: Multivector) -> Multivector:
 
 
 def _positive(r: Multivector) -> Multivector:
-    return magnitude(r - 1) + magnitude(_parallel(r))
+    return magnitude(r - 1) + magnitude(parallel(r))
 
 
 def _printed(r: Multivector) -> Multivector:
-    return norm_squared(r - 1) + norm_squared(_parallel(r))
+    return norm_squared(r - 1) + norm_squared(parallel(r))
 
 
 # -- pairs of objects --------------------------------------------------------------------------------------
@@ -102,10 +107,16 @@ def aligned(x: Multivector, reference: Multivector) -> Multivector:
 
 
 def _rotor(x1: Multivector, x2: Multivector) -> Multivector:
-    """The rotor with <R>_0 >= 0 from x1 to x2, NaN where it needs care. Points are translated."""
+    """`any_rotor`, NaN where it needs care."""
+    rotor = any_rotor(x1, x2)
+    return rotor if x1.grades == (1,) else only_if(is_plain(x1, x2), x1.constant(1)) * rotor
+
+
+def any_rotor(x1: Multivector, x2: Multivector) -> Multivector:
+    """The rotor with <R>_0 >= 0 from x1 to x2. Points are translated."""
     if x1.grades == (1,):
         return translator(euclidean_part(x2) - euclidean_part(x1))
-    return only_if(is_plain(x1, x2), x1.constant(1)) * plain_rotor(x1, x2)
+    return plain_rotor(x1, x2)
 
 
 def is_plain(x1: Multivector, x2: Multivector) -> Mask:

@@ -1,0 +1,167 @@
+"""Models of objects laid over each other by a motor (thesis chapter 5): what one pair of objects says about it.
+
+A motor leaves a round its radius: what tells the motor is its carriers, the centre and the axis. Flats and points are
+their own.
+"""
+
+from __future__ import annotations
+
+from ..algebra import Algebra
+from ..differentiate import derivative_formula
+from ..multivector import Multivector, absolute, select, sqrt
+from ..trace import Result, row
+from .blades import norm_squared
+from .conformal import infinity, origin, point, round_center
+from .costs import aligned, any_rotor, is_plain, parallel, positive_product
+from .euclidean import attached_part, coordinates, euclidean_part, space
+from .local import anchor, curvature
+from .outcome import only_if
+
+
+
+def motor_blades(algebra: Algebra) -> list[int]:
+    """Blades of a motor, those of a rotor about the origin first: a translation changes only the others."""
+    null = 1 << algebra.vectors.index("ni")
+    return sorted(algebra.kind("motor").blades, key=lambda blade: bool(blade & null))
+
+
+# -- what a motor sees of an object ------------------------------------------------------------------------
+
+
+def center(x: Multivector) -> Multivector:
+    """Position of a point, centre of a round; NaN for a flat of a round's kind."""
+    if x.grades == (1,):
+        return euclidean_part(x)
+    if x.grades == (4,):
+        dual = x.dual()
+        weight = -(dual | infinity(x))
+        return euclidean_part(dual) / only_if(absolute(weight) > 0, weight)
+    return round_center(x if x.grades == (2,) else x.dual())[0]
+
+
+def is_flat(x: Multivector) -> bool:
+    """Whether x is a flat by its blades: they all hold n_inf."""
+    return not curvature(x).terms
+
+
+def direction(x: Multivector) -> Multivector:
+    """Unit direction of a line or a point pair, normal of a plane or a circle; nothing for points and spheres."""
+    if x.grades == (1,) or (x.grades == (4,) and not is_flat(x)):
+        return x.new({})
+    if not is_flat(x):
+        along = round_center(x if x.grades == (2,) else x.dual())[1]
+        return along / sqrt((along * along).grade(0))
+    attitude = euclidean_part((origin(x) | x) | infinity(x))
+    return (attitude * space(x)).grade(1) if attitude.grades == (2,) else attitude
+
+
+def carriers(x: Multivector, sign: Multivector) -> list[Multivector]:
+    """The points and flats that move with x, turned round where the sign is -1; points have no orientation."""
+    if x.grades == (1,):
+        return [x]
+    if is_flat(x):
+        return [sign * x]
+    middle = center(x)
+    if x.grades == (4,):
+        return [point(middle)]
+    return [point(middle), sign * (point(middle) ^ direction(x) ^ infinity(x))]
+
+
+def element(x: Multivector) -> Result:
+    """Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not."""
+    place = anchor(x) if is_flat(x) else center(x)
+    along = coordinates(direction(x)) if direction(x).terms else [x.constant(0)] * 3
+    bent = x.constant(0)
+    if x.grades != (1,) and not is_flat(x):
+        bent = 1 / sqrt(norm_squared(curvature(x)))
+    return row([*coordinates(place), *along, bent], "element")
+
+
+def moved_element(r: Multivector, x: Multivector) -> Result:
+    """`element` of R x ~R."""
+    return element((r >> x).grade(*x.grades))
+
+
+# -- the motor of some pairs -------------------------------------------------------------------------------
+
+
+def motor_form(x: Multivector, y: Multivector, sign: Multivector) -> Result:
+    """Coefficients A_kl, k <= l, of the quadratic form |R X - Y R|^2 in R, for the carriers X of x, Y of (sign) y.
+
+    It is zero for the motor that takes the carriers over. |.|^2 is `costs.magnitude`, k that of `motor_blades`.
+    """
+    total: list[Multivector] | None = None
+    basis = [x.new({b: x.ring.constant(1)}) for b in motor_blades(x.algebra)]
+    for a, b in zip(carriers(x, x.constant(1)), carriers(y, sign), strict=True):
+        errors = [e * a - b * e for e in basis]
+        form = [positive_product(p, q) for i, p in enumerate(errors) for q in errors[i:]]
+        total = form if total is None else [u + v for u, v in zip(total, form, strict=True)]
+    assert total is not None
+    return row(total, "form")
+
+
+def near_motor(r: Multivector) -> Multivector:
+    """(r ~r)^(-1/2) r: the motor next to any multivector on a motor's blades."""
+    square = r * ~r
+    s0, s4 = square.grade(0), square.grade(4)
+    return ((1 - s4 / (2 * s0)) * r / sqrt(s0)).grade(0, 2, 4)
+
+
+# -- what does not change with the motor -------------------------------------------------------------------
+
+
+def pair_invariants(x: Multivector, y: Multivector) -> Result:
+    """Four numbers of two objects, the same after any motor and for x or y turned round; zeros where there are fewer.
+
+    The distance between their positions, or of a position from a flat, or (signed, times sin) between two lines;
+    |cos| of the angle between their directions; for rounds how far along their axes the other one lies.
+    """
+    nothing = x.constant(0)
+    places = [center(a) if not is_flat(a) else None for a in (x, y)]
+    along = [direction(a) for a in (x, y)]
+    cosine = (along[0] * along[1]).grade(0) if along[0].terms and along[1].terms else None
+    first = second = third = nothing
+    if places[0] is not None and places[1] is not None:
+        between = places[1] - places[0]
+        first = sqrt((between * between).grade(0))
+        second, third = (absolute((between * d).grade(0)) if d.terms else nothing for d in along)
+    elif places[0] is not None or places[1] is not None:
+        place, flat = (places[0], y) if places[0] is not None else (places[1], x)
+        assert place is not None
+        first = _distance(point(place), flat)
+    elif x.grades == y.grades == (3,):
+        assert cosine is not None
+        twist = (attached_part((x * y).grade(4)) * ~space(x)).grade(0)
+        first = select(cosine < 0, x.constant(-1), x.constant(1)) * twist
+    return row([first, absolute(cosine) if cosine is not None else nothing, second, third], "invariants")
+
+
+def _distance(p: Multivector, flat: Multivector) -> Multivector:
+    """Distance of a point from a unit flat: the unit flat through both is as large as they are far apart."""
+    joint = p ^ flat
+    return absolute(joint.dual().grade(0)) if joint.grades == (5,) else sqrt(absolute(norm_squared(joint)))
+
+
+# -- least cost --------------------------------------------------------------------------------------------
+
+
+def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
+    """Positive cost from x to y or -y, its gradient and its Gauss-Newton matrix (upper half) by b in exp(b) x exp(-b).
+
+    The cost is a sum of squares, of R - 1 and of R . e_+; so its matrix is twice that of their rates.
+    """
+    basis = [x.new({b: x.ring.constant(1)}) for b in x.algebra.kind("twist").blades]
+    near = aligned(y, x)
+    plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(x, near), x.constant(1))
+    rotor = plain * any_rotor(x, near)
+    rate_of = derivative_formula(any_rotor, ["x", "y"], "x", is_scalar=False)
+    rates = [rate_of(x, near, e * x - x * e)[0].values[0] for e in basis]
+    error = rotor - 1
+    cost = positive_product(error, error) + positive_product(parallel(rotor), parallel(rotor))
+    gradient = [2 * (positive_product(error, d) + positive_product(parallel(rotor), parallel(d))) for d in rates]
+    matrix = [
+        2 * (positive_product(p, q) + positive_product(parallel(p), parallel(q)))
+        for i, p in enumerate(rates)
+        for q in rates[i:]
+    ]
+    return row([cost], "cost"), row(gradient, "gradient"), row(matrix, "matrix")

@@ -1,0 +1,66 @@
+"""The registration driver: for each kind of object that both models have, how it moves and what a pair of it says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+
+from ..errors import InputError
+from ..formulas import registration
+from . import Declared, Program, cga3d, program
+
+#: Kinds of object, in the order that drivers number them.
+KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
+#: Those that point somewhere.
+DIRECTED = frozenset(("point_pair", "line", "circle", "plane"))
+_HEADERS = ("platform.h", "instance.h", "instance_end.h", "reform_types.h", "reform_solve.h", "reform_loops.h")
+
+
+@dataclass(frozen=True)
+class RegisteredKind:
+    """A kind of object as the driver's template sees it."""
+
+    name: str
+    number: int
+    size: int
+    directed: bool
+
+
+def _declared(kind: str) -> list[Declared]:
+    return [
+        Declared(registration.moved_element, ("motor", kind), f"moved_{kind}"),
+        Declared(registration.motor_form, (kind, kind, "number"), f"form_{kind}"),
+    ]
+
+
+@cache
+def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
+    """The program that registers models of these kinds, and has nothing for others.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind, or none at all.
+    """
+    wanted = in_order(kinds)
+    values: dict[str, object] = {
+        "title": f"Registration of models of {', '.join(wanted)}",
+        "kinds": [RegisteredKind(k, KINDS.index(k), cga3d().kind(k).size, k in DIRECTED) for k in wanted],
+    }
+    blades = cga3d().kind("motor").blades
+    values["motor_order"] = [blades.index(b) for b in registration.motor_blades(cga3d())]
+    declared = [Declared(registration.near_motor, ("layout motor",), "near_motor")]
+    declared += [d for kind in wanted for d in _declared(kind)]
+    name = "reform" if wanted == KINDS else "reform_" + "_".join(wanted)
+    return program(name, declared, "c/reform.c.j2", "c/reform_types.h", _HEADERS, values)
+
+
+def in_order(kinds: Iterable[str]) -> tuple[str, ...]:
+    """Each kind once, in the order of `KINDS`."""
+    names = set(kinds)
+    if unknown := sorted(names - set(KINDS)):
+        raise InputError(f"{unknown[0]} is no kind of object for registration; there are: {', '.join(KINDS)}.")
+    if not names:
+        raise InputError("a registration needs at least one kind of object.")
+    return tuple(k for k in KINDS if k in names)

@@ -1,0 +1,1 @@
+"""Registration of models made of primitives (thesis chapter 5)."""

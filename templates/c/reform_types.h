@@ -1,0 +1,65 @@
+/* bladesmith: the structures and functions of the registration driver, as C and cffi read them. Python owns all arrays.
+   Kinds are numbered point, point pair, line, circle, plane, sphere in every program, whichever of them it has. */
+
+typedef struct {
+  ptrdiff_t counts[6];       /* objects of each kind */
+  const double *rows[6];     /* their coefficients */
+} bs_model;
+
+/* Elements (position, direction, radius) of the reference objects of one kind, in the cells of a grid of positions.
+   What lies beyond the grid is in its outermost cells. */
+typedef struct {
+  double corner[3], scale;   /* where cell 0, 0, 0 begins, and cells per length */
+  int32_t sides[3];          /* cells along each axis */
+  const int32_t *starts;     /* (cells + 1): where the objects of a cell stand in what follows */
+  const int32_t *order;      /* (count): their rows, rising within a cell */
+  const double *elements;    /* (count, 7) */
+} bs_grid;
+
+typedef struct {
+  bs_model query, reference;
+  bs_grid grids[6];
+  ptrdiff_t asked;           /* query objects that are looked at, in this order */
+  const int32_t *asked_kinds, *asked_rows;
+  double weights[3];         /* of squared differences of positions, directions and radii */
+  double limit;              /* the sum of them up to which two objects may be one */
+  double least;              /* share of objects with a counterpart below which a motor is given up early */
+  int32_t align;             /* objects have no orientation: x and -x are one */
+} bs_reform;
+
+typedef struct {
+  ptrdiff_t size;            /* pairs of a sample */
+  const int32_t *kinds, *query, *reference; /* (samples, size): which objects are one, by their rows of a kind */
+  const double *signs;       /* (samples, size): +1, or -1 for a reference object turned round */
+  double residual;           /* mean of |R X - Y R|^2 up to which a sample is consistent */
+  double *motors;            /* (samples, 8) */
+  double *scores;            /* (samples): sum of 1 - (distance^2/limit) of the objects with a counterpart; -1: none */
+  int32_t *hits, *tested;    /* (samples): objects with a counterpart, of how many */
+} bs_samples;
+
+typedef struct {
+  ptrdiff_t size;            /* objects of a set */
+  const int32_t *kinds, *query; /* (sets, size): query objects; kind -1 leaves one out */
+  double *stiffness;         /* (sets): least pivot of the twists' form |B X - X B|^2, 0 where a motion is free */
+} bs_sets;
+
+typedef struct {
+  ptrdiff_t rounds;          /* at most */
+  double settled;            /* |change of the motor|^2 that ends it */
+  double *motors;            /* (candidates, 8): where to start, and the result */
+  double *scores;            /* (candidates) */
+  int32_t *hits, *taken;     /* (candidates): objects with a counterpart; rounds that it took, -1: it came to nothing */
+} bs_refined;
+
+typedef struct {
+  const double *motor;       /* 8 */
+  int32_t *indices;          /* (asked): row of the counterpart, -1 for none */
+  double *distances;         /* (asked): the weighted square; the limit for none */
+  double *signs;             /* (asked): -1 where the counterpart is turned round */
+} bs_matching;
+
+const char *bs_source_hash(void);
+void bs_reform_samples(const bs_reform *state, const bs_samples *samples, ptrdiff_t begin, ptrdiff_t end);
+void bs_reform_stiffness(const bs_reform *state, const bs_sets *sets, ptrdiff_t begin, ptrdiff_t end);
+void bs_reform_refine(const bs_reform *state, const bs_refined *refined, ptrdiff_t begin, ptrdiff_t end);
+void bs_reform_match(const bs_reform *state, const bs_matching *matching, ptrdiff_t begin, ptrdiff_t end);
