@@ -6,6 +6,8 @@ their own.
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from ..algebra import Algebra
 from ..differentiate import derivative_formula
 from ..multivector import Multivector, absolute, select, sqrt
@@ -16,7 +18,6 @@ from .costs import aligned, any_rotor, is_plain, parallel, positive_product
 from .euclidean import attached_part, coordinates, euclidean_part, space
 from .local import anchor, curvature
 from .outcome import only_if
-
 
 
 def motor_blades(algebra: Algebra) -> list[int]:
@@ -91,7 +92,7 @@ def motor_form(x: Multivector, y: Multivector, sign: Multivector) -> Result:
     It is zero for the motor that takes the carriers over. |.|^2 is `costs.magnitude`, k that of `motor_blades`.
     """
     total: list[Multivector] | None = None
-    basis = [x.new({b: x.ring.constant(1)}) for b in motor_blades(x.algebra)]
+    basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in motor_blades(x.algebra)]
     for a, b in zip(carriers(x, x.constant(1)), carriers(y, sign), strict=True):
         errors = [e * a - b * e for e in basis]
         form = [positive_product(p, q) for i, p in enumerate(errors) for q in errors[i:]]
@@ -107,14 +108,20 @@ def near_motor(r: Multivector) -> Multivector:
     return ((1 - s4 / (2 * s0)) * r / sqrt(s0)).grade(0, 2, 4)
 
 
+def stepped(r: Multivector, b: Multivector) -> Multivector:
+    """The motor next to (1 + b) R: exp(b) R to first order in the twist b."""
+    return near_motor((1 + b) * r)
+
+
 # -- what does not change with the motor -------------------------------------------------------------------
 
 
 def pair_invariants(x: Multivector, y: Multivector) -> Result:
-    """Four numbers of two objects, the same after any motor and for x or y turned round; zeros where there are fewer.
+    """Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are
+    the same for x or y turned round.
 
-    The distance between their positions, or of a position from a flat, or (signed, times sin) between two lines;
-    |cos| of the angle between their directions; for rounds how far along their axes the other one lies.
+    The distance between their positions, or of a position from a flat, or that between two lines, signed, times sin;
+    cos of the angle between their directions; for rounds how far along their axes the other one lies.
     """
     nothing = x.constant(0)
     places = [center(a) if not is_flat(a) else None for a in (x, y)]
@@ -133,7 +140,7 @@ def pair_invariants(x: Multivector, y: Multivector) -> Result:
         assert cosine is not None
         twist = (attached_part((x * y).grade(4)) * ~space(x)).grade(0)
         first = select(cosine < 0, x.constant(-1), x.constant(1)) * twist
-    return row([first, absolute(cosine) if cosine is not None else nothing, second, third], "invariants")
+    return row([first, cosine if cosine is not None else nothing, second, third], "invariants")
 
 
 def _distance(p: Multivector, flat: Multivector) -> Multivector:
@@ -145,12 +152,17 @@ def _distance(p: Multivector, flat: Multivector) -> Multivector:
 # -- least cost --------------------------------------------------------------------------------------------
 
 
+def moved_rates(r: Multivector, x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
+    """`cost_rates` of R x ~R and y."""
+    return cost_rates((r >> x).grade(*x.grades), y)
+
+
 def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
     """Positive cost from x to y or -y, its gradient and its Gauss-Newton matrix (upper half) by b in exp(b) x exp(-b).
 
     The cost is a sum of squares, of R - 1 and of R . e_+; so its matrix is twice that of their rates.
     """
-    basis = [x.new({b: x.ring.constant(1)}) for b in x.algebra.kind("twist").blades]
+    basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in x.algebra.kind("twist").blades]
     near = aligned(y, x)
     plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(x, near), x.constant(1))
     rotor = plain * any_rotor(x, near)

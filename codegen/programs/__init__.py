@@ -6,80 +6,44 @@ those are arguments of the compiled driver, so that an animation compiles once.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
-from ..algebra import Algebra
 from ..build import ExtensionSource
-from ..catalogue import algebra_from_data
-from ..kinds import Kind, numbers, scalar_argument
-from ..simplify import staged
-from ..targets.c import c_function, symbol
-from ..targets.extension import in_dependency_order
-from ..templating import render, template_text
-from ..trace import Formula, Kernel, trace
+from ..templating import included_headers, render, template_text
+from ..units import Unit
+from . import kept
+from .kernels import Declared, cga3d, printed, printed_together, stock_algebra, traced
 
-
-@cache
-def stock_algebra(name: str) -> Algebra:
-    """A stock algebra, from its spec alone: nothing generated is needed to generate programs."""
-    package = __package__.rpartition(".")[0]
-    text = resources.files(package).joinpath(f"specs/{name}.toml").read_text(encoding="utf-8")
-    return algebra_from_data(tomllib.loads(text))
-
-
-def cga3d() -> Algebra:
-    """The algebra that the geometry of most programs is written in."""
-    return stock_algebra("cga3d")
+__all__ = ["Declared", "Part", "Program", "cga3d", "program", "stock_algebra", "traced"]
 
 
 @dataclass(frozen=True)
-class Declared:
-    """A kernel that a program needs: a formula, the kinds of its arguments by name, and its algebra.
+class Part:
+    """A part of a program that is compiled by itself, and kept for other programs.
 
-    A formula on several kinds is several kernels of one program: each is given a name of its own.
+    Parameters
+    ----------
+    name : str
+        Identifier.
+    declared : tuple of Declared
+        Its kernels: what it includes as ``kernels.h``.
+    source : str
+        The C text.
+    options : tuple of str
+        Of the compiler.
     """
 
-    formula: Formula
-    kinds: tuple[str, ...]
-    named: str = ""
-    algebra: str = "cga3d"
+    name: str
+    declared: tuple[Declared, ...]
+    source: str
+    options: tuple[str, ...] = ()
 
-    @property
-    def name(self) -> str:
-        """Name of the kernel: the given one, else that of its formula."""
-        return self.named or self.formula.__name__
-
-
-@cache
-def _kind(algebra_name: str, name: str) -> Kind:
-    """Kinds of arguments of programs: those of the algebra, and Euclidean vectors and rows of numbers."""
-    algebra = stock_algebra(algebra_name)
-    if name in ("position", "unit"):
-        euclidean = tuple(algebra.parse_blade(blade)[0] for blade in ("e1", "e2", "e3"))
-        return _euclidean(algebra, name, euclidean)
-    if name == "number":
-        return scalar_argument(algebra)
-    if name.startswith("numbers"):
-        return numbers(algebra, int(name.removeprefix("numbers")))
-    return algebra.kind(name)
-
-
-def _euclidean(algebra: Algebra, name: str, blades: tuple[int, ...]) -> Kind:
-    """A position, about which nothing is known, or a unit vector."""
-    if name == "position":
-        return Kind(algebra, name, blades)
-    return Kind(algebra, name, blades, ("x * x - 1",), "unit(e1, e2, e3)")
-
-
-@cache
-def traced(declared: Declared) -> Kernel:
-    """The kernel of a declaration, traced once in a process."""
-    kinds = [_kind(declared.algebra, k) for k in declared.kinds]
-    return trace(declared.formula, kinds, declared.name, algebra=stock_algebra(declared.algebra))
+    def unit(self) -> Unit:
+        """The same, ready to compile into the cache."""
+        kernels = _kernels_header(printed_together(self.declared))
+        headers = {"kernels.h": kernels, **included_headers([self.source], ["kernels.h"])}
+        return Unit(self.name, self.source, headers, self.options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +57,16 @@ class Program:
     kernels : tuple of str
         Names of the kernels that it holds, in the order of the source.
     files : mapping of str to str
-        Generated files: kernels.c, kernels.h, kernels.cdef.
+        Generated files of all of it in one text: kernels.c, kernels.h, kernels.cdef.
     headers : tuple of str
         Files of ``templates/c`` that they include.
     options : tuple of str
         Of the compiler, after those of all programs.
+    parts : tuple of Part
+        What is compiled by itself where a compiler runs on demand, those that take longest first; the driver's text
+        leaves it out under `PARTS_OPTION`.
+    driver : tuple of Declared
+        The kernels of the rest.
     """
 
     name: str
@@ -105,6 +74,17 @@ class Program:
     files: Mapping[str, str]
     headers: tuple[str, ...]
     options: tuple[str, ...] = ()
+    parts: tuple[Part, ...] = ()
+    driver: tuple[Declared, ...] = ()
+
+    def index(self) -> str:
+        """Which kernels its files hold, for others to take their text from: see kept.py."""
+        found = {}
+        for each in (*self.driver, *(d for part in self.parts for d in part.declared)):
+            group = kept.group_of(each.formula.__module__, each.algebra)
+            if group is not None:
+                found[group, each.key] = tuple(printed(each))
+        return kept.index(self.files["kernels.h"], found)
 
     @property
     def source(self) -> str:
@@ -116,7 +96,20 @@ class Program:
         """The same, ready to compile into the cache."""
         headers = {name: template_text(f"c/{name}") for name in self.headers}
         headers["kernels.h"] = self.files["kernels.h"]
-        return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers, self.options)
+        options = self.options
+        if self.parts:
+            headers["kernels.h"] = _kernels_header(printed_together(self.driver))
+            options = (*options, PARTS_OPTION)
+        units = tuple(part.unit() for part in self.parts)
+        return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers, options, units)
+
+
+#: Leaves out of a driver what is compiled by itself.
+PARTS_OPTION = "-DBS_SCENE_APART=1"
+
+
+def _kernels_header(texts: Mapping[str, str]) -> str:
+    return render("c/kernels.h.j2", functions=[]) + "".join(texts.values())
 
 
 def program(
@@ -127,13 +120,16 @@ def program(
     headers: Sequence[str],
     values: Mapping[str, object],
     options: tuple[str, ...] = (),
+    parts: tuple[Part, ...] = (),
 ) -> Program:
-    """Print the kernels as their formulas were written (no search of forms) and fill the driver's template."""
-    kernels = in_dependency_order(traced(d) for d in dict.fromkeys(declared))
-    functions = [c_function(staged(k)) for k in kernels]
+    """Print the kernels as their formulas were written (no search of forms) and fill the driver's template.
+
+    ``declared`` are those of the driver; those of parts come after them.
+    """
+    texts = printed_together([*declared, *(d for part in parts for d in part.declared)])
     files = {
-        "kernels.c": render(template, functions=functions, **values),
-        "kernels.h": render("c/kernels.h.j2", functions=functions),
+        "kernels.c": render(template, **values),
+        "kernels.h": _kernels_header(texts),
         "kernels.cdef": template_text(cdef),
     }
-    return Program(name, tuple(symbol(k) for k in kernels), files, tuple(headers), options)
+    return Program(name, tuple(texts), files, tuple(headers), options, parts, tuple(declared))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations_with_replacement
 
 from ..errors import InputError
 from ..formulas import registration
@@ -29,6 +30,8 @@ class RegisteredKind:
 
 def _declared(kind: str) -> list[Declared]:
     return [
+        Declared(registration.element, (kind,), f"element_{kind}"),
+        Declared(registration.moved_rates, ("motor", kind, kind), f"rates_{kind}"),
         Declared(registration.moved_element, ("motor", kind), f"moved_{kind}"),
         Declared(registration.motor_form, (kind, kind, "number"), f"form_{kind}"),
     ]
@@ -51,7 +54,11 @@ def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
     blades = cga3d().kind("motor").blades
     values["motor_order"] = [blades.index(b) for b in registration.motor_blades(cga3d())]
     declared = [Declared(registration.near_motor, ("layout motor",), "near_motor")]
+    declared.append(Declared(registration.stepped, ("motor", "twist"), "stepped"))
     declared += [d for kind in wanted for d in _declared(kind)]
+    pairs = list(combinations_with_replacement(wanted, 2))
+    declared += [Declared(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
+    values["pairs"] = [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs]
     name = "reform" if wanted == KINDS else "reform_" + "_".join(wanted)
     return program(name, declared, "c/reform.c.j2", "c/reform_types.h", _HEADERS, values)
 

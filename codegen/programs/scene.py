@@ -5,14 +5,15 @@ Kinds of surface are in surface_kinds.py.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..errors import SceneError, suggest
 from ..formulas import boxes, rays
-from ..targets.extension import PORTABLE, SCALAR
-from . import Declared, Program, program
-from .surface_kinds import METHODS, in_order, stock_kinds, surface_kind
+from ..targets.extension import PORTABLE, SCALAR, Instance
+from ..templating import render
+from . import Declared, Part, Program, program
+from .surface_kinds import METHODS, SurfaceKind, in_order, stock_kinds, surface_kind
 
 #: Every program: the side of a normal that a ray sees.
 _COMMON = (Declared(rays.facing, ("unit", "position")),)
@@ -34,6 +35,7 @@ _HEADERS = (
     "instance_end.h",
     "scene_types.h",
     "scene_common.h",
+    "scene_apart.h",
     "scene_ray.h",
     "scene_search.h",
     "scene_gather.h",
@@ -50,8 +52,8 @@ WIDE_KINDS = frozenset(("plane", "sphere"))
 #: once, asking costs a fifth.
 TREE_PAYS, TREE_PAYS_WIDE = 12, 48
 #: Kernels are straight lines, and their loops are unrolled where it pays: what else compilers do takes them as long
-#: again and gains nothing, but for vectors.
-QUICK = ("-O1",)
+#: again and gains nothing, but for vectors. Calls into parts are jumps.
+QUICK = ("-O1", "-foptimize-sibling-calls")
 
 
 @dataclass(frozen=True)
@@ -136,24 +138,21 @@ def scene_program(wanted: SceneNeeds) -> Program:
     boxed = wanted.tree or any("bound" in dict(kind.layout) for kind in kinds)
     if boxed:
         declared += _BOXES
-    for kind in kinds:
-        declared += kind.kernels
-        for method, kernels in kind.methods:
-            if method in wanted.methods:
-                declared += kernels
+    declared += [d for kind in kinds if not kind.is_apart for d in kind.kernels]
+    methods = [(method.upper(), int(method in wanted.methods)) for method in METHODS]
     features = {
         "PICTURES": wanted.pictures, "LAYERS": wanted.layers, "REFLECTION": wanted.reflection,
         "CHECKER": wanted.checker, "TREE": wanted.tree, "BOXES": boxed,
-        **{method.upper(): method in wanted.methods for method in METHODS},
     }  # fmt: skip
     fragments = list(dict.fromkeys(kind.fragment for kind in kinds))
     extra = [header for kind in kinds for header in kind.headers]
+    instances = SCALAR if wanted.single else SCALAR[:1]
     values = {
         "title": _title(wanted),
         "kinds": kinds,
         "roots": max((kind.roots for kind in kinds), default=1),
-        "features": [(name, int(value)) for name, value in features.items()],
-        "instances": SCALAR if wanted.single else SCALAR[:1],
+        "features": [*((name, int(value)) for name, value in features.items()), *methods],
+        "instances": instances,
         "elementary": wanted.pictures,
         "wide": [i for i in PORTABLE if wanted.single or i.bits == 64] if wanted.wide else [],
     }
@@ -162,7 +161,30 @@ def scene_program(wanted: SceneNeeds) -> Program:
     if wanted.wide:
         tree += ["rows.h", "scene_wide.h"]
     headers = [*_HEADERS, *tree, *pictures, *fragments, *dict.fromkeys(extra)]
-    return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values, () if wanted.wide else QUICK)
+    parts = [_wide_part(kinds, values)] if wanted.wide else []
+    parts += [
+        _kind_part(kind, instance, wanted.methods, {"features": methods, "wide": ()})
+        for instance in instances
+        for kind in sorted(kinds, key=lambda kind: -kind.roots)
+        if kind.is_apart
+    ]
+    return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values, QUICK, tuple(parts))
+
+
+def _kind_part(kind: SurfaceKind, instance: Instance, methods: tuple[str, ...], values: Mapping[str, object]) -> Part:
+    """The functions of one kind in one precision: the same for all scenes with it that look for roots in these ways."""
+    kernels = (*kind.kernels, *(d for method, more in kind.methods if method in methods for d in more))
+    title = f"{kind.name}, {instance.tag}"
+    source = render("c/scene_unit.c.j2", title=title, kinds=[kind], roots=kind.roots, instance=instance, **values)
+    return Part(kind.name, kernels, source, QUICK)
+
+
+def _wide_part(kinds: Sequence[SurfaceKind], values: Mapping[str, object]) -> Part:
+    """The loop that meets several rays at once: vector code, which gains by all that compilers do."""
+    kernels = tuple(d for kind in kinds for d in kind.kernels)
+    plain = {"title": "several rays at once", "features": (), "roots": 1, "elementary": False}
+    source = render("c/scene_unit.c.j2", **{**values, **plain})
+    return Part("scene_wide", kernels, source)
 
 
 def _title(wanted: SceneNeeds) -> str:

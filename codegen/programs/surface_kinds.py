@@ -56,6 +56,11 @@ class SurfaceKind:
     layout: tuple[tuple[str, int], ...] = ()
     defines: tuple[tuple[str, str], ...] = ()
 
+    @property
+    def is_apart(self) -> bool:
+        """Whether its functions take a compiler so long that they are compiled by themselves, once for all scenes."""
+        return bool(self.methods)
+
     def slice(self, name: str) -> slice:
         """Where a part of the row of constants stands."""
         start = 0

@@ -22,6 +22,8 @@ Array = NDArray[Any]
 ELEMENT = 7
 #: Coefficients of a motor.
 MOTOR = 8
+#: Numbers of a match's rates: cost, gradient, upper half of a matrix.
+RATES = 28
 #: Share of objects that a grid may leave to its outermost cells, at either end; cells along an axis at most.
 OUTER, MOST_SIDE = 0.05, 128
 TINY = np.finfo(np.float64).tiny ** 0.25
@@ -89,7 +91,57 @@ def grid_of(elements: Array) -> Grid:
     number = (cells[:, 0] * sides[1] + cells[:, 1]) * sides[2] + cells[:, 2]
     order = np.argsort(number, kind="stable")
     starts = np.searchsorted(number[order], np.arange(int(sides.prod()) + 1)).astype(np.int32)
-    return Grid(low, scale, tuple(int(s) for s in sides), starts, rows[order], elements[rows[order]])
+    shape = (int(sides[0]), int(sides[1]), int(sides[2]))
+    return Grid(low, scale, shape, starts, rows[order], elements[rows[order]])
+
+
+class Driver:
+    """What the driver computes of objects alone."""
+
+    def __init__(self, kinds: tuple[str, ...], threads: int | None = None) -> None:
+        self._module = driver(kinds)
+        self._threads = threads
+
+    def elements(self, kind: str, rows: Array) -> Array:
+        """Positions, directions and radii (n, 7) of unit objects."""
+        rows, found = np.ascontiguousarray(rows, np.float64), np.empty((len(rows), ELEMENT))
+        ffi = self._module.ffi
+        self._module.lib.bs_reform_elements(
+            KINDS.index(kind), ffi.from_buffer("double[]", rows), ffi.from_buffer("double[]", found), len(rows)
+        )
+        return found
+
+    def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
+        """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
+        ffi, run = self._module.ffi, self._module.lib.bs_reform_invariants
+        found = np.empty((len(places[0]), 4))
+        given = [np.ascontiguousarray(r, np.float64) for r in rows]
+        index = [np.ascontiguousarray(p, np.int32) for p in places]
+        (a, b), (i, j) = ([ffi.from_buffer(t, x) for x in xs] for t, xs in (("double[]", given), ("int32_t[]", index)))
+        to = ffi.from_buffer("double[]", found)
+        one, two = (KINDS.index(k) for k in kinds)
+
+        def part(begin: int, end: int) -> None:
+            run(one, a, i, two, b, j, to, begin, end)
+
+        share(part, len(found), self._threads, 8192)
+        return found
+
+    def step(self, motor: Array, twist: Array) -> Array:
+        """The motor next to (1 + twist) motor."""
+        ffi, found = self._module.ffi, np.empty(MOTOR)
+        given = [np.ascontiguousarray(x, np.float64) for x in (motor, twist)]
+        self._module.lib.bs_reform_step(*(ffi.from_buffer("double[]", x) for x in (*given, found)))
+        return found
+
+
+def share(part: parallel.Part, n: int, threads: int | None, grain: int) -> None:
+    """A range over threads, in pieces of at least so many."""
+    count = parallel.thread_count(threads)
+    if n <= grain or count == 1:
+        part(0, n)
+    else:
+        parallel.run(part, n, count, chunk=max(grain, -(-n // (8 * count))))
 
 
 @dataclass(frozen=True)
@@ -202,6 +254,16 @@ class Scene:
         self._share(self._lib.bs_reform_match, job, self.asked, 64)
         return indices, distances, signs
 
+    def rates(self, kind: str, motor: Array, query: Array, reference: Array) -> Array:
+        """Of matches, by their rows: cost, gradient (6) and Gauss-Newton matrix (21) by the twist, (n, 28)."""
+        job, found = self._ffi.new("bs_rates *"), np.empty((len(query), RATES))
+        motor = np.ascontiguousarray(motor, np.float64)
+        kept = [self._integers(a, False) for a in (query, reference)]
+        job.count, job.kind, (job.query, job.reference) = len(query), KINDS.index(kind), kept
+        job.motor, job.rates = (self._ffi.from_buffer("double[]", a) for a in (motor, found))
+        self._share(self._lib.bs_reform_rates, job, len(query), 1024)
+        return found
+
     def _grid(self, to: Any, grid: Grid) -> None:
         to.corner, to.scale, to.sides = list(grid.corner), grid.scale, grid.sides
         to.starts, to.order = self._integers(grid.starts), self._integers(grid.order)
@@ -211,11 +273,7 @@ class Scene:
         def part(begin: int, end: int) -> None:
             run(self._state, job, begin, end)
 
-        count = parallel.thread_count(self._threads)
-        if n <= grain or count == 1:
-            part(0, n)
-        else:
-            parallel.run(part, n, count, chunk=max(grain, -(-n // (8 * count))))
+        share(part, n, self._threads, grain)
 
     def _doubles(self, array: Array) -> Any:
         return self._held("double[]", np.ascontiguousarray(array, np.float64))

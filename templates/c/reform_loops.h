@@ -1,7 +1,7 @@
 /* What is done with a motor: how well it lays the query over the reference, and how it gets better. Samples and
    candidates are independent of each other; one call does a range of them. */
 
-enum { BS_NUMBERS = 7 };
+enum { BS_NUMBERS = 7, BS_RATES = 28 };
 
 /* The cells along an axis from the one that holds x. */
 BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
@@ -30,7 +30,8 @@ BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square
         const S dx = r[0] - e[0], dy = r[1] - e[1], dz = r[2] - e[2], dw = r[6] - e[6];
         const S cosine = r[3] * e[3] + r[4] * e[4] + r[5] * e[5];
         const S towards = s->align ? BS_ABS1(cosine) : cosine;
-        const S d = place * (dx * dx + dy * dy + dz * dz) + turn * (whole - towards) + size * (dw * dw);
+        const S away = towards < whole ? whole - towards : K(0);
+        const S d = place * (dx * dx + dy * dy + dz * dz) + turn * away + size * (dw * dw);
         if (!(d < *square) && !(d == *square && found > grid->order[j])) continue;
         *square = d, *sign = s->align && cosine < 0 ? K(-1) : K(1);
         found = grid->order[j];

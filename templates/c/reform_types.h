@@ -58,7 +58,23 @@ typedef struct {
   double *signs;             /* (asked): -1 where the counterpart is turned round */
 } bs_matching;
 
+typedef struct {
+  ptrdiff_t count;           /* matches */
+  int32_t kind;
+  const int32_t *query, *reference; /* (count): rows */
+  const double *motor;       /* 8 */
+  double *rates;             /* (count, 28): cost, its gradient (6) and Gauss-Newton matrix (21) by the twist */
+} bs_rates;
+
 const char *bs_source_hash(void);
+/* Elements (count, 7) of objects; invariants (count, 4) of pairs of objects by their rows, kinds in order; the motor
+   next to (1 + b) R. */
+void bs_reform_elements(int kind, const double *rows, double *elements, ptrdiff_t count);
+void bs_reform_invariants(int first_kind, const double *first_rows, const int32_t *first, int second_kind,
+                          const double *second_rows, const int32_t *second, double *invariants, ptrdiff_t begin,
+                          ptrdiff_t end);
+void bs_reform_step(const double *motor, const double *twist, double *out);
+void bs_reform_rates(const bs_reform *state, const bs_rates *rates, ptrdiff_t begin, ptrdiff_t end);
 void bs_reform_samples(const bs_reform *state, const bs_samples *samples, ptrdiff_t begin, ptrdiff_t end);
 void bs_reform_stiffness(const bs_reform *state, const bs_sets *sets, ptrdiff_t begin, ptrdiff_t end);
 void bs_reform_refine(const bs_reform *state, const bs_refined *refined, ptrdiff_t begin, ptrdiff_t end);

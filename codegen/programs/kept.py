@@ -1,0 +1,99 @@
+"""Printed kernels that need not be traced again: those that the package carries, and those of the user's cache.
+
+Both are good for the sources that they were made of, and for no others.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from .. import sources, texts
+
+#: Besides a formula's own file: what traces and prints, and what is around a kernel's text.
+_MACHINERY = ("trace.py", "simplify.py", "targets/c.py", "programs/kernels.py", "../templates/c/kernel.h.j2")
+_PACKAGE = __package__.rpartition(".")[0]
+#: In folders of generated/ with kernels of programs, the file that says which.
+INDEX = "kernels.json"
+_INDEX_FORMAT = 1
+_DIGITS = 24
+_KERNEL = re.compile(r"^(?=\n/\* \w+: )", re.MULTILINE)
+_SYMBOL = re.compile(r"^BS_INLINE void FN\((\w+)\)", re.MULTILINE)
+
+
+def key_of(formula: Callable[..., Any], kinds: Iterable[str], name: str, algebra: str) -> str:
+    """A declaration in words."""
+    return f"{algebra}: {name} = {formula.__module__.rpartition('.')[2]}.{formula.__qualname__}({', '.join(kinds)})"
+
+
+@cache
+def group_of(module: str, algebra: str) -> str | None:
+    """Formulas of one module and everything that their text depends on; None where that cannot be told."""
+    package, _, own = module.rpartition(f"{_PACKAGE}.")
+    if package or not own:
+        return None  # a formula of somebody else
+    digest = sources.digest([own.replace(".", "/") + ".py", f"specs/{algebra}.toml", *_MACHINERY])
+    return digest and f"{own.rpartition('.')[2]}_{digest[:_DIGITS]}"
+
+
+def find(group: str, key: str) -> dict[str, str] | None:
+    """Texts of a kernel and of those that it calls, by symbol."""
+    carried = _carried().get((group, key))
+    if carried is not None:
+        return carried
+    _touched(group)
+    try:
+        found = json.loads(texts.read(group, _file(key)) or "")
+        return dict(found["texts"]) if found["key"] == key else None
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def keep(group: str, key: str, printed: Mapping[str, str]) -> None:
+    """Keep the texts of a kernel."""
+    texts.write(group, {_file(key): json.dumps({"key": key, "texts": printed})})
+
+
+def index(header: str, kernels: Mapping[tuple[str, str], Iterable[str]]) -> str:
+    """Contents of the file that says which kernels a generated folder's header holds: symbols by group and key."""
+    groups: dict[str, dict[str, list[str]]] = {}
+    for (group, key), symbols in kernels.items():
+        groups.setdefault(group, {})[key] = list(symbols)
+    return json.dumps({"format": _INDEX_FORMAT, "header": _seal(header), "groups": groups}, indent=1) + "\n"
+
+
+@cache
+def _carried() -> dict[tuple[str, str], dict[str, str]]:
+    """What the package carries, by group and key."""
+    found: dict[tuple[str, str], dict[str, str]] = {}
+    for folder in resources.files(f"{_PACKAGE.rpartition('.')[0]}.generated").iterdir():
+        try:
+            listed = json.loads(folder.joinpath(INDEX).read_text(encoding="utf-8"))
+            header = folder.joinpath("kernels.h").read_text(encoding="utf-8")
+            if listed["format"] != _INDEX_FORMAT or listed["header"] != _seal(header):
+                continue
+            pieces = {named[1]: text for text in _KERNEL.split(header) if (named := _SYMBOL.search(text))}
+            for group, kernels in listed["groups"].items():
+                for key, symbols in kernels.items():
+                    found[group, key] = {symbol: pieces[symbol] for symbol in symbols}
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue  # not there, or not of one piece
+    return found
+
+
+@cache
+def _touched(group: str) -> None:
+    texts.touch(group)
+
+
+def _seal(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _file(key: str) -> str:
+    return hashlib.sha256(key.encode()).hexdigest()[:_DIGITS] + ".json"

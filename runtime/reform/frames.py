@@ -1,0 +1,117 @@
+"""Models in frames of their own: near an origin, of about unit size, so that no digit is lost and tolerances mean one
+thing. A motor between two frames is taken back to the world.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..algebras import Algebra
+from ..codegen.formulas.subspaces import length_powers
+from ..multivector import Multivector
+from ..objects.local import Frame
+from .engine import Driver, Side
+
+Array = NDArray[Any]
+#: Directions in which the objects say less than this, relative to the most, do not place a model's centre.
+LOOSE = 1e-6
+#: A model is as large as this quantile of its objects' distances from the centre: a few far ones do not count.
+SIZE_QUANTILE = 0.75
+
+
+@dataclass(frozen=True)
+class Local:
+    """A model in its frame.
+
+    Attributes
+    ----------
+    center : array (3,)
+        The frame's origin, in the world.
+    unit : float
+        The frame's unit of length, a power of two: scaling by it is exact.
+    objects : mapping of kind to Multivector (n,)
+        In the frame.
+    side : Side
+        The same for the driver.
+    """
+
+    center: Array
+    unit: float
+    objects: Mapping[str, Multivector]
+    side: Side
+
+    @property
+    def count(self) -> int:
+        """Objects of all kinds."""
+        return sum(x.shape[0] for x in self.objects.values())
+
+
+def middle(elements: Mapping[str, Array]) -> Array:
+    """The point (3,) nearest to all objects together, in the sense of least squares."""
+    places = np.concatenate([e[:, :3] for e in elements.values()])
+    about = places.mean(0)
+    total, moment = np.zeros((3, 3)), np.zeros(3)
+    for kind, e in elements.items():
+        along = e[:, 3:6]
+        across = np.einsum("ni,nj->nij", along, along) if kind in ("line", "plane") else np.zeros((len(e), 3, 3))
+        weight = across if kind == "plane" else np.eye(3) - across
+        total += weight.sum(0)
+        moment += np.einsum("nij,nj->i", weight, e[:, :3] - about)
+    found: Array = about + np.linalg.pinv(total, rcond=LOOSE, hermitian=True) @ moment
+    return found
+
+
+def size_of(elements: Mapping[str, Array]) -> float:
+    """How far objects are from the origin, or how large, whichever is more; zero for flats all through it."""
+    reach = np.concatenate([np.linalg.norm(e[:, :3], axis=-1) for e in elements.values()])
+    radii = np.concatenate([e[:, 6] for e in elements.values()])
+    return float(max(np.quantile(reach, SIZE_QUANTILE), np.median(radii)))
+
+
+def local_pair(
+    driver: Driver, query: Mapping[str, Multivector], reference: Mapping[str, Multivector]
+) -> tuple[Local, Local]:
+    """Both models in frames about their own centres, with one unit of length."""
+    moved = [_centred(driver, objects) for objects in (query, reference)]
+    size = max(size_of(_elements(driver, objects)) for _, objects in moved)
+    unit = 2.0 ** round(math.log2(size)) if size > 0 else 1.0
+    first, second = (_scaled(driver, center, objects, unit) for center, objects in moved)
+    return first, second
+
+
+def _elements(driver: Driver, objects: Mapping[str, Multivector]) -> dict[str, Array]:
+    return {kind: driver.elements(kind, x._data) for kind, x in objects.items()}
+
+
+def _centred(driver: Driver, objects: Mapping[str, Multivector]) -> tuple[Array, dict[str, Multivector]]:
+    center = middle(_elements(driver, objects))
+    algebra = next(iter(objects.values())).algebra
+    frame = Frame(center, algebra.translator(center))
+    return center, {kind: frame.inward(x) for kind, x in objects.items()}
+
+
+def _scaled(driver: Driver, center: Array, objects: Mapping[str, Multivector], unit: float) -> Local:
+    inside = {kind: scaled(x, 1 / unit) for kind, x in objects.items()}
+    rows = {kind: np.ascontiguousarray(x._data, np.float64) for kind, x in inside.items()}
+    return Local(center, unit, inside, Side(rows, _elements(driver, inside)))
+
+
+def scaled(x: Multivector, scale: float) -> Multivector:
+    """Unit objects, motors or twists, scaled about the origin; exact for powers of two."""
+    powers = np.array(length_powers(x.algebra, x._type.blades)) + (1 if x.grades == (1,) else 0)
+    return x._make(x._type, x._data * scale ** powers.astype(np.float64), x.shape, x._status)
+
+
+def outward(motors: Array, query: Local, reference: Local, algebra: Algebra) -> Multivector:
+    """World motors (n,) of motors (n, 8) from the query's frame to the reference's."""
+    inside = algebra.wrap(algebra.kind("motor"), motors)
+    found: Multivector = (
+        algebra.translator(reference.center) * scaled(inside, query.unit) * algebra.translator(-query.center)
+    )
+    return found

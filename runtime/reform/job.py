@@ -1,0 +1,90 @@
+"""One registration under way: models in their frames, what computes with them, and what has been done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..algebras import Algebra
+from ..codegen.programs.reform import KINDS
+from ..multivector import Multivector
+from .backends import backend_of
+from .frames import local_pair
+from .result import Step
+from .search import VERIFIED
+
+Array = NDArray[Any]
+
+
+class Job:
+    """One registration.
+
+    Parameters
+    ----------
+    query, reference : mapping of kind to Multivector (n,)
+        Unit objects. Kinds that only one of them has take no part.
+    seed, threads, backend, executor
+        As of `register`.
+    align : bool
+        x and -x are one.
+    length : float
+        What a radian counts as, in units of the models' size.
+
+    Attributes
+    ----------
+    query, reference : Local
+        In their frames.
+    kinds, rows : int32 arrays (n,)
+        Of all query objects that take part: number of the kind, and row.
+    scene, driver
+        What computes (see `engine`).
+    history : list of Step
+    """
+
+    def __init__(
+        self,
+        query: Mapping[str, Multivector],
+        reference: Mapping[str, Multivector],
+        *,
+        seed: int = 0,
+        threads: int | None = None,
+        backend: str = "c",
+        executor: Any = None,
+        align: bool = True,
+        length: float = 1.0,
+    ) -> None:
+        common = [k for k in KINDS if k in query and k in reference]
+        made = backend_of(backend)
+        self.driver = made.driver(tuple(common), threads)
+        self.query, self.reference = local_pair(
+            self.driver, {k: query[k] for k in common}, {k: reference[k] for k in common}
+        )
+        self.random = np.random.default_rng(seed)
+        self.align, self.length = align, length
+        counts = [self.query.objects[k].shape[0] for k in common]
+        self.kinds = np.repeat(np.array([KINDS.index(k) for k in common], np.int32), counts)
+        self.rows = np.concatenate([np.arange(n, dtype=np.int32) for n in counts])
+        some = self.random.permutation(len(self.rows))[:VERIFIED]
+        self.scene = made.scene(self.query.side, self.reference.side, self.kinds[some], self.rows[some], threads)
+        self.history: list[Step] = []
+
+    @property
+    def algebra(self) -> Algebra:
+        """That of the objects."""
+        return next(iter(self.query.objects.values())).algebra
+
+    def everything(self) -> None:
+        """Look at all query objects from now on, in their order."""
+        self.scene.ask(self.kinds, self.rows)
+
+    def by_kind(self, indices: Array) -> dict[str, tuple[Array, Array]]:
+        """Matches of all query objects, -1 for none, as rows of the query and of the reference of each kind."""
+        pairs = {}
+        for kind in self.query.objects:
+            own = (indices >= 0) & (self.kinds == KINDS.index(kind))
+            if own.any():
+                pairs[kind] = (self.rows[own], indices[own])
+        return pairs

@@ -1,0 +1,124 @@
+"""What a registration returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..multivector import Multivector
+
+Array = NDArray[Any]
+
+
+class PerItem:
+    """One value for each object of a model, by its number over all kinds, or by kind: ``matches["lines"]``.
+
+    Parameters
+    ----------
+    values : mapping of kind to array (n,)
+        In the order of the kinds of a model.
+    """
+
+    def __init__(self, values: Mapping[str, Array]) -> None:
+        self._values = dict(values)
+        self._all = np.concatenate(list(self._values.values())) if self._values else np.empty(0, np.int64)
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str):
+            name = key if key in self._values else key.removesuffix("s")
+            if name not in self._values:
+                raise KeyError(f"{key}; there are: {', '.join(f'{k}s' for k in self._values)}")
+            return self._values[name]
+        return self._all[key]
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __iter__(self) -> Any:
+        return iter(self._all)
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
+        return np.array(self._all, dtype) if copy is not False else np.asarray(self._all, dtype)
+
+    def __eq__(self, other: object) -> Any:
+        return self._all == np.asarray(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def keys(self) -> Any:
+        """Kinds, plural."""
+        return [f"{kind}s" for kind in self._values]
+
+    def sum(self) -> Any:
+        """Sum over all objects."""
+        return self._all.sum()
+
+    def __repr__(self) -> str:
+        return f"PerItem({', '.join(f'{k}s={v!r}' for k, v in self._values.items())})"
+
+
+@dataclass(frozen=True)
+class Step:
+    """What was done: its name, at which tolerance, motors tried so far, objects laid on others, and the cost."""
+
+    name: str
+    tolerance: float
+    candidates: int
+    hits: int
+    cost: float
+
+
+@dataclass(frozen=True)
+class Registration:
+    """The pose of a query in a reference.
+
+    Attributes
+    ----------
+    motor : Multivector
+        Takes the query to the reference.
+    matches : PerItem of int
+        For each query object the row of its counterpart among the reference's of the same kind, -1 for none.
+    inliers : PerItem of bool
+        Whether it has one.
+    cost : float
+        Sum of the positive rotor costs of the matches, in the reference's frame (``center``, ``unit``).
+    history : list of Step
+    converged : bool
+        The pose is determined, no chance agreement, and the descent has ended. See ``doubt``.
+    covariance : array (6, 6)
+        Of the twist b in exp(b) motor (e12, e13, e23, e1ni, e2ni, e3ni as of the kind ``twist``), in the world.
+    ambiguous : list of Multivector
+        Other motors that serve as well: the symmetries of the models.
+    undetermined : Multivector, shape (m,)
+        Twists of the motions that the matches leave free; empty for a determined pose.
+    scale : float
+        Of a similarity; else 1.
+    doubt : float
+        log10 of how many motors as good as this one chance alone would give.
+    threshold : float
+        Distance, in the models' unit of length, up to which objects were matched.
+    center, unit : array (3,), float
+        Where costs are measured from, and the length that counts as 1.
+    message : str
+        Why it is not converged, or that it was interrupted; else empty.
+    """
+
+    motor: Multivector
+    matches: PerItem
+    inliers: PerItem
+    cost: float
+    history: list[Step]
+    converged: bool
+    covariance: Array
+    ambiguous: list[Multivector] = field(default_factory=list)
+    undetermined: Multivector | None = None
+    scale: float = 1.0
+    doubt: float = 0.0
+    threshold: float = 0.0
+    center: Array = field(default_factory=lambda: np.zeros(3))
+    unit: float = 1.0
+    message: str = ""

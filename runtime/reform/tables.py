@@ -1,0 +1,160 @@
+"""Pairs of objects by what no motion changes: of each pair of a query those pairs of a reference that may be its image.
+
+Pairs of two kinds are in one table, sorted by the number that differs most among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.programs.reform import DIRECTED
+from .engine import Driver
+
+Array = NDArray[Any]
+#: Pairs of a reference that are kept, over all kinds; of larger models some objects are left out of the tables.
+MOST_PAIRS = 500_000
+#: The cosine of the angle between two directions is the second invariant; it has a sign, the others have none.
+COSINE = 1
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Pairs of reference objects that may be the images of pairs of query objects.
+
+    Attributes
+    ----------
+    source : array (n,)
+        Number of the query pair.
+    first, second : arrays (n,)
+        Rows of the reference objects.
+    turned : array (n,)
+        +1 or -1: how the first's orientation goes with the second's; 0 where either may be.
+    """
+
+    source: Array
+    first: Array
+    second: Array
+    turned: Array
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Pairs of reference objects of two kinds, sorted by the invariant ``column``."""
+
+    kinds: tuple[str, str]
+    first: Array
+    second: Array
+    invariants: Array
+    column: int
+
+    def counts(self, invariants: Array, tolerance: float) -> Array:
+        """At most so many pairs are found for each."""
+        low, high = self._span(invariants, tolerance)
+        return np.asarray(high - low)
+
+    def find(self, invariants: Array, tolerance: float) -> Candidates:
+        """All pairs whose invariants are within the tolerance of given ones, (n, 4); of one kind in both orders."""
+        found = self._find(invariants, tolerance)
+        if self.kinds[0] != self.kinds[1]:
+            return found
+        other = self._find(invariants[:, [0, 1, 3, 2]], tolerance)
+        return Candidates(
+            np.concatenate([found.source, other.source]), np.concatenate([found.first, other.second]),
+            np.concatenate([found.second, other.first]), np.concatenate([found.turned, other.turned]),
+        )  # fmt: skip
+
+    def _find(self, invariants: Array, tolerance: float) -> Candidates:
+        low, high = self._span(invariants, tolerance)
+        count = high - low
+        source = np.repeat(np.arange(len(invariants)), count)
+        place = np.arange(len(source)) + np.repeat(low - np.cumsum(count) + count, count)
+        found, asked = self.invariants[place], invariants[source]
+        near = np.ones(len(place), bool)
+        both = np.abs(asked[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of a
+        for i in range(asked.shape[1]):  # signed distance, is not known
+            a, b = found[:, i], asked[:, i]
+            if i == COSINE or self._signed:
+                ahead, behind = np.abs(a - b) <= tolerance, np.abs(a + b) <= tolerance
+                near &= (ahead | behind) if i == COSINE else np.where(both, ahead | behind, ahead)
+            else:
+                near &= np.abs(a - b) <= tolerance
+        source, place, both = source[near], place[near], both[near]
+        turned = np.sign(found[near, COSINE]) * np.sign(asked[near, COSINE])
+        turned[both] = 0
+        return Candidates(source, self.first[place], self.second[place], turned)
+
+    @property
+    def _signed(self) -> bool:
+        """Whether the distance has a sign, that of the cosine times that of the twist: between lines."""
+        return self.kinds == ("line", "line")
+
+    def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
+        keys = _keys(self.invariants, self.column)
+        asked = _keys(invariants, self.column)
+        return np.searchsorted(keys, asked - tolerance), np.searchsorted(keys, asked + tolerance, side="right")
+
+
+def _keys(invariants: Array, column: int) -> Array:
+    """What tables are sorted by: sizes, which hold for every sign."""
+    return np.abs(invariants[:, column])
+
+
+class Tables:
+    """All tables of a reference.
+
+    Parameters
+    ----------
+    driver : Driver
+    rows : mapping of kind to array (n, k)
+        Reference objects.
+    random : numpy Generator
+        Chooses the objects that stay, where there are too many pairs.
+    """
+
+    def __init__(self, driver: Driver, rows: Mapping[str, Array], random: np.random.Generator) -> None:
+        total = sum(map(len, rows.values()))
+        share = min(1.0, (2 * MOST_PAIRS) ** 0.5 / max(total, 1))
+        kept = {k: _some(len(x), share, random) for k, x in rows.items()}
+        self.share = share
+        self._tables = {pair: _table(driver, pair, rows, kept) for pair in combinations_with_replacement(rows, 2)}
+
+    def __getitem__(self, kinds: tuple[str, str]) -> Table:
+        return self._tables[kinds]
+
+
+def _some(n: int, share: float, random: np.random.Generator) -> Array:
+    count = n if share == 1 else max(min(n, 2), int(n * share))
+    return np.sort(random.choice(n, count, replace=False)) if count < n else np.arange(n)
+
+
+def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], kept: Mapping[str, Array]) -> Table:
+    a, b = (kept[k] for k in kinds)
+    if kinds[0] == kinds[1]:
+        i, j = np.triu_indices(len(a), 1)
+    else:
+        i, j = (x.ravel() for x in np.indices((len(a), len(b))))
+    first, second = a[i].astype(np.int32), b[j].astype(np.int32)
+    invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
+    column = int(np.argmax(np.std(np.abs(invariants), axis=0))) if len(first) else 0
+    order = np.argsort(_keys(invariants, column), kind="stable")
+    return Table(kinds, first[order], second[order], invariants[order], column)
+
+
+def sign_choices(kinds: tuple[str, ...]) -> Array:
+    """All ways (c, k) to turn objects of these kinds round; points and spheres have one."""
+    choices = np.array([[1.0] * len(kinds)])
+    for place, kind in enumerate(kinds):
+        if kind in DIRECTED:
+            other = choices.copy()
+            other[:, place] = -1
+            choices = np.concatenate([choices, other])
+    return choices
