@@ -25,7 +25,9 @@ SAME = 6.0
 #: Matches are at most this many times as far apart as the middle one, and never less than what rounding leaves.
 SPREAD, LEAST_SPREAD = 4.0, 1e-7
 #: Rounds of matching, with a threshold that follows the distances, and descent.
-ROUNDS_OF_POLISH = 3
+ROUNDS_OF_POLISH = 4
+#: That threshold is at most so many times that of the search.
+MOST_GROWTH = 4.0
 
 
 def finish(job: Job, found: Found, rounds: int, counts: Mapping[str, int]) -> Registration:
@@ -40,18 +42,27 @@ def finish(job: Job, found: Found, rounds: int, counts: Mapping[str, int]) -> Re
     counts : mapping of kind to int
         Objects of the whole query model.
     """
-    job.everything()
     if not len(found.motors):
         return _nothing(job, counts)
-    motors = _distinct(found.motors, SAME * found.tolerance)
     job.scene.closeness(closeness(found.tolerance, 0.0, job.align, job.length))
+    motors = _refined(job, _distinct(found.motors, SAME * found.tolerance), rounds)
+    motors = _distinct(motors, SAME * found.tolerance)
+    partly = job.scene.asked < len(job.rows)
+    job.everything()
+    if partly:
+        motors = _refined(job, motors, rounds)
+    best, indices, spread = _polished(job, motors[0], found.tolerance)
+    others = _distinct(motors, SAME * max(found.tolerance, spread))[1:]
+    return _result(job, found, best, indices, spread, others, counts)
+
+
+def _refined(job: Job, motors: Array, rounds: int) -> Array:
+    """Candidates after iterative matching: the best one, and those as good."""
     motors, scores, hits, _ = job.scene.refine(motors, rounds)
     order = np.argsort(-scores, kind="stable")
     motors, scores, hits = motors[order], scores[order], hits[order]
-    best, indices, spread = _polished(job, motors[0], found.tolerance)
-    good = (hits >= AS_GOOD * hits[0]) & (scores >= AS_GOOD * scores[0])
-    others = _distinct(motors[good], SAME * max(found.tolerance, spread))[1:]
-    return _result(job, found, best, indices, spread, others, counts)
+    good: Array = motors[(hits >= AS_GOOD * hits[0]) & (scores >= AS_GOOD * scores[0])]
+    return good
 
 
 def _nothing(job: Job, counts: Mapping[str, int]) -> Registration:
@@ -75,7 +86,7 @@ def _polished(job: Job, motor: Array, tolerance: float) -> tuple[Polished, Array
         found = polish(job.scene, job.driver, motor, job.by_kind(indices))
         motor = found.motor
         spread = SPREAD * math.sqrt(float(np.median(squares[hit]))) if hit.any() else reach
-        reach = min(max(spread, LEAST_SPREAD), REACH * tolerance)
+        reach = min(max(spread, LEAST_SPREAD), MOST_GROWTH * REACH * tolerance)
     return found, indices, reach
 
 

@@ -30,7 +30,7 @@ REACH = 3.0
 #: A set of objects places a motor if its least pivot is no smaller (formula `registration.motor_form`).
 STIFF = 0.05
 #: Sets that are drawn for each that is used: the stiffest and rarest are taken.
-DRAWN = 4
+DRAWN, MOST_DRAWN = 4, 1 << 17
 #: Candidates of one call of the driver, at first and at most, of one tolerance; sets of the first call.
 FIRST_BLOCK, BLOCK, MOST_CANDIDATES, FIRST_SETS = 256, 1 << 16, 1 << 20, 4
 #: Bits of a row or of a set's number where several are made one integer.
@@ -127,7 +127,8 @@ class Search:
         n = len(self._row)
         if n < size:
             return np.empty((0, size), np.int64)
-        drawn = self.random.integers(0, n, (DRAWN * self.samples * (1 if size == 2 else DRAWN), size))
+        wanted = DRAWN * self.samples * (1 if size == 2 else DRAWN) / self.tables.share**2
+        drawn = self.random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size))
         drawn.sort(axis=1)
         drawn = drawn[(np.diff(drawn, axis=1) > 0).all(1)]
         drawn = drawn[np.unique(drawn, axis=0, return_index=True)[1]]
@@ -210,7 +211,7 @@ class Search:
             invariants = self._invariants(kinds[:2], self._sets[members, :2])
             count[members] = self.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
         able = np.flatnonzero(count)
-        order = able[np.argsort(count[able], kind="stable")][: self.samples]
+        order = able[np.argsort(count[able], kind="stable")][: int(self.samples / self.tables.share**2)]
         return self._sets[order], count[order]
 
     def _by_kinds(self, sets: Array) -> Iterator[tuple[tuple[str, ...], Array]]:
