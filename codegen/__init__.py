@@ -6,8 +6,12 @@ compiled algebras never load SymPy or a compiler.
 
 from __future__ import annotations
 
+import time
 from importlib import import_module
 from typing import Any
+
+#: When this process began to load code: files that are younger are not what it runs.
+LOADED = time.time()
 
 #: Module -> the public names that live in it.
 _NAMES = {

@@ -1,17 +1,15 @@
 """C text in, imported module out: cffi's wrapper, one run of the compiler, the cache.
 
 The compiler is called directly, not through setuptools (slow, and absent from new Pythons). Kernels,
-templates and arrays are not known here.
+templates and arrays are not known here; parts that are compiled by themselves are, see units.py.
 """
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import logging
 import os
-import re
 import sys
 import sysconfig
 import time
@@ -26,16 +24,15 @@ from types import ModuleType
 import _cffi_backend
 
 from . import cache
-from .errors import CompileError, CompilerMissingError, SpecError
+from .errors import SpecError
 from .flags import C_FLAGS, HASH_MACRO, compiled_files, source_hash
-from .toolchain import REMEDY, CompilerInfo, compiler, execute, required_compiler
+from .toolchain import CompilerInfo, compiler, required_compiler, run_compiler
+from .units import Compilation, Unit, compile_units, emit_wrapper, stem_of
 from .version import __version__
 
 __all__ = ["CompilerInfo", "ExtensionSource", "compiler", "generated_extension", "load", "source_hash"]
 
-_STEM_NAME = 60  # characters of the name in file names, which systems limit to 255
-_STEM_DIGITS = 24  # 96 bits of the key: no two sources will ever share them
-_ERROR_LINES = 3
+_WRAPPER_OPTIONS = ("-O1",)  # a few conversions per call: more takes as long again, and gains nothing
 _log = logging.getLogger("bladesmith")
 
 
@@ -55,6 +52,9 @@ class ExtensionSource:
         File name -> text of what `source` includes.
     options
         Options of the compiler after `C_FLAGS`, such as `-march=native`.
+    units
+        What `source` is linked to, those that take longest first. An extension with units has `cdef` compiled as C,
+        too, behind the standard headers of sizes.
     """
 
     name: str
@@ -62,13 +62,14 @@ class ExtensionSource:
     source: str
     headers: Mapping[str, str] = field(default_factory=dict)
     options: tuple[str, ...] = ()
+    units: tuple[Unit, ...] = ()
 
     def __post_init__(self) -> None:
-        if not (self.name.isidentifier() and self.name.isascii()):
-            raise SpecError(f"{self.name!r} cannot name an extension", remedy="Use letters, digits and _.")
-        for header in self.headers:
-            if not re.fullmatch(r"\w[\w.-]*", header):
-                raise SpecError(f"{header!r} cannot name a header", where=f"extension {self.name}")
+        self.main()
+
+    def main(self) -> Unit:
+        """The source as a unit. Raises SpecError where a name cannot be one."""
+        return Unit(self.name, self.source, self.headers, self.options, kept=False)
 
     def key(self) -> str:
         """Digest of everything that changes the compiled module.
@@ -92,7 +93,7 @@ def load(extension: ExtensionSource) -> ModuleType:
         If the compiler refuses the source.
     """
     chosen = required_compiler()
-    stem = f"bs_{extension.name[:_STEM_NAME]}_{_key(extension, chosen)[:_STEM_DIGITS]}"
+    stem = stem_of(extension.name, _key(extension, chosen))
     with _loading.lock(stem):
         module = _loading.modules.get(stem)
         if module is None:
@@ -150,13 +151,17 @@ def has_python_headers() -> bool:
 
 def _key(extension: ExtensionSource, chosen: CompilerInfo) -> str:
     """A change of any of these may change the code; the layout of this list is part of the format."""
-    parts = [
-        extension.name, extension.cdef, extension.source, sorted(extension.headers.items()),
-        extension.options, C_FLAGS, chosen.command, chosen.version,
+    parts = [extension.main().parts(), extension.cdef, [u.parts() for u in extension.units], _identity(chosen)]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def _identity(chosen: CompilerInfo) -> tuple[object, ...]:
+    """What changes the code besides its text."""
+    return (
+        C_FLAGS, chosen.command, chosen.version,
         sys.implementation.cache_tag, sysconfig.get_config_var("SOABI"), sysconfig.get_platform(),
         has_python_headers(), _cffi_backend.__version__, __version__,
-    ]  # fmt: skip
-    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+    )  # fmt: skip
 
 
 def _load(stem: str, extension: ExtensionSource, chosen: CompilerInfo) -> ModuleType:
@@ -170,67 +175,56 @@ def _load(stem: str, extension: ExtensionSource, chosen: CompilerInfo) -> Module
         return _import(stem, extension, cache.fetch(stem, build))
 
 
-def _compile(
-    stem: str, extension: ExtensionSource, chosen: CompilerInfo, folder: Path
-) -> Mapping[str, object]:
+def _compile(stem: str, extension: ExtensionSource, chosen: CompilerInfo, folder: Path) -> Mapping[str, object]:
     """Write the sources into `folder` and compile them there."""
     start = time.perf_counter()
-    for name, text in extension.headers.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    source = folder / f"{stem}.c"
-    if has_python_headers():
-        _emit_wrapper(stem, extension, source)
+    command = (*chosen.command, *C_FLAGS)
+    library = ["-o", stem + cache.LIBRARY_SUFFIX, "-lm"]
+    if extension.units:
+        how = Compilation((*command, f"-I{_include()}"), _module_name(stem, extension), _identity(chosen))
+        objects = compile_units(_all_units(extension), how, folder)
+        link = [*chosen.command, *_library_options(), *objects, *library]
+        run_compiler(link, folder, extension.name, folder / f"{extension.name}.c")
+        for name in objects:
+            (folder / name).unlink()
     else:
-        source.write_text(extension.source, encoding="utf-8")
-    command = [*chosen.command, *C_FLAGS, *extension.options, *_library_options(), f"-I{_include()}", "-I."]
-    _run([*command, source.name, "-o", stem + cache.LIBRARY_SUFFIX, "-lm"], extension, folder, source)
+        for name, text in extension.headers.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        source = folder / f"{stem}.c"
+        if has_python_headers():
+            emit_wrapper(stem, extension.cdef, extension.source, source, extension.name)
+        else:
+            source.write_text(extension.source, encoding="utf-8")
+        options = [*extension.options, *_library_options(), f"-I{_include()}", "-I."]
+        run_compiler([*command, *options, source.name, *library], folder, extension.name, source)
     seconds = time.perf_counter() - start
     _log.info("compiled %s in %.2f s with %s", extension.name, seconds, chosen.summary)
     return {"name": extension.name, "seconds": round(seconds, 3), "compiler": chosen.summary}
+
+
+def _all_units(extension: ExtensionSource) -> list[Unit]:
+    """Those that it names, its source, and what makes a module of it: the same for all with these declarations."""
+    units = [*extension.units, extension.main()]
+    if has_python_headers():
+        preamble = f"#include <stddef.h>\n#include <stdint.h>\n{extension.cdef}\n"
+        units.append(Unit(f"{extension.name}_module", preamble, {}, _WRAPPER_OPTIONS, extension.cdef))
+    return units
+
+
+def _module_name(stem: str, extension: ExtensionSource) -> str:
+    """Modules whose wrappers are shared have the extension's name, others one of their own."""
+    return f"bs_{extension.name}" if extension.units else stem
 
 
 def _library_options() -> list[str]:
     return ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared", "-fPIC"]
 
 
-def _emit_wrapper(stem: str, extension: ExtensionSource, source: Path) -> None:
-    from cffi import FFI, CDefError, FFIError, VerificationError
-
-    ffi = FFI()
-    try:
-        ffi.cdef(extension.cdef)
-        ffi.set_source(stem, extension.source, compiler_verbose=0)  # cffi would print to stdout
-        ffi.emit_c_code(str(source))
-    except (CDefError, FFIError, VerificationError) as error:
-        raise CompileError(str(error).splitlines()[0], where=f"declarations of {extension.name}") from None
-
-
-def _run(command: list[str], extension: ExtensionSource, folder: Path, source: Path) -> None:
-    try:
-        done = execute(command, folder=folder)
-    except OSError as error:  # it answered --version, and is gone
-        raise CompilerMissingError(f"{command[0]} does not run: {error.strerror}", remedy=REMEDY) from None
-    if done.returncode == 0:
-        return
-    output = done.stderr or done.stdout
-    for number in (errno.ENOSPC, errno.EDQUOT):
-        if os.strerror(number) in output:  # not the source's fault: another directory may do
-            raise OSError(number, os.strerror(number), str(folder))
-    raise CompileError(_first_errors(output), where=extension.name, source=source)
-
-
-def _first_errors(output: str) -> str:
-    lines = [line.strip() for line in output.splitlines() if line.strip()]
-    # collect2 only says that the linker failed
-    lines = [line for line in lines if not line.startswith("collect2:")] or lines
-    errors = [line for line in lines if "error:" in line] or lines
-    return " | ".join(errors[:_ERROR_LINES]) or "the compiler failed and said nothing"
-
-
 def _import(stem: str, extension: ExtensionSource, library: Path) -> ModuleType:
     if not has_python_headers():
         return _open(stem, extension, library)
-    spec = spec_from_file_location(stem, library, loader=ExtensionFileLoader(stem, str(library)))
+    name = _module_name(stem, extension)
+    spec = spec_from_file_location(name, library, loader=ExtensionFileLoader(name, str(library)))
     assert spec is not None and spec.loader is not None
     module = module_from_spec(spec)
     spec.loader.exec_module(module)

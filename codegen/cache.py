@@ -27,8 +27,9 @@ from .errors import CompileError
 DIRECTORY_VARIABLE = "BLADESMITH_CACHE_DIR"
 LIMIT_BYTES = 512 * 2**20  # a stock scene takes about 0.3 MB: room for many, and no surprise on a small disk
 LIBRARY_SUFFIX = ".pyd" if os.name == "nt" else ".so"
+OBJECT_SUFFIX = ".o"
 
-_RECORD = "entry.json"
+RECORD = "entry.json"
 _LOCKS = "locks"
 _FAILED = "failed"
 _log = logging.getLogger("bladesmith")
@@ -38,7 +39,7 @@ _private: list[Path] = []  # the private directory, once one had to be made
 
 @dataclass(frozen=True)
 class Entry:
-    """One compiled library in the cache."""
+    """One compiled library, or a part of some, in the cache."""
 
     stem: str
     folder: Path
@@ -47,7 +48,7 @@ class Entry:
 
     @property
     def library(self) -> Path:
-        """The shared library."""
+        """The shared library, where the entry is one."""
         return self.folder / (self.stem + LIBRARY_SUFFIX)
 
 
@@ -74,7 +75,7 @@ def is_writable(root: Path) -> bool:
         return False
 
 
-def fetch(stem: str, build: Callable[[Path], Mapping[str, object]]) -> Path:
+def fetch(stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str = LIBRARY_SUFFIX) -> Path:
     """Path of the library `stem`, from the cache, or built into it.
 
     Parameters
@@ -82,8 +83,10 @@ def fetch(stem: str, build: Callable[[Path], Mapping[str, object]]) -> Path:
     stem
         Name of the entry: an identifier that ends in a digest of everything that changes the library.
     build
-        Called with an empty folder, in which it leaves the library `stem` + LIBRARY_SUFFIX and anything else
+        Called with an empty folder, in which it leaves the library `stem` + `suffix` and anything else
         worth keeping. Returns facts for the entry's record.
+    suffix
+        Of the file: LIBRARY_SUFFIX, or OBJECT_SUFFIX for what libraries are linked from.
 
     Raises
     ------
@@ -91,14 +94,14 @@ def fetch(stem: str, build: Callable[[Path], Mapping[str, object]]) -> Path:
         As raised by `build`; its folder is kept, and the error names it.
     """
     root = directory()
-    if library := _checked(root / stem):
+    if library := _checked(root / stem, suffix):
         return library
     if _private:  # the directory could not be written: that is not tried again
-        return _fetch_in(_private[0], stem, build)
+        return _fetch_in(_private[0], stem, build, suffix)
     try:
-        return _fetch_in(root, stem, build)
+        return _fetch_in(root, stem, build, suffix)
     except OSError as error:
-        return _fetch_in(_private_directory(root, error), stem, build)
+        return _fetch_in(_private_directory(root, error), stem, build, suffix)
 
 
 def entries() -> list[Entry]:
@@ -128,17 +131,17 @@ def discard(stem: str) -> None:
             _remove(root / stem)
 
 
-def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object]]) -> Path:
-    if library := _checked(root / stem):
+def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str) -> Path:
+    if library := _checked(root / stem, suffix):
         return library
     with _locked(root, stem):
-        if library := _checked(root / stem, warn=True):
+        if library := _checked(root / stem, suffix, warn=True):
             return library
         _remove_leftovers(root, stem)
         work = Path(tempfile.mkdtemp(prefix=f".{stem}.", dir=root))
         try:
             record = dict(build(work))
-            _write_record(work, stem, record)
+            _write_record(work, work / (stem + suffix), record)
             os.replace(work, root / stem)
         except CompileError as error:
             _keep_failed(root, stem, work, error)
@@ -146,18 +149,18 @@ def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object
         finally:
             shutil.rmtree(work, ignore_errors=True)
     _prune(root, stem)
-    return root / stem / (stem + LIBRARY_SUFFIX)
+    return root / stem / (stem + suffix)
 
 
-def _checked(folder: Path, warn: bool = False) -> Path | None:
+def _checked(folder: Path, suffix: str, warn: bool = False) -> Path | None:
     """The library of an entry, when it is what was recorded. Anything else counts as no entry."""
-    library = folder / (folder.name + LIBRARY_SUFFIX)
+    library = folder / (folder.name + suffix)
     try:
-        record = json.loads((folder / _RECORD).read_text(encoding="utf-8"))
+        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
         content = library.read_bytes()
         if len(content) == record["size"] and hashlib.sha256(content).hexdigest() == record["sha256"]:
             with contextlib.suppress(OSError):
-                os.utime(folder / _RECORD)
+                os.utime(folder / RECORD)
             return library
     except (OSError, ValueError, KeyError, TypeError):
         pass
@@ -166,10 +169,10 @@ def _checked(folder: Path, warn: bool = False) -> Path | None:
     return None
 
 
-def _write_record(work: Path, stem: str, record: dict[str, object]) -> None:
-    content = (work / (stem + LIBRARY_SUFFIX)).read_bytes()
+def _write_record(work: Path, library: Path, record: dict[str, object]) -> None:
+    content = library.read_bytes()
     record |= {"size": len(content), "sha256": hashlib.sha256(content).hexdigest(), "built": time.time()}
-    (work / _RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
 
 def _locked(root: Path, stem: str, timeout: float = -1) -> FileLock:
@@ -204,6 +207,8 @@ def _remove_unless_busy(root: Path, stem: str) -> bool:
 
 def _keep_failed(root: Path, stem: str, work: Path, error: CompileError) -> None:
     """Put aside what would not compile, one folder per key, so that the error can name a file to look at."""
+    if error.source is None or error.source.parent != work:
+        return  # that of a part, which is put aside under its own key
     kept = root / _FAILED / stem
     with contextlib.suppress(OSError):
         kept.parent.mkdir(exist_ok=True)
@@ -220,7 +225,7 @@ def _listing(root: Path) -> Iterator[Path]:
 def _entries(root: Path) -> Iterator[Entry]:
     for folder in _listing(root):
         with contextlib.suppress(OSError):  # an entry that another process removes meanwhile
-            used = (folder / _RECORD).stat().st_mtime
+            used = (folder / RECORD).stat().st_mtime
             size = sum(path.stat().st_size for path in folder.iterdir())
             yield Entry(folder.name, folder, size, used)
 

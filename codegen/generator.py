@@ -16,6 +16,7 @@ from .catalogue import algebra_from_data, data_from_algebra
 from .errors import SpecError, suggest
 from .factor_record import Record
 from .kinds import Kind, numbers, scalar_argument
+from .programs.kept import INDEX
 from .simplify import choose, chosen_form, record_of
 from .targets.c import symbol
 from .targets.extension import kernel_files
@@ -73,10 +74,13 @@ def generate(
 
 def generate_programs() -> dict[str, dict[str, str]]:
     """Generated files of the general programs that the wheel carries for machines without a compiler, by folder."""
+    from .programs.kernels import printed_anew
     from .programs.merge import merge_program
     from .programs.scene import EVERYTHING, scene_program
 
-    return {"merge": dict(merge_program().files), "scene": dict(scene_program(EVERYTHING).files)}
+    with printed_anew():
+        programs = {"merge": merge_program.__wrapped__(), "scene": scene_program(EVERYTHING)}
+        return {name: {**made.files, INDEX: made.index()} for name, made in programs.items()}
 
 
 def declared_kernels(

@@ -100,3 +100,19 @@ def rate(coefficients: Sequence[Multivector]) -> list[Multivector]:
     """Coefficients of the derivative by b along a + b = 1."""
     n = len(coefficients) - 1
     return [(k + 1) * coefficients[k + 1] - (n - k) * coefficients[k] for k in range(n)]
+
+
+def monomials(degree: int, a: Multivector, b: Multivector) -> list[Multivector]:
+    """a^n, a^(n-1) b, ..., b^n as numbers: what coefficients are weighted with."""
+    first, last = [a.constant(1)], [b.constant(1)]
+    for _ in range(degree):
+        first.append(a if len(first) == 1 else first[-1] * a)
+        last.append(b if len(last) == 1 else last[-1] * b)
+    return [first[degree], *(first[degree - k] * last[k] for k in range(1, degree)), *last[degree:] * (degree > 0)]
+
+
+def monomial_rates(degree: int, a: Multivector, b: Multivector) -> list[Multivector]:
+    """Their derivatives by b along a + b = 1."""
+    lower = monomials(degree - 1, a, b)
+    rates = [k * lower[k - 1] - (degree - k) * lower[k] for k in range(1, degree)]
+    return [-degree * lower[0], *rates, degree * lower[-1]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from .targets.extension import BASELINE, WIDE, Instance
+from .targets.instances import BASELINE, WIDE, Instance
 
 
 @cache

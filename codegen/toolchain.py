@@ -1,10 +1,11 @@
-"""The C compiler of this machine: finding one, and running it.
+"""The C compiler of this machine: finding one, running it, and saying what it refused.
 
 `CC` is respected; what is compiled is not known here.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import shlex
 import shutil
@@ -13,12 +14,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from .errors import CompilerMissingError
+from .errors import CompileError, CompilerMissingError
 
 REMEDY = "Install gcc or clang (or set CC to one), or use target='numba'"
 
 _CANDIDATES = ("gcc", "clang", "cc")  # gcc first: the speeds in the documents are its
 _VERSION_TIMEOUT = 20.0  # seconds; a compiler that does not answer by then is not usable
+_ERROR_LINES = 3
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,39 @@ def execute(
     return subprocess.run(
         command, cwd=folder, timeout=timeout, env=english, capture_output=True, text=True, errors="replace"
     )
+
+
+def run_compiler(command: list[str], folder: Path, where: str, source: Path) -> None:
+    """Run the compiler in a folder; `where` and `source` say what it compiles.
+
+    Raises
+    ------
+    CompilerMissingError
+        If it does not run.
+    CompileError
+        If it refuses the source.
+    OSError
+        If there is no room for what it writes.
+    """
+    try:
+        done = execute(command, folder=folder)
+    except OSError as error:  # it answered --version, and is gone
+        raise CompilerMissingError(f"{command[0]} does not run: {error.strerror}", remedy=REMEDY) from None
+    if done.returncode == 0:
+        return
+    output = done.stderr or done.stdout
+    for number in (errno.ENOSPC, errno.EDQUOT):
+        if os.strerror(number) in output:  # not the source's fault: another directory may do
+            raise OSError(number, os.strerror(number), str(folder))
+    raise CompileError(_first_errors(output), where=where, source=source)
+
+
+def _first_errors(output: str) -> str:
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    # collect2 only says that the linker failed
+    lines = [line for line in lines if not line.startswith("collect2:")] or lines
+    errors = [line for line in lines if "error:" in line] or lines
+    return " | ".join(errors[:_ERROR_LINES]) or "the compiler failed and said nothing"
 
 
 @lru_cache(maxsize=8)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from functools import partial
 from operator import index
+from reprlib import repr as shortened
 
 from .codegen.binding import install_splitter
 from .codegen.errors import InputError
@@ -21,25 +22,42 @@ Part = Callable[[int, int], None]
 CHUNKS_PER_THREAD = 16
 #: Cheap items that are worth a chunk: some 100 microseconds of work.
 GRAIN = 16384
+#: More threads than any machine runs at once: a count beyond is a mistake, and their stacks would not fit.
+MOST_THREADS = 4096
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
 POLL = 0.1
 _inside = threading.local()
 
 
 def thread_count(threads: int | None = None) -> int:
-    """How many threads to use: as asked for, else the processors that this process may run on."""
+    """How many threads to use: as asked for, else the processors that this process may run on.
+
+    Raises
+    ------
+    InputError
+        If the count is no whole number from 1 to `MOST_THREADS`.
+    """
     if threads is not None:
         try:
-            count = index(threads)
+            count = None if isinstance(threads, bool) else index(threads)
         except TypeError:
-            raise InputError(f"threads is {threads!r}; a whole number is needed.") from None
+            count = None
+        if count is None:
+            raise InputError(f"threads is {_shown(threads)}; a whole number is needed.")
         if count < 1:
-            raise InputError(f"threads is {count}; at least one is needed.")
+            raise InputError(f"threads is {_shown(count)}; at least one is needed.")
+        if count > MOST_THREADS:
+            raise InputError(f"threads is {_shown(count)}; at most {MOST_THREADS} are started.")
         return count
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # macOS, Windows
         return os.cpu_count() or 1
+
+
+def _shown(value: object) -> str:
+    """A wrong value as messages repeat it: of arrays a few characters, on one line."""
+    return " ".join(shortened(value).split())
 
 
 def run(
@@ -65,14 +83,18 @@ def run(
 
     Raises
     ------
+    InputError
+        If ``threads`` is no whole number from 1 to `MOST_THREADS`.
     KeyboardInterrupt
         Between chunks; those that run are waited for, the others are dropped.
     Exception
         The first that a chunk raised.
     """
+    count = thread_count(threads)  # checked also where nothing is to be done
     if n <= 0:
         return
-    count = 1 if getattr(_inside, "running", False) else thread_count(threads)
+    if getattr(_inside, "running", False):
+        count = 1
     size = chunk or max(1, -(-n // (count * CHUNKS_PER_THREAD)))
     if count == 1 and chunk is None and progress is None:
         size = n

@@ -17,6 +17,7 @@ MACHINE_LACKS = (
     "no CUDA device",
     "root may",
     "shell scripts",
+    "no gcc with libasan",
 )  # reasons that no install can mend
 
 settings.register_profile("ci", deadline=None, derandomize=True)

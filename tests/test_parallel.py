@@ -91,11 +91,6 @@ def test_cheap_items_come_in_large_chunks(n, monkeypatch):
     assert sum(end - begin for begin, end in ranges) == n and len(ranges) <= 2
 
 
-def test_no_threads_is_an_error():
-    with pytest.raises(ValueError, match="at least one"):
-        parallel.run(lambda begin, end: None, 10, threads=0)
-
-
 @pytest.fixture
 def one_thread_again():
     yield
@@ -120,7 +115,39 @@ def test_batches_on_several_threads_are_the_same_bits(one_thread_again, monkeypa
     assert (binding._splitter is None) == (parallel.thread_count() == 1)
 
 
-@pytest.mark.parametrize("count", [0, -2, 1.5, "two"])
-def test_a_count_of_threads_is_a_positive_whole_number(count):
-    with pytest.raises(InputError, match="threads is"):
+WRONG_COUNTS = [
+    (0, "threads is 0; at least one"),
+    (-1, "threads is -1; at least one"),
+    (np.int64(-2), "threads is -2; at least one"),
+    (2.5, "threads is 2.5; a whole number"),
+    (float("nan"), "threads is nan; a whole number"),
+    ("two", "threads is 'two'; a whole number"),
+    (True, "threads is True; a whole number"),
+    (np.True_, "threads is .*True_?; a whole number"),
+    (np.arange(10_000).reshape(100, 100), r"threads is array.{,40}; a whole number"),
+    (10**9, "threads is 1000000000; at most 4096 are started"),
+    (10**4000, r"threads is 10+\.\.\.0+; at most 4096"),
+]
+
+
+@pytest.mark.parametrize(("count", "message"), WRONG_COUNTS)
+def test_a_count_of_threads_is_a_whole_number_of_at_least_one(count, message):
+    def part(begin, end):
+        pytest.fail("worked")
+
+    with pytest.raises(InputError, match=f"^{message}"):
         bladesmith.set_threads(count)
+    for n in (0, 1, 100):  # also where there is nothing to share
+        with pytest.raises(InputError, match=f"^{message}"):
+            parallel.run(part, n, threads=count)
+    with pytest.raises(InputError, match=f"^{message}"):
+        parallel.split(part, N, threads=count)
+
+
+def test_counts_of_threads_of_any_integer_type_are_taken():
+    assert [parallel.thread_count(count) for count in (3, np.int32(3), np.uint8(3), parallel.MOST_THREADS)] == [
+        3,
+        3,
+        3,
+        parallel.MOST_THREADS,
+    ]

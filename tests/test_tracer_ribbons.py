@@ -302,6 +302,21 @@ def test_rays_nearly_along_a_ruling_have_two_points(degree, apart):
                 assert np.nanmin(miss) < 1e-12 + 1e-13 / apart
 
 
+@pytest.mark.parametrize(("flat", "apart"), [(1e-8, 1e-10), (3e-8, 1e-10), (1e-6, 3e-12)])
+def test_points_next_to_a_ruling_of_a_nearly_flat_ribbon_are_neither_lost_nor_told_twice(flat, apart):
+    """Where rounding hardly tells a ray from a ruling, nor the ruling's turn from its motion: last steps are noise."""
+    random = np.random.default_rng(0)
+    for _ in range(3):
+        surface, oracle = surface_of(np.array(random_pairs(random, 1)) * (1.0, 1.0, flat))
+        for _ in range(3):
+            alpha, places = rs.MP.mpf(random.uniform(0.1, 0.9)), random.uniform([-0.9, 0.1], [-0.1, 0.9])
+            ends = [oracle.place(alpha + k * apart, s) for k, s in zip((-1, 1), places, strict=True)]
+            origin = np.array([float(x) for x in ends[0]])
+            direction = np.array([float(y - x) for x, y in zip(*ends, strict=True)])
+            found = surface.intersect(origin - direction, direction)
+            assert np.sum(np.abs(found.alpha - float(alpha)) < 1e-6) == 2
+
+
 @pytest.mark.parametrize("closed", [False, True])
 def test_no_ray_is_lost_between_two_pieces(closed):
     """Rays aimed at joints: rounding must not put the root beyond the ends of both pieces."""

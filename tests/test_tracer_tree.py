@@ -83,6 +83,20 @@ def test_the_tree_changes_no_bit(dtype, scale, shift):
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_the_tree_changes_no_bit_of_small_surfaces_among_large_ones(dtype):
+    """Boxes of nodes have 32 bits of the whole: smaller surfaces are all asked."""
+    random = np.random.default_rng(9)
+    places = random.normal(size=(120, 3)) * 1e-7 + (1.0, 2.0, 3.0)
+    small = [tracer.Disc(c, n, 1e-8) for c, n in zip(places, random.normal(size=(120, 3)), strict=True)]
+    large = [tracer.Sphere((900.0 * i, 0, 5000), 500.0) for i in range(4)]
+    origins = random.normal(size=(2000, 3)) * random.choice([1.0, 50.0], (2000, 1))
+    directions = places[random.integers(0, 120, 2000)] + random.normal(size=(2000, 3)) * 5e-9 - origins
+    hits = both([*small, *large], origins.astype(dtype), directions.astype(dtype))
+    met = (hits.surface >= 0) & (hits.surface < 120)
+    assert met.mean() > (0.5 if dtype == np.float64 else 0.0) and (hits.surface >= 120).any()
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_the_tree_changes_no_bit_of_rays_from_far_away(dtype):
     random = np.random.default_rng(2)
     surfaces = lattice(random, 100, 1.0, 0.0)
@@ -175,6 +189,20 @@ def check_tree(tree, boxes):
     return deepest
 
 
+def check_nodes(tree, boxes):
+    """Boxes of 32 bits hold the others and are hardly larger; where there is no part, nothing is inside."""
+    np.testing.assert_array_equal(tree.whole, [*boxes[:, :3].min(axis=0), *boxes[:, 3:].max(axis=0)])
+    assert tree.nodes.ctypes.data % 64 == 0 and tree.nodes.itemsize == 128
+    there = tree.parts != EMPTY
+    exact = ((tree.boxes - np.tile(tree.center, 2)[:, None]) * tree.unit).transpose(0, 2, 1)[there]
+    found = tree.nodes["boxes"].transpose(0, 2, 1)
+    assert np.all(found[there][:, :3] <= exact[:, :3]) and np.all(found[there][:, 3:] >= exact[:, 3:])
+    np.testing.assert_allclose(found[there], exact, rtol=2**-23, atol=1e-44)
+    assert np.all(found[~there] == [np.inf] * 3 + [-np.inf] * 3)
+    half = np.abs(exact).max()
+    assert 0.5 <= half <= 1 or half == 0
+
+
 def boxes_of(low, size):
     return np.concatenate([low, low + size], axis=1)
 
@@ -199,6 +227,7 @@ def test_trees_hold_every_item_once(name, make):
     assert name != "spread" or deepest <= 16
     again = tree_over(engine, [boxes])
     np.testing.assert_array_equal(again.parts, tree.parts)
+    check_nodes(tree, boxes)
 
 
 def test_unbounded_rows_are_loose():
@@ -313,6 +342,20 @@ def test_rays_that_are_changed_before_points_are_asked_for_are_noticed(name, dty
         else:
             np.testing.assert_array_equal(hits.point, expected)
         assert "t=" in repr(hits)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_change_is_noticed_wherever_it_is_among_many_rays(threads):
+    """Several seals are made by one call."""
+    scene = tracer.Scene(CAMERA, [], [tracer.Plane((0, 0, 1), 0.0)])
+    count = 20 * FEW_RAYS + 3
+    origins, directions = np.tile([0.0, 0.0, 5.0], (count, 1)), np.tile([0.0, 0.5, -1.0], (count, 1))
+    assert len(scene.intersect(origins, directions, threads=threads).point) == count
+    for place in (0, FEW_RAYS, 7 * FEW_RAYS - 1, 16 * FEW_RAYS, count - 1):
+        hits = scene.intersect(origins, directions, threads=threads)
+        origins[place, 0] += 1.0
+        with pytest.raises(InputError, match="changed"):
+            _ = hits.point
 
 
 def test_rays_without_points_are_asked_in_any_shape_and_number_of_threads():

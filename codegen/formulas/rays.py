@@ -74,23 +74,34 @@ def plane_hit(origin: Multivector, direction: Multivector, normal: Multivector, 
     return row([-dot(point(origin), plane) / dot(direction, plane)], "t")
 
 
-def pair_points(pair: Multivector) -> tuple[Multivector, Multivector]:
-    """Positions A, B of a point pair F = A ^ B; NaN for an imaginary one.
+def pair_root(origin: Multivector, direction: Multivector, radius: Multivector) -> Multivector:
+    """sqrt(F^2) of the pair F = L v S of a ray and a sphere about the origin; NaN where the ray passes by.
 
-    (4.5) times sqrt(F^2), so that a tangent's double point is found too.
+    F^2 = r^2 m^2 - |X ^ m|^2 of the line's direction m and moment. Multiplied out from F it is the same, but longer.
+    """
+    moment = origin ^ direction
+    return sqrt(radius * radius * dot(direction, direction) - dot(moment, ~moment))
+
+
+def pair_points(pair: Multivector, root: Multivector | None = None) -> tuple[Multivector, Multivector]:
+    """Positions A, B of a point pair F = A ^ B; NaN for an imaginary one. ``root`` is sqrt(F^2), where it is known.
+
+    (4.5) times that root, so that a tangent's double point is found too.
     """
     chord = pair | ni(pair)
-    root = sqrt(dot(pair, pair))
+    root = sqrt(dot(pair, pair)) if root is None else root
     middle = (pair * chord).grade(1)
     first, last = root * chord - middle, root * chord + middle
     return euclidean(first) / -dot(first, ni(pair)), euclidean(last) / -dot(last, ni(pair))
 
 
-def pair_parameters(pair: Multivector, origin: Multivector, direction: Multivector) -> list[Multivector]:
+def pair_parameters(
+    pair: Multivector, origin: Multivector, direction: Multivector, root: Multivector | None = None
+) -> list[Multivector]:
     """Parameters t of a ray's points on a sphere about the origin; the origin's foot is their middle."""
     square = dot(direction, direction)
     middle = -dot(origin, direction) / square
-    half = sqrt(dot(pair, pair)) / square
+    half = (sqrt(dot(pair, pair)) if root is None else root) / square
     return [middle - half, middle + half]
 
 
@@ -99,13 +110,13 @@ def sphere_hit(
 ) -> tuple[Result, Result, Result]:
     """Parameters of the first and last point of a ray on a sphere, and the points relative to the centre.
 
-    The sphere stands at the origin, so F = L v S has the square r^2 m^2 - moment^2 of the line's direction m
-    and moment about the centre. NaN where the ray passes by.
+    The sphere stands at the origin, and F = L v S. NaN where the ray passes by.
     """
     relative = origin - center
     pair = line(relative, direction) & dual_sphere(zero(relative), radius * radius).undual()
-    first, last = pair_points(pair)
-    return row(pair_parameters(pair, relative, direction), "t"), named("first", first), named("last", last)
+    root = pair_root(relative, direction, radius)
+    first, last = pair_points(pair, root)
+    return row(pair_parameters(pair, relative, direction, root), "t"), named("first", first), named("last", last)
 
 
 def along_plane(direction: Multivector, normal: Multivector) -> Mask:

@@ -305,13 +305,15 @@ def ribbon_polish(
     """Newton step (dt, db) towards X ^ L_C = 0 for X = origin + t direction.
 
     For rays that are nearly parallel to the carrier: there roots lie close together, and t from the root alone
-    loses the square of the angle.
+    loses the square of the angle. The third number is the squared sine between the changes of X ^ L_C with t and with
+    b: both agree where the ribbon is flat, and nothing is known of the step.
     """
     arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
     pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
     m, off, by_t, by_b, _ = motion_seen(origin + t * direction, direction, pair, rate)
     volume, dt, db = (volume_of(m, x, y) for x, y in ((by_t, by_b), (off, by_b), (by_t, off)))
-    return row([-dt / volume, -db / volume], "step")
+    apart = volume * volume / (dot(m, m) * dot(by_t, by_t) * dot(by_b, by_b))
+    return row([-dt / volume, -db / volume, apart], "step")
 
 
 def ribbon_normal(

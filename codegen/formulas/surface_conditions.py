@@ -17,10 +17,10 @@ from .surfaces import (
     QUAD,
     Scalars,
     branch,
+    branch_rates,
     coefficient_product,
     ended,
     evolved_circle,
-    evolved_circle_rate,
     line_frame,
     meet_rows,
     quad_vector,
@@ -156,11 +156,15 @@ def evolved_condition(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivec
 
 
 def evolved_condition_rate(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
-    """The condition and its derivative by t."""
+    """The condition and its derivative by t, 2 Y . dY with dY = dm B + (m dB - d(w E)): only dm divides, by s."""
+    w = weight(norm, kappa, a, b)
+    m, s = branch(value(norm, a, b), value(kappa, a, b), w)
+    raised, _, dw = branch_rates(norm, kappa, a, b)
     rows = meet_rows(meets, norm)
-    y = [evolved_circle(norm, kappa, *part, a, b) for part in rows]
-    dy = [evolved_circle_rate(norm, kappa, *part, a, b) for part in rows]
-    return row([_meet_product(y, y), 2 * _meet_product(y, dy)], "f_rate")
+    meet = [value(first, a, b) for first, _ in rows]
+    y = [m * x - w * value(last, a, b) for x, (_, last) in zip(meet, rows, strict=True)]
+    rest = [m * rate_at(first, a, b) - (dw * value(last, a, b) + w * rate_at(last, a, b)) for first, last in rows]
+    return row([_meet_product(y, y), 2 * (_meet_product(y, rest) + raised * (_meet_product(y, meet) / s))], "f_rate")
 
 
 def evolved_condition_bound(

@@ -21,6 +21,7 @@ from .surfaces import (
     circle_square,
     coefficient_product,
     evolved_circle,
+    evolved_circle_motion,
     evolved_circle_rate,
     meet_rows,
     trivectors,
@@ -89,12 +90,14 @@ def evolved_normal(
     position: Multivector, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
 ) -> Multivector:  # fmt: skip
-    """Unit normal at a position on the surface."""
-    arguments = norm, kappa, trivectors(controls), trivectors(products), a, b
-    round_ = evolved_circle(*arguments)
-    over = reciprocal(size(round_))  # products of light ones are numbers
-    normal, _ = swept_direction(position, over * round_, over * evolved_circle_rate(*arguments))
-    return unit(normal)
+    """Unit normal at a position on the surface: that of the sphere through the circle that touches the surface there.
+
+    Neighbouring circles meet the moving point, X ^ C = 0 = dX ^ C + X ^ dC, so (X ^ dC)* holds C and the direction dX.
+    """
+    here = point(position)
+    sphere = (here ^ evolved_circle_motion(norm, kappa, trivectors(controls), trivectors(products), a, b)).dual()
+    normal = euclidean(sphere) + dot(sphere, ni(here)) * position
+    return unit(reciprocal(size(normal)) * normal)  # squares of light ones are no numbers
 
 
 def swept_direction(position: Multivector, carrier: Multivector, rate: Multivector) -> tuple[Multivector, Multivector]:

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..homogeneous import rate, value
+from ..homogeneous import monomial_rates, monomials, rate, value
 from ..multivector import Multivector, absolute, from_values, select, sqrt
 from ..trace import Result, named, row
 from .conformal import infinity as ni
 from .conformal import point
 from .euclidean import euclidean_part as euclidean
-from .rays import dot, dual_sphere, line, pair_parameters, zero
+from .rays import dot, dual_sphere, line, zero
 
 Scalars = Sequence[Multivector]
 #: Coefficients of a trivector, and of the meet of a ray with one in the ray's own frame.
@@ -92,8 +92,8 @@ def evolved_approach(origin: Multivector, direction: Multivector, center: Multiv
     """Parameter of the point of a ray nearest to a centre, and half the chord in its sphere; NaN for a miss."""
     relative = origin - center
     pair = line(relative, direction) & dual_sphere(zero(relative), radius * radius).undual()
-    first, last = pair_parameters(pair, relative, direction)
-    return row([(first + last) / 2, (last - first) / 2], "middle_half")
+    square = dot(direction, direction)
+    return row([-dot(relative, direction) / square, sqrt(dot(pair, pair)) / square], "middle_half")
 
 
 def evolved_meets(origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars) -> Result:
@@ -172,17 +172,51 @@ def evolved_circle(
     return m * value(controls, a, b) - w * value(products, a, b)
 
 
+def branch_rates(
+    norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector
+) -> tuple[Multivector, Multivector, Multivector]:
+    """The derivatives by t of m and of s, times s, and of w: s dm = m dS0 - d(K w^2)/2, s ds = S0 dS0 - d(K w^2)/2."""
+    s0, k, w = value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b)
+    m, _ = branch(s0, k, w)
+    dw = weight_rate(norm, kappa, a, b)
+    ds0, dk = (rate_at(part, a, b) for part in (norm, kappa))
+    quad = dk * (w * w) / 2 + k * (w * dw)
+    return m * ds0 - quad, s0 * ds0 - quad, dw
+
+
 def evolved_circle_rate(
     norm: Scalars, kappa: Scalars, controls: Sequence[Multivector], products: Sequence[Multivector],
     a: Multivector, b: Multivector,
 ) -> Multivector:  # fmt: skip
-    """Derivative of `evolved_circle` by t: dm = (m dS0 - d(K w^2)/2)/s divides by s only."""
-    s0, k, w = value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b)
-    m, s = branch(s0, k, w)
-    dw = weight_rate(norm, kappa, a, b)
-    ds0, dk, dc, dqc = (rate_at(part, a, b) for part in (norm, kappa, controls, products))
-    dm = (m * ds0 - (dk * (w * w) / 2 + k * (w * dw))) / s
-    return dm * value(controls, a, b) + m * dc - dw * value(products, a, b) - w * dqc
+    """Derivative of `evolved_circle` by t."""
+    w = weight(norm, kappa, a, b)
+    m, s = branch(value(norm, a, b), value(kappa, a, b), w)
+    raised, _, dw = branch_rates(norm, kappa, a, b)
+    dc, dqc = (rate_at(part, a, b) for part in (controls, products))
+    return raised / s * value(controls, a, b) + m * dc - dw * value(products, a, b) - w * dqc
+
+
+def evolved_circle_motion(
+    norm: Scalars, kappa: Scalars, controls: Sequence[Multivector], products: Sequence[Multivector],
+    a: Multivector, b: Multivector,
+) -> Multivector:  # fmt: skip
+    """Derivative of the circle by t, of constant norm, up to a positive weight: with one number to each control.
+
+    With C^2 = 2 s^2 m and F for its root, F d(C/F) = dC - (ds/s + dm/(2 m)) C.
+    """
+    w = weight(norm, kappa, a, b)
+    m, s = branch(value(norm, a, b), value(kappa, a, b), w)
+    raised, spread, dw = branch_rates(norm, kappa, a, b)
+    over = 1 / s
+    dm = raised * over
+    grown = spread * over * over + dm / (2 * m)
+    dm, dw = dm - grown * m, dw - grown * w
+    total = zero(controls[0])
+    for part, at, by in ((controls, m, dm), (products, -w, -dw)):
+        degree = len(part) - 1
+        for c, e, de in zip(part, monomials(degree, a, b), monomial_rates(degree, a, b), strict=True):
+            total = total + (by * e + at * de) * c
+    return total
 
 
 def rate_at(coefficients: Sequence[Multivector], a: Multivector, b: Multivector) -> Multivector:

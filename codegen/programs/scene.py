@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from ..errors import SceneError, suggest
 from ..formulas import boxes, rays
-from ..targets.extension import PORTABLE, SCALAR, Instance
+from ..targets.instances import PORTABLE, SCALAR, Instance
 from ..templating import render
 from . import Declared, Part, Program, program
 from .surface_kinds import METHODS, SurfaceKind, in_order, stock_kinds, surface_kind
@@ -161,7 +161,7 @@ def scene_program(wanted: SceneNeeds) -> Program:
     if wanted.wide:
         tree += ["rows.h", "scene_wide.h"]
     headers = [*_HEADERS, *tree, *pictures, *fragments, *dict.fromkeys(extra)]
-    parts = [_wide_part(kinds, values)] if wanted.wide else []
+    parts = [_wide_part(values)] if wanted.wide else []
     parts += [
         _kind_part(kind, instance, wanted.methods, {"features": methods, "wide": ()})
         for instance in instances
@@ -179,9 +179,9 @@ def _kind_part(kind: SurfaceKind, instance: Instance, methods: tuple[str, ...], 
     return Part(kind.name, kernels, source, QUICK)
 
 
-def _wide_part(kinds: Sequence[SurfaceKind], values: Mapping[str, object]) -> Part:
+def _wide_part(values: Mapping[str, object]) -> Part:
     """The loop that meets several rays at once: vector code, which gains by all that compilers do."""
-    kernels = tuple(d for kind in kinds for d in kind.kernels)
+    kernels = tuple(d for name in sorted(WIDE_KINDS) for d in surface_kind(name).kernels)  # scene_wide.h has them all
     plain = {"title": "several rays at once", "features": (), "roots": 1, "elementary": False}
     source = render("c/scene_unit.c.j2", **{**values, **plain})
     return Part("scene_wide", kernels, source)

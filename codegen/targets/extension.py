@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from ..build import ExtensionSource
 from ..errors import TraceError
@@ -11,23 +10,18 @@ from ..simplify import chosen_form
 from ..templating import render, template_text
 from ..trace import Kernel
 from .c import c_function, symbol
+from .instances import BASELINE, PORTABLE, SCALAR, WIDE, Instance
 
-
-@dataclass(frozen=True)
-class Instance:
-    """One precision and vector width; ``wide`` ones need a processor that is asked first."""
-
-    tag: str
-    bits: int
-    bytes: str
-    wide: bool = False
-
-
-BASELINE = (Instance("f64_base", 64, "BS_BASELINE_BYTES"), Instance("f32_base", 32, "BS_BASELINE_BYTES"))
-WIDE = (Instance("f64_v3", 64, "32", True), Instance("f32_v3", 32, "32", True))
-SCALAR = (Instance("f64_scalar", 64, "0"), Instance("f32_scalar", 32, "0"))
-#: What wheels carry. Tests add SCALAR; a kernel made at run time takes only what this processor uses.
-PORTABLE = BASELINE + WIDE
+__all__ = [
+    "BASELINE",
+    "PORTABLE",
+    "SCALAR",
+    "WIDE",
+    "Instance",
+    "extension_source",
+    "in_dependency_order",
+    "kernel_files",
+]
 
 
 def _same(first: Kernel, second: Kernel) -> bool:

@@ -91,17 +91,23 @@ class Document(Generic[M]):
             raise self._error(f"{lowered(what)}.", where=place) from None
         except RecursionError:
             raise self._too_deep() from None
+        except ValueError:  # of Python, without a place
+            raise self._error("a whole number has thousands of digits.", where=self.name) from None
 
     def _too_deep(self) -> InputError:
         return self._error("arrays or tables are nested too deeply.", where=self.name)
 
     def _validated(self, model: type[M]) -> M:
-        for path, value in _leaves(self.data, ()):
-            if isinstance(value, float) and not math.isfinite(value):
-                raise self.error(path, f"is {value}; numbers are finite")
         try:
             # JSON, because only there does pydantic's strict mode take an array for a tuple
-            return model.model_validate_json(json.dumps(self.data, default=str), strict=True)
+            text = json.dumps(self.data, default=str, allow_nan=False)
+        except ValueError:  # some number is not finite
+            for path, value in _leaves(self.data, ()):
+                if isinstance(value, float) and not math.isfinite(value):
+                    raise self.error(path, f"is {value}; numbers are finite") from None
+            raise
+        try:
+            return model.model_validate_json(text, strict=True)
         except ValidationError as error:
             if error.errors(include_url=False)[0]["type"] == "json_invalid":  # the one thing that JSON cannot say
                 raise self._too_deep() from None

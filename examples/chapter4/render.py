@@ -8,6 +8,7 @@ A scene is a picture of `bladesmith render`. Some figures also show the scene fr
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import matplotlib
@@ -111,7 +112,7 @@ def main() -> None:
         if arguments.only and file.stem not in arguments.only:
             continue
         scene = tracer.Scene.load(file)
-        tracer.save_image(arguments.out / f"{file.stem}.png", scene.render(progress=True))
+        tracer.save_image(arguments.out / f"{file.stem}.png", scene.render(progress=sys.stderr.isatty()))
         if file.stem in OUTSIDE:
             outside(scene, arguments.out / f"{file.stem}_outside.png")
         if file.stem == FLAT:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from .. import arrays
 from ..codegen.errors import InputError, MissingExtraError, ShapeError
+from ..interrupts import kept
 from ..multivector import Multivector
 
 Array = NDArray[Any]
@@ -206,7 +207,8 @@ def _file(path: str | os.PathLike[str]) -> Path:
 def _read(file: Path) -> tuple[Array, Array, Array | None]:
     """Vertices, faces and, where the file has them, normals of vertices."""
     try:
-        trimesh = import_module("trimesh")
+        with kept():
+            trimesh = import_module("trimesh")
     except ImportError:
         raise MissingExtraError("mesh", "Reading meshes") from None
     try:
@@ -214,8 +216,9 @@ def _read(file: Path) -> tuple[Array, Array, Array | None]:
         if file.suffix.lower() == ".obj":  # text, in which names and comments may be of any encoding: numbers are not
             content = content.decode("utf-8", "replace").encode()
         kind = file.suffix.lower().removeprefix(".")
-        found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
-        vertices, faces, normals = _placed(found)
+        with kept():
+            found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
+            vertices, faces, normals = _placed(found)
     except ImportError:  # of a package that guesses encodings
         raise InputError("the file cannot be read as a mesh (it is neither binary nor text)", where=str(file)) from None
     except Exception as error:  # readers of damaged files raise anything

@@ -1,1 +1,21 @@
-"""Registration of models made of primitives (thesis chapter 5)."""
+"""Registration of models made of points, point pairs, lines, circles, planes and spheres (thesis chapter 5)."""
+
+from __future__ import annotations
+
+from .clouds import CloudFit, CloudInterrupted, model_from_points
+from .meshes import model_from_mesh
+from .model import Model
+from .register import register
+from .result import PerItem, Registration, Step
+
+__all__ = [
+    "CloudFit",
+    "CloudInterrupted",
+    "Model",
+    "PerItem",
+    "Registration",
+    "Step",
+    "model_from_mesh",
+    "model_from_points",
+    "register",
+]

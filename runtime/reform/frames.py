@@ -16,7 +16,7 @@ from ..algebras import Algebra
 from ..codegen.formulas.subspaces import length_powers
 from ..multivector import Multivector
 from ..objects.local import Frame
-from .engine import Driver, Side
+from .engine import Closeness, Driver, Side
 
 Array = NDArray[Any]
 #: Directions in which the objects say less than this, relative to the most, do not place a model's centre.
@@ -83,6 +83,11 @@ def local_pair(
     unit = 2.0 ** round(math.log2(size)) if size > 0 else 1.0
     first, second = (_scaled(driver, center, objects, unit) for center, objects in moved)
     return first, second
+
+
+def closeness_within(reach: float, least: float = 0.0, align: bool = True, length: float = 1.0) -> Closeness:
+    """When a motor lays one object on another: within a reach, by (angle^2 length^2 + 3 distance^2)/4, as of rotors."""
+    return Closeness((0.75, 0.25 * length * length, 0.75), reach * reach, least, align)
 
 
 def _elements(driver: Driver, objects: Mapping[str, Multivector]) -> dict[str, Array]:

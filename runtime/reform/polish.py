@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .engine import Driver, Scene
+from .engine import RATES, Driver, Scene
+from .fisher import widening
 
 Array = NDArray[Any]
 #: Gauss-Newton steps at most; a step that changes the twist by less ends them.
@@ -18,6 +19,8 @@ STEPS, SETTLED = 30, 1e-14
 HALVINGS, SLACK = 8, 1e-14
 #: A motion is free if the matches resist it less than this, relative to the most.
 FREE = 1e-9
+#: What a match leaves of its own residual counts as no less: it alone tells a motion.
+ALONE = 1e-3
 #: Of each kind: rows of the query, and of the reference.
 Matches = Mapping[str, tuple[Array, Array]]
 
@@ -59,7 +62,8 @@ class Polished:
 
 def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     """Of all matches; of one without a rotor zeros."""
-    found = np.concatenate([scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()])
+    parts = [scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()]
+    found = np.concatenate([np.empty((0, RATES)), *parts])
     found[~np.isfinite(found).all(-1)] = 0.0
     return Rates(found[:, 0], found[:, 1:7], _full(found[:, 7:]))
 
@@ -103,13 +107,35 @@ def _inverse(matrix: Array) -> tuple[Array, Array]:
 
 
 def covariance(found: Polished) -> Array:
-    """Of the twist b in exp(b) R, (6, 6), from how the matches disagree, with nothing assumed of their errors.
+    """Of the twist b in exp(b) R, (6, 6), such that b' C^-1 b < 12.59 holds for the true pose with probability 0.95.
 
-    The sandwich estimate with each match's own influence taken out (HC3): it holds for unequal and for few matches.
+    How the matches disagree tells it: nothing is assumed of the sizes of their errors, which may differ, but that
+    those of different matches are independent, without a bias. It is the sandwich B (sum g g') B of influences g
+    and the inverse B of the matrix, where each match's influence on its own residual is taken out (HC2 of MacKinnon
+    and White), times Hotelling's factor for the size of the sample: m matches that say as much about all six motions.
+    m is taken from how unevenly they say it, so that quadratic forms of the estimate have the variance that they
+    would have for m such (Satterthwaite). The factor is 2.1 for 20 lines and 1.06 for many; without it the region of
+    20 lines holds 73 % of the true poses, that of 10 lines 40 %. Fewer than about 8 matches tell their own errors
+    badly: the region is honest, and very large. Zero for matches without any error.
     """
-    bread, _ = _inverse(found.rates.matrices.sum(0))
-    influence = np.eye(6) - found.rates.matrices @ bread
-    left_out = np.linalg.pinv(influence) @ found.rates.gradients[..., None]
-    meat = left_out[..., 0].T @ left_out[..., 0]
-    result: Array = bread @ meat @ bread
+    total = found.rates.matrices.sum(0)
+    values, vectors = np.linalg.eigh(total)
+    stiff = values > FREE * max(float(values[-1]), 0.0)
+    if not stiff.any():
+        return np.zeros((6, 6))
+    whiten = vectors[:, stiff] / np.sqrt(values[stiff])
+    shares = whiten.T @ found.rates.matrices @ whiten  # these add up to 1
+    left, own = np.linalg.eigh(np.eye(int(stiff.sum())) - shares)
+    influence = np.einsum("nji,nj->ni", own, found.rates.gradients @ whiten)
+    influence /= np.sqrt(np.maximum(left, ALONE))
+    spread = np.einsum("nji,ni->nj", own, influence)
+    back = whiten @ spread.T
+    result: Array = back @ back.T * widening(effective(shares))
     return result
+
+
+def effective(shares: Array) -> float:
+    """How many equal matches would tell a covariance as well as these, whose shares (n, p, p) add up to 1."""
+    p = shares.shape[-1]
+    traces, squares = np.trace(shares, axis1=1, axis2=2), (shares * shares).sum((1, 2))
+    return float(p * (p + 2) / (traces * traces + 2 * squares).sum())

@@ -3,25 +3,142 @@
 from __future__ import annotations
 
 import math
+from operator import index
 from typing import Any
 
+from ..codegen.errors import InputError
+from ..multivector import Multivector
+from ..objects.inputs import chosen, number, truth
 from .finish import finish
 from .job import Job
+from .model import Model
 from .result import Registration, Step
 from .search import CHANCE, TOLERANCES, Found, Search
 
 #: Rounds of iterative matching of a candidate, unless asked otherwise.
 ROUNDS = 30
+#: More sets than any search can use.
+MOST_SAMPLES = 1 << 20
+STARTS = ("global", "proximity")
 
 
 def register(
-    query: Any, reference: Any, samples: int = 64, sample_size: int | None = None, iterations: int | None = None,
-    seed: int = 0, threads: int | None = 2, backend: str = "c",
-) -> Registration:  # fmt: skip
-    """The motor that takes a query model to a reference, and which objects are one."""
-    job = Job(query.objects, reference.objects, seed=seed, threads=threads, backend=backend)
+    query: Model,
+    reference: Model,
+    samples: int = 64,
+    sample_size: int | None = None,
+    iterations: int | None = None,
+    seed: int = 0,
+    threads: int | None = 2,
+    backend: str = "c",
+    *,
+    start: str | Multivector = "global",
+    align: bool = True,
+    length: float = 1.0,
+    executor: Any = None,
+    progress: bool = False,
+) -> Registration:
+    """The motor that takes a query model to a reference, and which objects are one (thesis chapter 5).
+
+    Parameters
+    ----------
+    query, reference : Model
+        Of any kinds; those that only one of them has take no part.
+    samples : int
+        Sets of query objects that vote, at each tolerance and at most. With ``start="proximity"``: subsets of the
+        matches in each round (5.5).
+    sample_size : int, optional
+        Objects of a set. Default: two where that places a motor, else three.
+    iterations : int, optional
+        Rounds of iterative matching (5.4) of each candidate, at most. Default: 30.
+    seed : int
+        Of the random choices: the same seed gives the same result, with any number of threads, with an executor, and
+        with any backend.
+    threads : int or None
+        None: all processors of this process.
+    backend : "c", "numba" or "cuda"
+        What computes.
+    start : "global", "proximity" or Multivector
+        "global": from any displacement, by what no motion changes. "proximity": REFORM as in the text (5.5), from the
+        query where it stands, or moved by a motor that is given here.
+    align : bool
+        x and -x are one object. Otherwise orientations must agree.
+    length : float
+        What a rotation by a radian counts as, against translations, in units of the models' size.
+    executor : concurrent.futures.Executor, optional
+        Shares the samples over its workers, for example a cluster's.
+    progress : bool
+        Show a bar.
+
+    Returns
+    -------
+    Registration
+        If nothing is found, or an interrupt comes before the end: the best so far, with ``converged`` False and a
+        ``message``.
+
+    Raises
+    ------
+    InputError
+        If a model is empty, the models have no kind in common, or an argument makes no sense.
+
+    Notes
+    -----
+    Pairs of objects have numbers that no motion changes: distances, angles. Pairs of the query vote for the pairs of
+    the reference with the same ones; where a pair leaves a motion free, triples. The motor of each such sample is that
+    of the least |R X - Y R|^2 over its pairs, linear in R for every kind of object; it is verified by how many objects
+    it lays on others. Tolerances rise from rounding to 3 % of the models' size, until the agreement is no chance. The
+    best motors are refined by iterative matching, and the answer is that of the least positive rotor cost over the
+    matches.
+
+    Examples
+    --------
+    >>> import bladesmith as bs
+    >>> from bladesmith import reform
+    >>> lines = bs.cga3d.line([(0, 0, 0), (1, 0, 0), (0, 2, 0)], [(1, 0, 1), (0, 1, 0), (0, 1, 3)])
+    >>> pose = bs.cga3d.rotor((0, 0, 1), 2.0)
+    >>> found = reform.register(reform.Model(lines=pose >> lines), reform.Model(lines=lines))
+    >>> found.converged, found.matches["lines"].tolist()
+    (True, [0, 1, 2])
+    >>> abs((found.motor * pose - 1).values).max() < 1e-12
+    True
+    """
+    _check_models(query, reference)
+    samples = _count(samples, "samples", MOST_SAMPLES)
+    sample_size = None if sample_size is None else _count(sample_size, "sample_size", 64)
+    rounds = ROUNDS if iterations is None else _count(iterations, "iterations", MOST_SAMPLES)
+    if not isinstance(start, Multivector):
+        start = chosen(start, STARTS, "start")
+    if not number(length, "length") > 0:
+        raise InputError(f"length is {length}; a rotation counts as a positive length.")
+    job = Job(
+        query.objects, reference.objects, seed=_count(seed, "seed", None, 0), threads=threads, backend=backend,
+        executor=executor, align=truth(align, "align"), length=float(length),
+    )  # fmt: skip
+    truth(progress, "progress")
     found = searched(job, samples, sample_size)
-    return finish(job, found, iterations or ROUNDS, query.counts)
+    return finish(job, found, rounds, query.counts)
+
+
+def _check_models(query: Model, reference: Model) -> None:
+    for name, model in (("query", query), ("reference", reference)):
+        if not isinstance(model, Model):
+            raise InputError(f"the {name} is {type(model).__name__}; a reform.Model is needed.")
+        if not len(model):
+            raise InputError(f"the {name} is empty; a pose needs objects.")
+    if not set(query.objects) & set(reference.objects):
+        both = (", ".join(f"{k}s" for k in m.objects) for m in (query, reference))
+        raise InputError("the models have no kind of object in common: {} and {}.".format(*both))
+
+
+def _count(value: Any, name: str, most: int | None, least: int = 1) -> int:
+    try:
+        count = None if isinstance(value, bool) else index(value)
+    except TypeError:
+        count = None
+    if count is None or count < least or (most is not None and count > most):
+        limit = f"from {least} to {most}" if most is not None else f"of at least {least}"
+        raise InputError(f"{name} is {value!r}; a whole number {limit} is needed.")
+    return count
 
 
 def searched(job: Job, samples: int, sample_size: int | None) -> Found:

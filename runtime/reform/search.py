@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.programs.reform import KINDS
+from .chance import CHANCE_REACH, Meetings, doubt, random_motors
+from .contest import LEVEL, Contest
 from .engine import Closeness, Driver, Scene
-from .frames import Local
+from .frames import Local, closeness_within
 from .tables import Candidates, Tables, sign_choices
 
 Array = NDArray[Any]
@@ -47,9 +49,6 @@ LEAST = 0.1
 CHANCE = 1e-4
 #: Share of the sets that may have missed a right motor, when the search stops.
 MISSED = 1e-4
-#: Random motors by which it is measured how often objects meet by chance, and at which distance; how many numbers
-#: must agree when two objects meet, at least.
-RANDOM_MOTORS, CHANCE_REACH, CHANCE_POWER = 64, 0.25, 3
 #: Objects that verify a motor while searching.
 VERIFIED = 512
 
@@ -69,9 +68,16 @@ class Found:
     chance : float
         Probability that a wrong motor lays an object on another one, at this tolerance.
     doubt : float
-        log10 of how many motors as good as the best one are expected by chance among those tried.
+        log10 of how many motors as good as the best one are expected by chance among those tried; or, where that is
+        more, of the chance of its lead over its rivals, on such a scale that `CHANCE` is the limit of both.
     sets : int
         Sets of query objects that were used at this tolerance.
+    reach : float
+        Distance up to which the best one's matches say most; NaN before candidates were compared.
+    equal : int
+        As many of the motors, the first ones, serve as well as each other.
+    contest : Contest
+        What compares them.
     """
 
     motors: Array = field(default_factory=lambda: np.empty((0, 8)))
@@ -82,11 +88,22 @@ class Found:
     chance: float = 1.0
     doubt: float = math.inf
     sets: int = 0
+    reach: float = math.nan
+    equal: int = 1
+    contest: Contest | None = None
+
+    def compare(self) -> None:
+        """Refine candidates and hold them against each other."""
+        assert self.contest is not None
+        standing = self.contest.run(self.motors, self.tolerance, max(self.candidates, 1))
+        self.motors, self.scores, self.hits = standing.motors, standing.scores, standing.hits
+        self.equal, self.reach = standing.equal, standing.reach
+        self.doubt = max(standing.doubt, standing.lead - math.log10(LEVEL) + math.log10(CHANCE))
 
 
 def closeness(tolerance: float, least: float = LEAST, align: bool = True, length: float = 1.0) -> Closeness:
-    """When a motor lays one object on another: cost about (angle^2 length^2 + 3 distance^2)/4, as of rotors."""
-    return Closeness((0.75, 0.25 * length * length, 0.75), (REACH * tolerance) ** 2, least, align)
+    """When a motor lays one object on another, at a tolerance."""
+    return closeness_within(REACH * tolerance, least, align, length)
 
 
 class Search:
@@ -119,6 +136,7 @@ class Search:
         sizes = (2, 3) if sample_size is None else (sample_size,)
         self._sets = next((s for s in map(self._stiff_sets, sizes) if len(s)), np.empty((0, sizes[-1]), np.int64))
         self._meetings = self._random_meetings()
+        self._contest = Contest(scene, self._meetings, self._sets.shape[1], align, length)
 
     # -- sets of query objects --
 
@@ -136,24 +154,21 @@ class Search:
         stiff = self.scene.stiffness(self._of[drawn], self._row[drawn])
         return np.asarray(drawn[stiff >= STIFF])
 
-    def _random_meetings(self) -> float:
-        """How often objects meet within `CHANCE_REACH` under random motors."""
+    def _random_meetings(self) -> Meetings:
+        """How often objects meet under random motors."""
         algebra = next(iter(self.query.objects.values())).algebra
-        axes, angles = self.random.normal(size=(RANDOM_MOTORS, 3)), self.random.uniform(0, math.pi, RANDOM_MOTORS)
-        shifts = self.random.normal(size=(RANDOM_MOTORS, 3))
-        motors = algebra.translator(shifts) * algebra.rotor(axes, angles)
-        self.scene.closeness(closeness(CHANCE_REACH / REACH, 0.0, self.align, self.length))
-        hits = self.scene.refine(np.asarray(motors._data), 0)[2]
-        return float((hits.sum() + 1) / (RANDOM_MOTORS * self.scene.asked + 1))
+        self.scene.closeness(closeness_within(CHANCE_REACH, 0.0, self.align, self.length))
+        hits = self.scene.refine(random_motors(algebra), 0)[2]
+        return Meetings(float((hits.sum() + 1) / (len(hits) * self.scene.asked + 1)))
 
     # -- one tolerance --
 
     def run(self, tolerance: float, found: Found) -> Found:
         """Search at this tolerance; better than what was found before, or the same."""
         self.scene.closeness(closeness(tolerance, LEAST, self.align, self.length))
-        here = Found(tolerance=tolerance, candidates=found.candidates)
+        here = Found(tolerance=tolerance, candidates=found.candidates, contest=self._contest)
         met = looked = 0
-        here.chance = self._meetings * min(1.0, REACH * tolerance / CHANCE_REACH) ** CHANCE_POWER
+        here.chance = float(self._meetings.within(REACH * tolerance))
         residual = max(4 * (tolerance * REACH) ** 2, ROUNDING)
         for sets, (kinds, query, rows, signs) in self._blocks(tolerance):
             motors, scores, hits, tested = self.scene.samples(kinds, query, rows, signs, residual)
@@ -166,6 +181,8 @@ class Search:
             here.doubt = self._doubt(here)
             if self._is_enough(here):
                 break
+        if here.doubt <= math.log10(CHANCE):
+            here.compare()
         return here if here.doubt < found.doubt or not len(found.scores) else _counted(found, here)
 
     def _keep(self, here: Found, motors: Array, scores: Array, hits: Array) -> None:
@@ -289,14 +306,3 @@ def _code(*numbers: Array) -> Array:
 def _counted(found: Found, here: Found) -> Found:
     found.candidates = here.candidates
     return found
-
-
-def doubt(hits: int, objects: int, chance: float, motors: int) -> float:
-    """log10 of how many of so many wrong motors lay so many objects on others by chance, at most (Chernoff's bound)."""
-    if hits <= 0 or objects <= 0:
-        return math.inf
-    share, chance = min(hits / objects, 1.0), min(max(chance, 1e-300), 1 - 1e-12)
-    if share <= chance:
-        return math.inf
-    rest = (1 - share) * math.log((1 - share) / (1 - chance)) if share < 1 else 0.0
-    return math.log10(motors) - objects * (share * math.log(share / chance) + rest) / math.log(10)

@@ -85,8 +85,14 @@ def bands(width: int, height: int, grid: int, payload: int) -> list[tuple[int, i
     return list(zip(edges[:-1], edges[1:], strict=True))
 
 
-def render_band(payload: bytes, size: tuple[int, int], rows: tuple[int, int], threads: int) -> dict[str, Array]:
-    """What a worker is called for: some rows of a picture, all layers that are wanted."""
+def render_band(
+    payload: bytes, size: tuple[int, int], rows: tuple[int, int], threads: int, _picture: str = ""
+) -> dict[str, Array]:
+    """What a worker is called for: some rows of a picture, all layers that are wanted.
+
+    Clusters take calls with equal arguments for one: the name of the picture keeps those of two renders apart, so that
+    neither is cancelled, or fails, with the other.
+    """
     from .. import parallel
 
     bound, layers = _unpacked(payload)

@@ -115,8 +115,7 @@ def read_controls(given: Any, kind: str) -> Controls:
     if _are_objects(given):
         found = _from_objects(given, kind)
         return Controls(kind, _one_by_one(given, kind)) if found is None else found
-    rows = _from_numbers(given, kind)
-    return Controls(kind, _one_by_one(given, kind) if rows is None else rows)
+    return from_numbers(given, kind) or Controls(kind, _one_by_one(given, kind))
 
 
 def _are_objects(given: Any) -> bool:
@@ -160,11 +159,15 @@ def _read(coefficients: Array, kind: str) -> Controls:
     return Controls(kind, rows, halves)
 
 
-def _from_numbers(given: Any, kind: str) -> Array | None:
+def from_numbers(given: Any, kind: str) -> Controls | None:
     """Of tuples and mappings of good numbers; None for anything else, which is looked at one by one."""
     names = values.FIELDS[kind]
+    if not _is_row(given):
+        return None
     try:
-        entries = [[x[name] for name in names] if isinstance(x, Mapping) else x for x in given]
+        entries = [_fields(x, names) if isinstance(x, Mapping) else x for x in given]
+        if not all(map(_has_rows, entries)):
+            return None
         if kind == "circle":
             rows = np.array([(*center, *normal, radius) for center, normal, radius in entries])
         else:
@@ -174,7 +177,25 @@ def _from_numbers(given: Any, kind: str) -> Array | None:
     if rows.dtype.kind not in "iuf" or rows.ndim != 2 or rows.shape[1] != _SIZES[kind]:
         return None
     rows = rows.astype(np.float64, copy=False)
-    return rows if _are_good(kind, rows) else None
+    return Controls(kind, rows) if _are_good(kind, rows) else None
+
+
+def _fields(x: Mapping[str, Any], names: tuple[str, ...]) -> list[Any]:
+    """Parameters of an object from a mapping of these; none where it has others too, which is told later."""
+    return [x[name] for name in names] if len(x) == len(names) else []
+
+
+def _is_row(x: Any) -> bool:
+    """Whether it has an order, and numbers if it is an array: no set, nothing masked, no array of objects."""
+    return isinstance(x, list | tuple) or (type(x) is np.ndarray and x.dtype.kind in "iuf")
+
+
+def _has_rows(entry: Any) -> bool:
+    """Whether it has an order, two positions or directions first, and no truth value for a radius."""
+    if not _is_row(entry):
+        return False
+    first, second, *radius = entry
+    return _is_row(first) and _is_row(second) and not any(isinstance(x, bool | np.bool_) for x in radius)
 
 
 def _are_good(kind: str, rows: Array) -> bool:
@@ -191,8 +212,15 @@ def _one_by_one(given: Any, kind: str) -> Array:
     """The way that finds what is wrong, and says it."""
     if isinstance(given, (str, Mapping)) or not isinstance(given, (Sequence, np.ndarray, Multivector)):
         raise SceneError(f"curve is a {type(given).__name__}; give a curve, or {_WANTED[kind]}.")
+    if isinstance(given, np.ndarray) and values.reals(given) is None:
+        raise SceneError(f"curve is an array of {_held(given)}; give a curve, or {_WANTED[kind]} in a list.")
     if getattr(given, "ndim", 1) == 0:
         raise SceneError(f"curve is one object; give a curve, or {_WANTED[kind]}.")
     read = values.circle if kind == "circle" else values.point_pair
     rows = [np.concatenate([np.ravel(part) for part in read(x, f"controls[{i}]")]) for i, x in enumerate(given)]
     return np.array(rows).reshape(-1, _SIZES[kind])
+
+
+def _held(array: np.ndarray[Any, Any]) -> str:
+    """What an array holds that is no array of real numbers."""
+    return "masked numbers" if isinstance(array, np.ma.MaskedArray) else f"type {array.dtype}"

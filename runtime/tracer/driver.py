@@ -25,6 +25,8 @@ MATERIAL_SIZE, LIGHT_SIZE = 17, 6
 FEW_ROOTS = 2
 #: Rays per chunk: a few milliseconds at most. As many share a seal, as in templates/c/scene_common.h.
 RAYS_PER_CHUNK = 4096
+#: Chunks at most that are one call where several rays are met at once, and calls for each thread.
+CHUNKS_AT_ONCE, CALLS_PER_THREAD = 16, 4
 #: What the driver's arrays hold, where that is not the scene's own precision.
 _TYPES = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *", "seal": "uint64_t *"}
 
@@ -72,10 +74,10 @@ class BoundScene:
         ffi, tree, given = self.engine.ffi, self._scene.tree, rows.tree(self.engine)
         items = given.items.copy()
         items[:, 0] = np.array([self.engine.numbers[kind] for kind in rows], np.int32)[given.items[:, 0]]
-        tree.boxes = self._keep(outward(given.boxes, self.dtype.type))
-        tree.parts = ffi.cast("int32_t *", self._keep(given.parts))
+        tree.nodes = ffi.cast("bs_node *", self._keep(given.nodes))
         tree.items = ffi.cast("int32_t *", self._keep(items))
-        tree.nodes, tree.item_count, tree.loose = len(given.parts), len(items), given.loose
+        tree.node_count, tree.item_count, tree.loose = len(given.parts), len(items), given.loose
+        tree.whole, tree.center, tree.unit = given.whole.tolist(), given.center.tolist(), given.unit
 
     def _keep(self, array: Array) -> Any:
         buffer = self.engine.ffi.from_buffer(np.ascontiguousarray(array))
@@ -92,7 +94,7 @@ class BoundScene:
         rays = [self.engine.ffi.new("bs_rays *")]
         for name, array in (("origin", origins), ("direction", directions)):
             single = array.size == 3
-            whole = array if single else np.broadcast_to(array, (*lead, 3))
+            whole = array if single or array.shape == (*lead, 3) else np.broadcast_to(array, (*lead, 3))
             rays.append(self.engine.ffi.from_buffer(np.ascontiguousarray(whole, self.dtype)))
             setattr(rays[0], f"{name}s", rays[-1])
             setattr(rays[0], f"{name}_stride", 0 if single else 3)
@@ -106,6 +108,7 @@ class BoundScene:
         results: Mapping[str, Array],
         roots: int,
         threads: int | None,
+        chunks: int = 1,
     ) -> None:
         ffi = self.engine.ffi
         hits = ffi.new("bs_hits *")
@@ -118,7 +121,7 @@ class BoundScene:
         def part(begin: int, end: int) -> None:
             function(scene, single, begin, end, rays[0], hits)
 
-        parallel.run(part, n, threads, chunk=RAYS_PER_CHUNK if n > RAYS_PER_CHUNK else None)
+        parallel.run(part, n, threads, chunk=chunks * RAYS_PER_CHUNK if n > RAYS_PER_CHUNK else None)
 
     def first(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """First hits of rays: t, point, normal, alpha, surface, status."""
@@ -138,7 +141,8 @@ class BoundScene:
         results = {"t": np.empty(lead, self.dtype), **self._codes(lead), "seal": seal}
         if n <= RAYS_PER_CHUNK:
             threads = 1  # one seal
-        self._run(self.engine.lib.bs_scene_wide, rays, n, results, 1, threads)
+        shared = -(-len(seal) // (CALLS_PER_THREAD * parallel.thread_count(threads)))
+        self._run(self.engine.lib.bs_scene_wide, rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE))
         return results
 
     @staticmethod

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from ..curves import Curve, Hermite, Interpolating, KochanekBartels, RationalBezier
 from ..errors import SceneError
 from ..tomlread import Positive, Table, Vector3
-from .surfaces import EvolvedCircles, Surface
+from .segments import Segments, bezier_segments
+from .surfaces import EvolvedCircles, EvolvedPointPairs, Surface
 from .tables import SurfaceTable
 
 #: Keys that a kind of curve has for itself; those of the first list are required.
@@ -126,9 +128,9 @@ class EvolvedCirclesTable(CurveTable):
     controls: Annotated[list[CircleTable], Field(min_length=2, max_length=MOST_CONTROLS)]
     tangents: list[CircleDifference] | None = None
 
-    def surface(self, folder: Path) -> Surface:
+    def surface(self, folder: Path, segments: Segments | None = None) -> Surface:
         curve = self.followed(self.controls, self.tangents)
-        return EvolvedCircles(curve, align=self.align, gaps=self.gaps, material=self.material())
+        return EvolvedCircles(segments or curve, align=self.align, gaps=self.gaps, material=self.material())
 
 
 class EvolvedPointPairsTable(CurveTable):
@@ -138,8 +140,24 @@ class EvolvedPointPairsTable(CurveTable):
     controls: Annotated[list[PointPairTable], Field(min_length=2, max_length=MOST_CONTROLS)]
     tangents: list[PointPairDifference] | None = None
 
-    def surface(self, folder: Path) -> Surface:
-        from .surfaces.evolved import EvolvedPointPairs
-
+    def surface(self, folder: Path, segments: Segments | None = None) -> Surface:
         curve = self.followed(self.controls, self.tangents)
-        return EvolvedPointPairs(curve, align=self.align, gaps=self.gaps, material=self.material())
+        return EvolvedPointPairs(segments or curve, align=self.align, gaps=self.gaps, material=self.material())
+
+
+def read_beziers(tables: Sequence[Any]) -> dict[int, Segments]:
+    """Curves of a file's Bezier surfaces by their places, all of one kind and number of controls at once.
+
+    Groups in which something is wrong are left out: it is told when their surfaces are made.
+    """
+    groups: dict[tuple[str, int], list[int]] = {}
+    for i, table in enumerate(tables):
+        if isinstance(table, EvolvedCirclesTable | EvolvedPointPairsTable) and table.curve == "bezier":
+            swept = "circle" if isinstance(table, EvolvedCirclesTable) else "point_pair"
+            groups.setdefault((swept, len(table.controls)), []).append(i)
+    found: dict[int, Segments] = {}
+    for (swept, _), places in groups.items():
+        given = [[control.parameters() for control in tables[i].controls] for i in places]
+        made = bezier_segments(given, swept, np.array([tables[i].align for i in places]))
+        found.update(zip(places, made or (), strict=False))
+    return found

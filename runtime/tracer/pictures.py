@@ -7,6 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,13 +154,13 @@ def on_executor(
     InputError
         If the executor takes no work.
     """
-    payload = sent.packed()
+    payload, picture = sent.packed(), uuid4().hex
     threads = parallel.thread_count(1 if threads is None else threads)
     pending: dict[Future[dict[str, Array]], tuple[int, int]] = {}
     with _reachable(canvas):
         try:
             for rows in bands(canvas.width, canvas.height, grid, len(payload)):
-                pending[_submitted(executor, payload, (canvas.width, canvas.height), rows, threads)] = rows
+                pending[_submitted(executor, payload, (canvas.width, canvas.height), rows, threads, picture)] = rows
             while pending:
                 done, _ = wait(pending, timeout=parallel.POLL, return_when=FIRST_COMPLETED)
                 for future in done:
@@ -220,7 +221,7 @@ def _take(canvas: Canvas, rows: tuple[int, int], future: Future[dict[str, Array]
         raise
     except Exception as error:  # whatever executors raise for workers that die
         raise RenderError(
-            f"rows {begin} to {end - 1} were not rendered: {type(error).__name__}: {error}",
+            f"rows {begin} to {end - 1} were not rendered: {type(error).__name__}{f': {error}' if str(error) else ''}",
             partial=canvas.partial(),
             remedy="See the worker's own output; `error.partial` holds the rows that are done",
         ) from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -23,21 +24,11 @@ from .fixed import Fixed
 from .hits import Hits, first_hits
 from .layers import checked_names
 from .light import Light
-from .options import (
-    HEIGHT,
-    MAX_GRID,
-    MAX_REFLECTIONS,
-    MAX_SIDE,
-    WIDTH,
-    View,
-    checked_settings,
-    picture_size,
-    picture_view,
-    rays_view,
-)
+from .options import MAX_REFLECTIONS, View, checked_settings, picture_size, picture_view, rays_view
 from .pictures import Canvas, on_executor, on_threads, told
 from .rows import SceneRows, gathered, row_count
-from .surfaces import Surface, ray_arrays
+from .single import rounded, rounded_hits, serves_rays, serves_surfaces
+from .surfaces import Surface, names_at, ray_arrays
 
 Array = NDArray[Any]
 #: Reflections that are followed where nothing else is said.
@@ -149,6 +140,26 @@ class Scene(Fixed):
             self._rows = gathered(engine, self.surfaces)
         return self._rows
 
+    def names(self, places: Any = None) -> NDArray[np.str_]:
+        """What surfaces are called, by their places: ``scene.names(hits.surface)``.
+
+        Parameters
+        ----------
+        places : (...) array of int, optional
+            Places in `surfaces`; -1 for none. Default: all of them in order.
+
+        Returns
+        -------
+        (...) array of str
+            A surface's name; its kind and place, as in ``sphere [2]``, where it has none; empty for -1.
+
+        Raises
+        ------
+        SceneError
+            For what are no places of surfaces.
+        """
+        return names_at(self.surfaces, places)
+
     # -- what it is for ---------------------------------------------------------------------------------
 
     def intersect(
@@ -159,7 +170,8 @@ class Scene(Fixed):
         Parameters
         ----------
         origins, directions : (..., 3) arrays
-            They broadcast. Directions may have any length. If both are float32, so is the computation.
+            They broadcast. Directions may have any length. If both are float32, so is the answer; and the computation,
+            where that keeps the digits of surfaces and origins (sizes from 1e-9 on, places up to 1e12).
         method, samples
             As for `Surface.intersect`.
         threads : int, optional
@@ -169,7 +181,11 @@ class Scene(Fixed):
         Hits
         """
         start, direction = ray_arrays(origins, directions)
-        return first_hits(self._ready(rays_view(method, samples, start.dtype)), start, direction, threads)
+        how = rays_view(method, samples, start.dtype)
+        if start.dtype == np.float64 or (self._served(how) and serves_rays(start)):
+            return first_hits(self._ready(how), start, direction, threads)
+        wide = self._ready(replace(how, dtype=np.dtype(np.float64)))
+        return rounded_hits(first_hits(wide, start.astype(np.float64), direction, threads))
 
     def render(
         self,
@@ -199,7 +215,7 @@ class Scene(Fixed):
         antialias : int, optional
             Rays along each side of a pixel.
         dtype : dtype
-            float64 or float32.
+            float64 or float32; with surfaces, or a camera, that float32 does not serve the work is done in float64.
         executor : concurrent.futures.Executor, optional
             Bands of rows are its calls: a pool of processes, or a cluster's, as from
             ``dask.distributed.Client(...).get_executor()``. Workers need this package; each compiles the scene's
@@ -265,6 +281,10 @@ class Scene(Fixed):
         """Width and height of the picture: what is given, else the scene file's, else 640 by 480."""
         return picture_size(self.settings, width, height)
 
+    def _served(self, how: View) -> bool:
+        """Whether single precision serves the surfaces."""
+        return serves_surfaces(self._sent(how).arguments["rows"] if self._rows is None else self._rows)
+
     def _painted(
         self,
         how: View,
@@ -272,6 +292,9 @@ class Scene(Fixed):
         progress: bool | Callable[[int, int], None],
         executor: Executor | None,
     ) -> dict[str, Array]:
+        if how.dtype == np.float32 and not (self._served(how) and serves_rays(self.camera.position)):
+            wide = replace(how, dtype=np.dtype(np.float64))
+            return rounded(self._painted(wide, threads, progress, executor))
         canvas = Canvas.blank(how.width, how.height, how.layers, how.dtype)
         if executor is None:
             paint = partial(on_threads, self._ready(how), canvas, how.grid, threads)
@@ -279,18 +302,3 @@ class Scene(Fixed):
             paint = partial(on_executor, self._sent(how), canvas, how.grid, executor, threads)
         with told(progress, how.width * how.height) as tell:
             return paint(tell)
-
-
-__all__ = [
-    "HEIGHT",
-    "HORIZON",
-    "MAX_GRID",
-    "MAX_REFLECTIONS",
-    "MAX_SIDE",
-    "REFLECTIONS",
-    "WIDTH",
-    "ZENITH",
-    "Hits",
-    "Light",
-    "Scene",
-]

@@ -15,8 +15,10 @@ from pydantic import Field
 from ..codegen.programs.surface_kinds import SurfaceKind, surface_kind
 from ..errors import BladesmithError, MissingExtraError, SceneError
 from ..tomlread import Document, Table, read_document
-from .evolved_tables import EvolvedCirclesTable, EvolvedPointPairsTable
-from .scene import Light, Scene
+from .evolved_tables import EvolvedCirclesTable, EvolvedPointPairsTable, read_beziers
+from .light import Light
+from .scene import Scene
+from .segments import Segments
 from .spans import checked
 from .surfaces import Surface
 from .surfaces.evolved import EvolvedSurface, quietly, tell_turned
@@ -71,7 +73,8 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     table, folder = document.contents, file.parent
     camera = _made(document, ("camera",), table.camera.camera)
     with quietly():
-        surfaces = [_surface(document, i, folder) for i in range(len(table.surfaces))]
+        curves = read_beziers(table.surfaces)
+        surfaces = [_surface(document, i, folder, curves.get(i)) for i in range(len(table.surfaces))]
     tell_turned(document.name, surfaces)
     _refuse_unreal(document, surfaces)
     lights = [
@@ -85,9 +88,10 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     return _made(document, ("sky",), make)
 
 
-def _surface(document: Document[SceneTable], i: int, folder: Path) -> Surface:
+def _surface(document: Document[SceneTable], i: int, folder: Path, segments: Segments | None) -> Surface:
     table = document.contents.surfaces[i]
-    surface = _made(document, ("surfaces", i), partial(table.surface, folder))
+    known = {} if segments is None else {"segments": segments}
+    surface = _made(document, ("surfaces", i), partial(table.surface, folder, **known))
     surface.name = table.name
     return surface
 

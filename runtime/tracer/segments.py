@@ -6,6 +6,7 @@ before anything is multiplied, so that a curve 1e6 from the origin keeps the dig
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,7 +20,8 @@ from ..curves.basis import bernstein
 from ..errors import SceneError
 from ..multivector import Multivector
 from ..rows import embedded
-from .controls import Controls, opposed, parameters_of, read_controls
+from .controls import Controls, from_numbers, opposed, parameters_of, read_controls
+from .frames import frames, opposed_neighbours, refuse_one_object, turned_over
 
 Array = NDArray[np.float64]
 #: Where the parts of a row of parameters stand: the frame, what is added to the piece's own parameter, intervals where
@@ -139,19 +141,48 @@ def _of_sequence(given: Any, kind: str, align: bool) -> Segments:
     """A Bezier curve: its controls are its coefficients."""
     curve = given if isinstance(given, Curve) else None
     controls = read_controls(given if curve is None else curve.given, kind)
-    count = len(controls)
-    if count < 2:
-        raise SceneError(f"a curve needs at least 2 controls, not {count}.")
-    _refuse_one_object(controls)
-    center, size = (part[0] for part in _frames(controls, np.ones((1, count), bool)))
-    rows = controls.coefficients(center, size)
-    flipped = np.zeros(count, bool) if curve is None else curve.flipped
+    if len(controls) < 2:
+        raise SceneError(f"a curve needs at least 2 controls, not {len(controls)}.")
+    refuse_one_object(controls)
+    flipped = np.zeros((1, len(controls)), bool) if curve is None else curve.flipped[None]
+    return _of_rows(controls, [given], flipped, np.array([align]))[0]
+
+
+def bezier_segments(given: Sequence[Sequence[Any]], kind: str, align: NDArray[np.bool_]) -> list[Segments] | None:
+    """Bezier curves of plain parameters, of as many controls each, at once; None if one of them is not as it should be.
+
+    Files have thousands of curves, and calls on a few numbers cost more than the numbers.
+    """
+    controls = from_numbers([control for curve in given for control in curve], kind)
+    count = len(given[0])
+    if controls is None or count < 2:
+        return None
+    rows = controls.rows.reshape(len(given), count, -1)
+    if (rows == rows[:, :1]).all(axis=(1, 2)).any():
+        return None
+    return _of_rows(controls, given, np.zeros((len(given), count), bool), align)
+
+
+def _of_rows(
+    controls: Controls, given: Sequence[Any], flipped: NDArray[np.bool_], align: NDArray[np.bool_]
+) -> list[Segments]:
+    """Bezier curves of as many controls each, which follow on each other; ``flipped`` (curves, count) by the curves."""
+    curves, count = flipped.shape
+    members = np.arange(curves * count).reshape(curves, count)
+    center, size = frames(controls, np.ones((curves, count), bool), members)
+    seen = controls.coefficients(np.repeat(center, count, axis=0), np.repeat(size, count))
+    rows = seen.reshape(curves, count, WIDTH)
     rows[flipped] *= -1
-    turned = _turned(opposed(kind, rows[:-1], rows[1:])) if align else np.zeros(count, bool)
+    first, second = (rows[:, at].reshape(-1, WIDTH) for at in (slice(0, -1), slice(1, None)))
+    against = opposed(controls.kind, first, second).reshape(curves, count - 1)
+    turned = turned_over(against & align[:, None])
     rows[turned] *= -1
-    return Segments(
-        center[None], size[None], rows[None], np.zeros(1), np.ones(1), flipped ^ turned, False, given, turned, kind
-    )
+    start, length = np.zeros(1), np.ones(1)
+    return [
+        Segments(center[i : i + 1], size[i : i + 1], rows[i : i + 1], start, length, flipped[i] ^ turned[i], False,
+                 given[i], turned[i], controls.kind)
+        for i in range(curves)
+    ]  # fmt: skip
 
 
 def _of_curve(curve: Curve, kind: str, align: bool) -> Segments:
@@ -168,16 +199,16 @@ def _of_curve(curve: Curve, kind: str, align: bool) -> Segments:
             remedy=f"Use end weights of at least the {1 / MOST_UNLIKE:g}th part of the largest",
         )
     controls = read_controls(curve.given, kind)
-    _refuse_one_object(controls)
+    refuse_one_object(controls)
     turned = np.zeros(len(controls), bool)
     if align:
-        turned = _turned(_opposed_neighbours(controls) ^ curve.flipped[:-1] ^ curve.flipped[1:])
+        turned = turned_over(opposed_neighbours(controls) ^ curve.flipped[:-1] ^ curve.flipped[1:])
     flipped = curve.flipped ^ turned
     members, shares = _needed(*curve.blending())
     sizes = np.abs(shares)
     objects = members < len(controls)  # the others are tangents
     near = (sizes >= NEAR_SHARE * sizes.max(axis=2, keepdims=True)).any(axis=1) & objects
-    center, size = _frames(controls, near, np.where(objects, members, 0))
+    center, size = frames(controls, near, np.where(objects, members, 0))
     rows = np.empty((*members.shape, WIDTH))
     piece, place = np.nonzero(objects)
     which = members[piece, place]
@@ -201,7 +232,7 @@ def _of_sums(curve: Curve, kind: str) -> Segments:
         raise SceneError(
             "curve has no real objects at the places that were tried.", remedy="Turn controls over, or add some"
         )
-    center, size = (part[0] for part in _frames(controls, np.ones((1, len(controls)), bool)))
+    center, size = (part[0] for part in frames(controls, np.ones((1, len(controls)), bool)))
     local = _seen(sums, center, size)
     frame = curve._controls.frame
     origin = np.zeros(3) if frame is None else np.asarray(frame.origin, np.float64)
@@ -231,38 +262,6 @@ def _is_blade(x: Multivector) -> bool:
     square = x * ~x
     quad = np.abs(square.grade(4).values).max(initial=0.0)
     return bool(quad <= BLADE_ROUNDING * np.finfo(np.float64).eps * np.abs(square.grade(0).values).max(initial=0.0))
-
-
-def _frames(controls: Controls, near: NDArray[np.bool_], members: Any = None) -> tuple[Array, Array]:
-    """Origins (pieces, 3) and units (pieces,): the middle of what is near (pieces, m), and its size."""
-    lowest, highest, radius = controls.box()
-    if members is not None:
-        lowest, highest, radius = lowest[members], highest[members], radius[members]
-    low = np.where(near[..., None], lowest, np.inf).min(axis=1)
-    high = np.where(near[..., None], highest, -np.inf).max(axis=1)
-    size = np.maximum((high - low).max(axis=1), np.where(near, radius, 0.0).max(axis=1))
-    return low + (high - low) / 2, size
-
-
-def _opposed_neighbours(controls: Controls) -> NDArray[np.bool_]:
-    """Which control (n - 1,) opposes the one before, each two in a frame of their own."""
-    pairs = np.arange(len(controls) - 1)[:, None] + np.arange(2)
-    center, size = _frames(controls, np.ones(pairs.shape, bool), pairs)
-    first, second = (controls.taken(at).coefficients(center, size) for at in pairs.T)
-    return opposed(controls.kind, first, second)
-
-
-def _turned(against: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which controls (n,) to turn over where each (n - 1,) opposes the one before."""
-    return np.concatenate([[False], np.cumsum(against) % 2 == 1])
-
-
-def _refuse_one_object(controls: Controls) -> None:
-    if len(controls) > 1 and (controls.rows == controls.rows[0]).all():
-        raise SceneError(
-            f"the {len(controls)} controls are one and the same {controls.kind.replace('_', ' ')}; nothing is swept.",
-            remedy="Give controls that differ",
-        )
 
 
 def _seen(x: Multivector, center: Array, size: Any) -> Multivector:

@@ -15,7 +15,8 @@ from pydantic import Field
 from ..errors import InputError, SceneError
 from ..tomlread import Positive, Table, Vector3
 from .camera import Camera
-from .scene import HORIZON, MAX_GRID, MAX_REFLECTIONS, MAX_SIDE, REFLECTIONS, ZENITH
+from .options import MAX_GRID, MAX_REFLECTIONS, MAX_SIDE
+from .scene import HORIZON, REFLECTIONS, ZENITH
 from .surfaces import Disc, Material, Plane, Sphere, Surface
 from .values import shown
 

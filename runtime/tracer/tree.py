@@ -5,8 +5,10 @@ Rows without a finite box (planes, surfaces of circles that open into lines) are
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,13 @@ PARTS = 4
 ITEM_SIZE = 7
 #: The driver numbers items and nodes with 32 bits.
 MOST_ITEMS = 2**31 - 2
+#: What stands where a node has no part, as in templates/c/scene_common.h.
+NO_PART = -(2**31)
+#: Exponents of a tree's unit: its boxes are numbers of 32 bits whatever its size.
+MOST_EXPONENT = 1000
+#: A node as the driver reads it, in lines of the processor's cache.
+NODE = np.dtype([("boxes", np.float32, (6, PARTS)), ("parts", np.int32, PARTS), ("unused", np.int32, 4)])
+CACHE_LINE = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +51,36 @@ class Tree:
     parts: Array
     items: Array
     loose: int
+
+    @cached_property
+    def whole(self) -> Array:
+        """Low and high corner of all boxes (6,)."""
+        corners = self.boxes[0][:, self.parts[0] != NO_PART] if len(self.parts) else np.zeros((6, 1))
+        return np.concatenate([corners[:3].min(axis=1), corners[3:].max(axis=1)])
+
+    @cached_property
+    def center(self) -> Array:
+        """Middle of the whole (3,)."""
+        return 0.5 * self.whole[:3] + 0.5 * self.whole[3:]
+
+    @cached_property
+    def unit(self) -> float:
+        """A power of two that takes the whole, seen from its centre, to sizes up to 1."""
+        half = np.max(0.5 * self.whole[3:] - 0.5 * self.whole[:3])
+        exponent = math.frexp(float(half) or float(np.abs(self.whole).max()))[1]
+        return math.ldexp(1.0, min(max(-exponent, -MOST_EXPONENT), MOST_EXPONENT))
+
+    @cached_property
+    def nodes(self) -> Array:
+        """All nodes (nodes,) of type `NODE`: boxes of 32 bits about the given ones, inside out where there are none."""
+        room = np.zeros(len(self.parts) * NODE.itemsize + CACHE_LINE, np.uint8)
+        found = room[-room.ctypes.data % CACHE_LINE :][: len(self.parts) * NODE.itemsize].view(NODE)
+        shift = np.concatenate([self.center, self.center])[:, None]
+        found["boxes"] = outward((self.boxes - shift) * self.unit, np.float32)
+        found["parts"] = self.parts
+        nothing = np.repeat([np.inf, -np.inf], 3)[:, None]
+        found["boxes"] = np.where((self.parts == NO_PART)[:, None], nothing, found["boxes"])
+        return found
 
 
 def tree_over(engine: Engine, boxes: Sequence[Array]) -> Tree:

@@ -18,7 +18,7 @@ from ..codegen.multivector import Multivector, from_values
 from ..codegen.programs import cga3d
 from ..codegen.rings import NumericRing
 from ..codegen.trace import Result
-from ..errors import SceneError
+from ..errors import SceneError, suggest
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -170,10 +170,18 @@ def unit(value: Any, name: str) -> Array:
 def coefficients(value: Any, kind: str) -> Array | None:
     """Coefficients of an object of this kind, or None if the value is no such object."""
     values = getattr(value, "values", value)
-    if isinstance(value, Mapping) or callable(values):
+    if isinstance(value, Mapping) or callable(values) or _other_kind(value, kind):
         return None
     array = reals(values)
     return array.astype(np.float64) if array is not None and array.shape == (cga3d().kind(kind).size,) else None
+
+
+def _other_kind(value: Any, kind: str) -> str:
+    """The kind of an object that is known to be of another one; empty for sums and whatever has no kind."""
+    own = getattr(value, "kind", None)
+    name = getattr(own, "name", None)
+    bound = bool(getattr(own, "constraints", None))
+    return name if bound and isinstance(name, str) and name != kind else ""
 
 
 #: Sign of X^2 for real objects.
@@ -259,10 +267,16 @@ def _fields(value: Any, name: str, kind: str) -> list[Any]:
         missing = [key for key in fields if key not in value]
         if missing:
             raise SceneError(f"{name} has no {missing[0]}; a {what} has {', '.join(fields[:-1])} and {fields[-1]}.")
+        others = [key for key in value if key not in fields]
+        if others:
+            near = suggest(str(others[0]), fields)
+            raise SceneError(f"{name} has {shown(others[0])}{near}; a {what} has {', '.join(fields)}.")
         return [value[key] for key in fields]
     if not isinstance(value, list | tuple | np.ndarray) or len(value) != len(fields):
-        own = getattr(getattr(value, "kind", None), "name", None)
-        fault = f"is a {own}, no {what}" if own else f"is no {what}"
+        other, shape = _other_kind(value, kind).replace("_", " "), getattr(value, "shape", ())
+        fault = f"is a {other}, no {what}" if other else f"is no {what}"
+        if not other and hasattr(value, "kind") and shape:
+            fault = f"is a batch of shape {shape}; it is one {what}"
         raise SceneError(f"{name} {fault}; give ({', '.join(fields)}) or its coefficients.")
     return list(value)
 

@@ -249,7 +249,7 @@ def _index_type(count: int) -> Any:
 def _text(text: str) -> str:
     """A name as plotly shows it letter by letter: it knows a few elements of HTML."""
     short = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "\u2026"
-    return html.escape(short)
+    return html.escape(short, quote=False)  # quotation marks it shows as they are, and their names letter by letter
 
 
 def _rgb(color: Any) -> str:

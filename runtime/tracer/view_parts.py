@@ -20,7 +20,8 @@ from .controls import read_controls
 from .image import encode
 from .meshing import TriangleMesh, mesh_of
 from .meshing.plain import across
-from .scene import HEIGHT, WIDTH, Scene
+from .options import HEIGHT, WIDTH
+from .scene import Scene
 from .surfaces import Plane, Sphere, Surface
 from .surfaces.evolved import EvolvedSurface
 
@@ -193,8 +194,8 @@ def _welded(mesh: TriangleMesh) -> tuple[Array, Array, Array]:
 
 def _part(surface: Surface, place: int, names: Any, vertices: Array, faces: Array, alpha: Array) -> Part:
     kind = surface.kind.replace("_", " ")
-    given = surface.name if names is None else names[place]
-    label = str(given) if given else f"{kind} [{place}]"
+    given = None if names is None else names[place]
+    label = str(given) if given else surface.called(place)
     color = encode(surface.material.color)
     owner = np.full(len(vertices), place, np.int32)
     return Part(label, kind, vertices, faces, color, owner, alpha, material=surface.material)

@@ -31,6 +31,10 @@
 #define BS_ROOTS_SHORT(T) ((T)(sizeof(T) == 4 ? 0.015625 : 0.000244140625))
 /* Cube root of the unit roundoff: a third-order step from here is exact. */
 #define BS_ROOTS_NEAR(T) ((T)(sizeof(T) == 4 ? 0.00390625 : 4.76837158203125e-6))
+/* A step of third order up to this is followed by one of which the error is known; fourth root of the unit roundoff. */
+#define BS_ROOTS_CLOSE(T) ((T)(sizeof(T) == 4 ? 0.015625 : 1.0264824865746e-4))
+/* Most of Newton's step that its curvature may change; beyond, the series does not hold. */
+#define BS_ROOTS_BENT 0.25
 /* All in unit roundoffs. MARGIN: how far outside [0, 1] a root still counts, because it was rounded there. NOISE:
    errors of p's coefficients relative to the caller's bound, some ten when they are made and as many by halving;
    the rest, 8 MARGIN, is what p changes by outside its interval. TOUCH: error of f relative to its bound. */
@@ -44,15 +48,17 @@ enum { BS_ROOTS_STEPS = 128, BS_ROOTS_PATIENCE = 4, BS_ROOTS_PROBES = 32, BS_ROO
 #ifdef ROOTS /* without it only the constants are wanted */
 /* Unrolled, a few coefficients stay in registers; of many the compiler makes vectors. */
 #if ROOTS_DEGREE <= 12
+#define ROOTS_SHORT 1
 #define ROOTS_UNROLL BS_UNROLL
 #else
+#define ROOTS_SHORT 0
 #define ROOTS_UNROLL
 #endif
 
 typedef struct {
     S c[ROOTS_DEGREE + 1]; /* Bernstein coefficients on [lo, hi] */
     S lo, hi, f_lo, f_hi, noise;
-    int depth;
+    int depth, roots, unsure; /* the last two: variations of c */
 } ROOTS(piece);
 
 typedef struct {
@@ -68,48 +74,60 @@ BS_INLINE S ROOTS(at)(const ROOTS_DATA *d, S a)
 }
 
 /* p's coefficients on both halves of the interval of c; left or right may be c. Unrolled, the triangle stays in
-   registers; made of vectors it is six times slower, through misaligned reloads. */
+   registers, and sums are halved at its sides only; made of vectors it is six times slower, through misaligned reloads.
+   Where there are many coefficients sums are halved as they are made, lest they grow out of range. */
 BS_INLINE void ROOTS(halve)(S *left, S *right, const S *c)
 {
-    S w[ROOTS_DEGREE + 1];
+    const S inside = ROOTS_SHORT ? K(1) : K(0.5);
+    S w[ROOTS_DEGREE + 1], side = 1;
     ROOTS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++)
         w[i] = c[i];
     ROOTS_UNROLL
     for (int i = 0; i <= ROOTS_DEGREE; i++) {
-        left[i] = w[0];
-        right[ROOTS_DEGREE - i] = w[ROOTS_DEGREE - i];
+        left[i] = side * w[0];
+        right[ROOTS_DEGREE - i] = side * w[ROOTS_DEGREE - i];
         ROOTS_UNROLL
         for (int j = 0; j < ROOTS_DEGREE - i; j++)
-            w[j] = K(0.5) * (w[j] + w[j + 1]);
+            w[j] = inside * (w[j] + w[j + 1]);
+        side *= ROOTS_SHORT ? K(0.5) : K(1);
     }
+}
+
+/* `variations` where some coefficients are within noise of zero. Were every sign unlike the one before, there would be
+   as many changes as the degree: one less for each certain sign that does not fit to the certain one before. */
+BS_INLINE int ROOTS(unsure_variations)(const S *c, S noise)
+{
+    int misfits = 0, last = 0, known = 0;
+    ROOTS_UNROLL
+    for (int i = 0; i <= ROOTS_DEGREE; i++) {
+        const int below = c[i] < -noise, certain = below | (c[i] > noise), turned = certain & (last ^ below ^ (i & 1));
+        misfits += known & turned;
+        last ^= turned;
+        known |= certain;
+    }
+    return known ? ROOTS_DEGREE - misfits : -2;
 }
 
 /* Most sign changes of the coefficients when those within noise of zero may take either sign: no fewer than p has
    roots. -1: they all have one certain sign. -2: they are all noise. */
 BS_INLINE int ROOTS(variations)(const S *c, S noise, int *unsure)
 {
-    int changes = 0, last = 0;
-    S least = BS_ABS1(c[0]), most = least;
+    UI before = (UI)BITS(c[0]);
+    int changes = 0;
+    S least = BS_ABS1(c[0]);
     ROOTS_UNROLL
     for (int i = 1; i <= ROOTS_DEGREE; i++) {
         const S size = BS_ABS1(c[i]);
+        const UI bits = (UI)BITS(c[i]);
         least = size < least ? size : least;
-        most = size > most ? size : most;
-        changes += (c[i] < 0) != (c[i - 1] < 0);
+        changes += (int)((bits ^ before) >> (BS_BITS - 1));
+        before = bits;
     }
     *unsure = !(least > noise);
     if (!*unsure)
         return changes ? changes : -1;
-    if (!(most > noise))
-        return -2;
-    changes = 0;
-    for (int i = 0; i <= ROOTS_DEGREE; i++) {
-        const int certain = (c[i] > noise) - (c[i] < -noise), sign = certain ? certain : -last;
-        changes += sign == 0 || sign * last < 0;
-        last = sign;
-    }
-    return changes;
+    return ROOTS(unsure_variations)(c, noise);
 }
 
 BS_INLINE S ROOTS(secant)(S lo, S f_lo, S hi, S f_hi)
@@ -155,35 +173,48 @@ BS_INLINE int ROOTS(touches)(const ROOTS_DATA *d, S a, S fa)
 #include "roots_values.h"
 #endif
 
+BS_INLINE void ROOTS(count)(ROOTS(piece) *piece)
+{
+    piece->roots = ROOTS(variations)(piece->c, piece->noise, &piece->unsure);
+}
+
+BS_OWN void ROOTS(recount)(ROOTS(piece) *piece)
+{
+    ROOTS(count)(piece);
+}
+
 /* Append the roots of f in [begin, end], rising. c: p's Bernstein coefficients there, with errors up to noise. */
 BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S end)
 {
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
     ROOTS(piece) stack[BS_ROOTS_STACK], run;
-    int height = 0, running = 0;
+    ROOTS(bracket) brackets[2];
+    int height = 0, running = 0, pending = 0;
     for (int i = 0; i <= ROOTS_DEGREE; i++)
         stack->c[i] = c[i];
     stack->lo = begin, stack->hi = end, stack->noise = noise, stack->depth = 0;
     stack->f_lo = ROOTS(at)(s->data, begin > 0 ? begin : -margin);
     stack->f_hi = ROOTS(at)(s->data, end < 1 ? end : K(1) + margin);
-    run = *stack;
+    ROOTS(recount)(stack);
     while (height >= 0) {
         ROOTS(piece) *now = &stack[height], *next = now + 1;
         const int unlike = (now->f_lo < 0) != (now->f_hi < 0);
-        int unsure, roots = ROOTS(variations)(now->c, now->noise, &unsure);
-        if (unsure && (roots == -2 || roots > 1 + unlike)) {
+        if (now->unsure && (now->roots == -2 || now->roots > 1 + unlike)) {
             const S local = K(BS_ROOTS_NOISE) * BS_ROOTS_UNIT(S) * ROOTS_NOISE(s->data, now->hi, K(1) - now->lo);
             now->noise = local < now->noise ? local : now->noise;
-            roots = ROOTS(variations)(now->c, now->noise, &unsure);
+            ROOTS(recount)(now);
         }
-        const int crowded = roots > 1 + unlike, noisy = roots == -2 || (crowded && now->depth == BS_ROOTS_DEPTH(S));
+        const int roots = now->roots, crowded = roots > 1 + unlike;
+        const int noisy = roots == -2 || (crowded && now->depth == BS_ROOTS_DEPTH(S));
         if (crowded && !noisy) {
-            const S middle = K(0.5) * (now->lo + now->hi), f_middle = ROOTS(at)(s->data, middle);
             ROOTS(halve)(next->c, now->c, now->c);
             next->lo = now->lo, next->f_lo = now->f_lo;
-            next->hi = now->lo = middle, next->f_hi = now->f_lo = f_middle;
+            next->hi = now->lo = K(0.5) * (now->lo + now->hi);
             next->noise = now->noise, next->depth = ++now->depth;
-            height++;
+            ROOTS(count)(next);
+            ROOTS(count)(now);
+            next->f_hi = now->f_lo = ROOTS(parted)(s->data, next, now);
+            height += running || next->roots != -1;
             continue;
         }
         if (running && !noisy) {
@@ -196,7 +227,11 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
             running = 1;
         } else if (roots >= 0 && unlike) {
             const S guess = now->lo + (now->hi - now->lo) * ROOTS(crossing)(now->c);
-            ROOTS(append)(s, ROOTS(refine)(s->data, now->lo, now->f_lo, now->hi, now->f_hi, guess));
+            brackets[pending++] = ROOTS(begin)(now->lo, now->f_lo, now->hi, now->f_hi, guess);
+        }
+        if (pending == 2 || (pending && (running || !height))) {
+            ROOTS(finish)(s, brackets, pending);
+            pending = 0;
         }
         height--;
     }
@@ -211,5 +246,6 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
 #undef ROOTS_RATE
 #undef ROOTS_BOUND
 #undef ROOTS_NOISE
+#undef ROOTS_SHORT
 #undef ROOTS_UNROLL
 #endif

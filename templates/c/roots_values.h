@@ -1,8 +1,15 @@
 /* Of roots.h: refinement from values of f alone, and what becomes of noisy runs. Included by it once an instance. */
 
-/* The root between lo and hi, where f has unlike signs, and where to begin. a is the last point, b the nearest one with f of the other
-   sign, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's test),
-   else bisection; one division. The secant through a and c tells the interpolation's error: when that is a
+/* f where a piece was parted. */
+BS_INLINE S ROOTS(parted)(const ROOTS_DATA *d, const ROOTS(piece) *left, const ROOTS(piece) *right)
+{
+    (void)right;
+    return ROOTS(at)(d, left->hi);
+}
+
+/* The root between lo and hi, where f has unlike signs, and where to begin. a is the last point, b the nearest one with
+   f of the other sign, c the one before. Inverse quadratic interpolation where the three are fit for it (Chandrupatla's
+   test), else bisection; one division. The secant through a and c tells the interpolation's error: when that is a
    rounding, and not by chance far from the root, the next value of f could not add anything. */
 BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi, S guess)
 {
@@ -30,6 +37,26 @@ BS_INLINE S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi, S gue
         }
     }
     return a;
+}
+
+/* A root between lo and hi that waits for its turn. */
+typedef struct {
+    S lo, f_lo, hi, f_hi, guess;
+} ROOTS(bracket);
+
+BS_INLINE ROOTS(bracket) ROOTS(begin)(S lo, S f_lo, S hi, S f_hi, S guess)
+{
+    const ROOTS(bracket) bracket = {lo, f_lo, hi, f_hi, guess};
+    return bracket;
+}
+
+/* Append the roots of some brackets. */
+BS_INLINE void ROOTS(finish)(ROOTS(search) *s, const ROOTS(bracket) *brackets, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const ROOTS(bracket) *b = &brackets[i];
+        ROOTS(append)(s, ROOTS(refine)(s->data, b->lo, b->f_lo, b->hi, b->f_hi, b->guess));
+    }
 }
 
 /* Derivative of p, up to a positive factor, at the fraction r of the interval of c. */

@@ -58,10 +58,12 @@ static double bs_area(const double *box)
   return x * y + y * z + z * x;
 }
 
-/* What rays are expected to ask of some items: BS_HUGE_VALUE of none, so that no part is empty. */
+/* What rays are expected to ask of some items, in nodes, which cost the same with any number of parts: BS_HUGE_VALUE of
+   none, so that no part is empty. */
 static double bs_cost(const bs_extent *extent)
 {
-  return extent->count ? (double)extent->count * bs_area(extent->box) : BS_HUGE_VALUE;
+  const ptrdiff_t nodes = (extent->count + BS_PARTS - 1) / BS_PARTS;
+  return nodes ? (double)nodes * bs_area(extent->box) : BS_HUGE_VALUE;
 }
 
 /* The place among a row of extents before which the least is expected if they are parted there, and both parts; 0

@@ -34,8 +34,23 @@ enum { BS_SEALED_BITS = 12 };
 enum { BS_STATUS_OK = 0, BS_STATUS_SINGULAR = 1, BS_STATUS_INVALID = 6 };
 
 /* The tree: parts of a node, what stands where there is none, and room for the nodes that wait while others are
-   searched: all but one of each level's. scene_build.h keeps to it. */
-enum { BS_PARTS = 4, BS_NO_PART = -2147483647 - 1, BS_TREE_LEVELS = 48, BS_TREE_WAITING = BS_TREE_LEVELS * (BS_PARTS - 1) + 1 };
+   searched: all but one of each level's, and all of one more. scene_build.h keeps to it. */
+enum {
+  BS_PARTS = 4,
+  BS_NO_PART = -2147483647 - 1,
+  BS_TREE_LEVELS = 48,
+  BS_TREE_WAITING = (BS_TREE_LEVELS + 1) * BS_PARTS
+};
+
+/* Rays that one thread takes through the tree at the same time: more gain nothing. */
+#if defined(__CUDACC__)
+enum { BS_WALKERS = 1 };
+#else
+enum { BS_WALKERS = 4 };
+#endif
+
+/* Roundings of numbers of 32 bits about 1, more than nodes are asked with. */
+#define BS_TREE_MARGIN (32 * 5.9604644775390625e-8)
 
 /* Rows of surfaces along curves: where a piece begins on the curve, and then how long it is there. */
 enum { BS_ROW_START = 5 };

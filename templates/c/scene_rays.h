@@ -10,6 +10,61 @@ BS_INLINE int FN(scene_load)(FN(ray) *ray, const bs_rays *rays, ptrdiff_t i)
   return sum - sum == 0 && square > 0 && square - square == 0;
 }
 
+/* What a ray has found. */
+BS_INLINE void FN(scene_found)(const bs_hits *out, ptrdiff_t i, const bs_scene *scene, const FN(search) *search,
+                               const FN(ray) *ray, int valid)
+{
+  const FN(hit) *const hit = search->hits;
+  out->status[i] = (uint8_t)(valid ? FN(search_status)(search) : BS_STATUS_INVALID);
+  if (search->count && FN(scene_within)(ray, hit)) {
+    out->surface[i] = scene->surfaces[hit->kind].ids[hit->index];
+    FN(scene_store)(out, i, scene, ray, hit);
+  } else {
+    FN(scene_blank)(out, i);
+  }
+}
+
+#if BS_SCENE_TREE
+/* Several rays take a step by turns: while one waits for a node, the others are busy. */
+typedef struct {
+  FN(ray) ray;
+  FN(hit) hit;
+  FN(search) search;
+  FN(walk) walk;
+  ptrdiff_t place; /* of the ray, -1 for none */
+  int valid;
+} FN(walker);
+
+BS_INLINE void FN(walker_begin)(FN(walker) *walker, const bs_scene *scene, const bs_rays *rays, ptrdiff_t i)
+{
+  walker->search = FN(search_for)(scene, &walker->hit, 1);
+  walker->place = i, walker->walk.count = 0;
+  walker->valid = FN(scene_load)(&walker->ray, rays, i);
+  if (walker->valid) FN(walk_begin)(&walker->walk, &walker->search, scene, &walker->ray, 0);
+}
+
+static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
+                            const bs_hits *out)
+{
+  FN(walker) walkers[BS_WALKERS];
+  ptrdiff_t next = begin, left = end - begin;
+  for (int w = 0; w < BS_WALKERS; w++) walkers[w].place = -1, walkers[w].walk.count = 0;
+  while (left > 0) {
+    for (int w = 0; w < BS_WALKERS; w++) {
+      FN(walker) *const walker = &walkers[w];
+      if (walker->walk.count > 0) {
+        FN(walk_step)(&walker->walk, &walker->search, scene, &walker->ray);
+        continue;
+      }
+      if (walker->place >= 0) {
+        FN(scene_found)(out, walker->place, scene, &walker->search, &walker->ray, walker->valid);
+        walker->place = -1, left--;
+      }
+      if (next < end) FN(walker_begin)(walker, scene, rays, next++);
+    }
+  }
+}
+#else
 static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                             const bs_hits *out)
 {
@@ -19,15 +74,10 @@ static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t en
     FN(search) search = FN(search_for)(scene, &hit, 1);
     const int valid = FN(scene_load)(&ray, rays, i);
     if (valid) FN(scene_search)(&search, scene, &ray);
-    out->status[i] = (uint8_t)(valid ? FN(search_status)(&search) : BS_STATUS_INVALID);
-    if (search.count && FN(scene_within)(&ray, &hit)) {
-      out->surface[i] = scene->surfaces[hit.kind].ids[hit.index];
-      FN(scene_store)(out, i, scene, &ray, &hit);
-    } else {
-      FN(scene_blank)(out, i);
-    }
+    FN(scene_found)(out, i, scene, &search, &ray, valid);
   }
 }
+#endif
 
 /* All points of each ray's line on the only surface of the scene, in the order of t; also behind the origin. */
 static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,

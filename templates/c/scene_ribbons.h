@@ -100,10 +100,15 @@ BS_INLINE S RIBBON(closed_alpha)(const S *meets)
 #define BS_RIBBON_BESIDE 64
 /* COCIRCULAR: roundings that 4-vectors of pairs on one circle are off zero, relative to their terms. STEPS: of Newton
    from a root to the point. SAME: roundings within which points or directions are one. BLUR: roundings, over the sine
-   between ray and carrier, within which places along the ray are one. ALONG: steps to the carrier nearest to a ray. */
-enum { BS_RIBBON_COCIRCULAR = 16, BS_RIBBON_STEPS = 6, BS_RIBBON_SAME = 4096, BS_RIBBON_BLUR = 64, BS_RIBBON_ALONG = 3 };
-/* Of half of the segment: a step along the ray that is none. */
+   between ray and carrier, up to which a last step is none. AROUND: as many, over that by which the ribbon is not flat,
+   within which places along the ray are one. ALONG: steps to the carrier nearest to a ray. */
+enum {
+  BS_RIBBON_COCIRCULAR = 16, BS_RIBBON_STEPS = 6, BS_RIBBON_SAME = 4096, BS_RIBBON_BLUR = 256, BS_RIBBON_AROUND = 8,
+  BS_RIBBON_ALONG = 3
+};
+/* Of half of the segment: a step along the ray that is none, and one that leaves the place in doubt. */
 #define BS_RIBBON_SETTLED(T) ((T)(sizeof(T) == 4 ? 1e-2 : 1e-4))
+#define BS_RIBBON_DOUBT 1e-2
 #endif
 
 /* Replace Q by nothing where rounding is all there is of it: pairs on one circle need no projection (4.7.3). Squares of
@@ -140,7 +145,8 @@ typedef struct {
   S origin[3];      /* of the ray, in the frame, moved along it to where the surface is */
   S moved;          /* by this parameter */
   const S *direction;
-  S near_t[5 * (RIBBON_DEGREE + 2)], near_b[5 * (RIBBON_DEGREE + 2)]; /* points found by refining */
+  S near_t[5 * (RIBBON_DEGREE + 2)], near_b[5 * (RIBBON_DEGREE + 2)]; /* points found by refining, and how well t */
+  S near_blur[5 * (RIBBON_DEGREE + 2)];                               /* is known */
   int near_count;
   S along[RIBBON_DEGREE + 2]; /* roots whose segments lie in the ray */
   int along_count;
@@ -167,18 +173,18 @@ BS_INLINE int RIBBON(within)(const RIBBON(meeting) *m, S t, const S *place)
 }
 
 /* t and b of a point where a ray meets a carrier, refined from a start; 0 where it does not settle. last: the last step
-   of t, which near the carrier's direction is rounding. */
-BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S *t, S *b, S *last)
+   of t, which near the carrier's direction is rounding; apart: the squared sine that this rounding is over. */
+BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S *t, S *b, S *last, S *apart)
 {
   const S *const k = m->k;
-  S step[2] = {0, 0};
+  S step[3] = {0, 0, 0};
   for (int i = 0; i < BS_RIBBON_STEPS; i++) {
     const S a = K(1) - *b;
     RIBBON_KERNEL(polish)(step, m->origin, m->direction, t, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, b,
                           k + RIBBON(CONTROLS), k + RIBBON(PRODUCTS));
     *t += step[0], *b += step[1];
   }
-  *last = ABS(step[0]);
+  *last = ABS(step[0]), *apart = step[2];
   return ABS(step[1]) <= BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S) && *last < BS_FAR;
 }
 
@@ -188,21 +194,23 @@ BS_OWN int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S half, S 
 {
   const S *const k = m->k, *const d = m->direction, settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
   const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
-  S place[3], position[3], last;
-  if (!RIBBON(refined)(m, &t, &b, &last)) return 0;
+  S place[3], position[3], last, apart;
+  if (!RIBBON(refined)(m, &t, &b, &last, &apart)) return 0;
   const S on = b < 0 ? K(0) : b > 1 ? K(1) : b, a = K(1) - on;
   for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * d[i];
   RIBBON_KERNEL(place)(place, position, d, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &on, k + RIBBON(CONTROLS),
                        k + RIBBON(PRODUCTS));
   const S way = K(1) / FN(scene_length)(d) + ABS(t);
-  const S rounding = K(BS_RIBBON_BLUR) * BS_ROOTS_UNIT(S) * way / SQRT(place[2]);
-  const S blur = rounding > BS_RIBBON_SETTLED(S) * half ? rounding : BS_RIBBON_SETTLED(S) * half;
-  if (!(last <= blur)) return 0;
+  const S rounding = BS_ROOTS_UNIT(S) * way / SQRT(place[2]), doubt = K(BS_RIBBON_DOUBT) * half;
+  const S around = K(BS_RIBBON_AROUND) * rounding / SQRT(apart), least = BS_RIBBON_SETTLED(S) * half;
+  const S spread = around < doubt ? around : doubt, known = spread > least ? spread : least;
+  const S blur = last > known ? last : known;
+  if (!(last <= doubt || last <= K(BS_RIBBON_BLUR) * rounding)) return 0;
   if (!(b >= -margin && b <= K(1) + margin)) return 1;
   if (!(place[2] <= K(BS_RIBBON_FLAT)) || !RIBBON(real)(k + RIBBON(SPANS), on)) return 1; /* another root's */
   for (int i = 0; i < m->near_count; i++)
-    if (ABS(m->near_t[i] - t) <= K(2) * blur && ABS(m->near_b[i] - on) <= settled) return 1;
-  m->near_t[m->near_count] = t, m->near_b[m->near_count++] = on;
+    if (ABS(m->near_t[i] - t) <= blur + m->near_blur[i] && ABS(m->near_b[i] - on) <= settled) return 1;
+  m->near_t[m->near_count] = t, m->near_b[m->near_count] = on, m->near_blur[m->near_count++] = blur;
   if (RIBBON(within)(m, t, place)) RIBBON(offer)(search, m, t, on, position);
   return 1;
 }

@@ -7,13 +7,20 @@ typedef struct {
   const void *boxes;        /* low and high corner of each row, in the world; null where nobody needs them */
 } bs_surfaces;
 
+typedef struct {            /* a node of a tree, 128 bytes: its four parts' boxes, seen from the tree's centre in its unit */
+  float boxes[24];          /* x, y, z of the low corners, then of the high ones; inside out where there is no part */
+  int32_t parts[4];         /* the number of a node, ~item of a row, or BS_NO_PART */
+  int32_t unused[4];
+} bs_node;
+
 typedef struct {            /* a tree over the boxes of rows; scene_build.h makes it */
-  const void *boxes;        /* of a node's four parts: x, y, z of the low corners, then of the high ones */
-  const int32_t *parts;     /* four to a node: the number of a node, ~item of a row, or BS_NO_PART */
+  const bs_node *nodes;
   const int32_t *items;     /* kind and row of each item */
-  ptrdiff_t nodes, item_count;
+  ptrdiff_t node_count, item_count;
   ptrdiff_t loose;          /* items from here to the end have no box: they are always asked */
   double reach;             /* largest absolute coordinate of a box */
+  double whole[6];          /* box around all */
+  double center[3], unit;   /* a point x of the world is (x - center) * unit for nodes */
 } bs_tree;
 
 typedef struct {

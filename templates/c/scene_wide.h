@@ -31,8 +31,8 @@ BS_INLINE void FN(sphere_wide)(FN(wide) *rays, const S *k, V id)
   V row[4], t[2], first[3], last[3];
   FN(load_broadcast)(row, k, 4);
   FN(cga3d_sphere_hit)(t, first, last, rays->origin, rays->direction, row, row + 3);
-  FN(wide_offer)(rays, t[0], id);
-  FN(wide_offer)(rays, t[1], id);
+  /* t[0] <= t[1], or neither is a number */
+  FN(wide_offer)(rays, SELECT(GT(t[0], SPLAT(0)), t[0], t[1]), id);
 }
 
 BS_INLINE void FN(wide_load)(V *columns, const void *rows, ptrdiff_t stride, ptrdiff_t i, int count)
@@ -71,21 +71,28 @@ BS_INLINE uint64_t FN(wide_seal)(UI lanes)
   return seal;
 }
 
-static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
-                           const bs_hits *out)
+/* Rays of one seal. */
+BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
+                             const bs_hits *out)
 {
+  /* copies, which no result that is stored could change */
+  const void *const origins = given->origins, *const directions = given->directions;
+  const ptrdiff_t origin_stride = given->origin_stride, direction_stride = given->direction_stride;
+  S *const times = (S *)out->t;
+  int32_t *const surfaces = out->surface;
+  uint8_t *const statuses = out->status;
   UI seal = {0};
   for (ptrdiff_t i = begin; i < end; i += W) {
     const int count = end - i < W ? (int)(end - i) : W;
     FN(wide) rays;
-    FN(wide_load)(rays.origin, given->origins, given->origin_stride, i, count);
-    FN(wide_load)(rays.direction, given->directions, given->direction_stride, i, count);
+    FN(wide_load)(rays.origin, origins, origin_stride, i, count);
+    FN(wide_load)(rays.direction, directions, direction_stride, i, count);
     seal ^= FN(wide_bits)(rays.origin, rays.direction);
     seal += seal << 5;
     seal ^= seal >> (BS_BITS / 2 - 1);
     const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), sum = o[0] + o[1] + o[2];
-    const M finite = AND(EQ(sum - sum, SPLAT(0)), EQ(square - square, SPLAT(0)));
-    const M valid = AND(finite, GT(square, SPLAT(0)));
+    const V all = sum + square; /* a square cannot take a finite sum to infinity */
+    const M valid = AND(EQ(all - all, SPLAT(0)), GT(square, SPLAT(0)));
     rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
 #define BS_EACH(number, name, given_size, size) \
     for (ptrdiff_t k = 0; k < scene->surfaces[number].count; k++) \
@@ -98,16 +105,23 @@ static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end
     const V t = SELECT(GE(id, SPLAT(0)), distance, SPLAT(BS_NOT_A_NUMBER));
     const FN(wide_ids) ids = __builtin_convertvector(id, FN(wide_ids));
     if (count == W && !ANY(NOT(valid))) {
-      FN(store_rows)((S *)out->t + i, &t, 1);
-      __builtin_memcpy(out->surface + i, &ids, sizeof ids);
-      __builtin_memset(out->status + i, BS_STATUS_OK, W);
+      FN(store_rows)(times + i, &t, 1);
+      __builtin_memcpy(surfaces + i, &ids, sizeof ids);
+      __builtin_memset(statuses + i, BS_STATUS_OK, W);
     } else {
       for (int l = 0; l < count; l++) {
-        ((S *)out->t)[i + l] = t[l];
-        out->surface[i + l] = ids[l];
-        out->status[i + l] = (uint8_t)(BS_LANE(valid, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
+        times[i + l] = t[l];
+        surfaces[i + l] = ids[l];
+        statuses[i + l] = (uint8_t)(BS_LANE(valid, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
       }
     }
   }
-  if (begin < end && out->seal) out->seal[begin >> BS_SEALED_BITS] = FN(wide_seal)(seal);
+  if (out->seal) out->seal[begin >> BS_SEALED_BITS] = FN(wide_seal)(seal);
+}
+
+static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
+                           const bs_hits *out)
+{
+  const ptrdiff_t most = (ptrdiff_t)1 << BS_SEALED_BITS;
+  for (ptrdiff_t i = begin; i < end; i += most) FN(wide_part)(scene, i, i + most < end ? i + most : end, given, out);
 }

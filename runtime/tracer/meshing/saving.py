@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError, MissingExtraError, SceneError
 from ...files import write_atomically
+from ...interrupts import kept
 from .. import values
 from .triangles import TriangleMesh
 
@@ -34,13 +35,15 @@ def save_meshes(path: str | os.PathLike[str], meshes: Colored, *, scale: float =
     file, ending = check_format(path)
     factor = values.positive(scale, "scale")
     try:
-        trimesh = import_module("trimesh")
+        with kept():
+            trimesh = import_module("trimesh")
     except ImportError:
         raise MissingExtraError("mesh", "Writing meshes") from None
     scaled = [(mesh if factor == 1 else mesh.moved(factor), color) for mesh, color in meshes]
     if not any(len(mesh.faces) for mesh, _ in scaled):
         raise SceneError("there are no triangles to write.")
-    data = _glb(trimesh, scaled) if ending == ".glb" else _single(trimesh, ending, [mesh for mesh, _ in scaled])
+    with kept():
+        data = _glb(trimesh, scaled) if ending == ".glb" else _single(trimesh, ending, [mesh for mesh, _ in scaled])
     write_atomically(file, data)
 
 

@@ -28,7 +28,7 @@ def scene_meshes(
     caps: bool = False,
     extent: float | None = None,
 ) -> list[tuple[TriangleMesh, Array]]:
-    """Meshes of a scene's surfaces with their colors, named by number and kind.
+    """Meshes of a scene's surfaces with their colors, named by number and by name or kind.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def _made(scene: Any, i: int, *counts: int, **options: Any) -> TriangleMesh:
             what = error.what.replace("surfaces[0]", f"surfaces[{i}]", 1)
             raise SceneError(what, where=error.where, remedy=error.remedy) from None
         raise SceneError(f"surfaces[{i}]: {error.what}", where=error.where, remedy=error.remedy) from None
-    return replace(mesh, name=f"{i} {surface.kind.replace('_', ' ')}")
+    return replace(mesh, name=f"{i} {surface.name or surface.kind.replace('_', ' ')}")
 
 
 def _around(meshes: Sequence[TriangleMesh]) -> tuple[float, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import LEAST_SAMPLES, MOST_SAMPLES, Intersections, Surface, ray_arrays
+from .base import LEAST_SAMPLES, MOST_SAMPLES, Intersections, Surface, names_at, ray_arrays
 from .evolved import EvolvedCircles, EvolvedPointPairs
 from .facets import Facets, Mesh
 from .flats import Disc, Plane, Sphere
@@ -21,5 +21,6 @@ __all__ = [
     "Plane",
     "Sphere",
     "Surface",
+    "names_at",
     "ray_arrays",
 ]

@@ -5,7 +5,7 @@ A kind is a class whose program kind the scene compiler knows; geometry is compi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -20,6 +20,7 @@ from ..driver import BoundScene
 from ..engine import engine_for
 from ..fixed import Fixed
 from ..rows import gathered
+from ..single import rounded_points, serves_rays, serves_surfaces
 from .material import Material, as_material
 
 if TYPE_CHECKING:
@@ -94,6 +95,10 @@ class Surface(Fixed):
         other.__dict__["material"] = self._fitting(material)
         return other
 
+    def called(self, place: int) -> str:
+        """Its name; without one its kind and its place among a scene's surfaces: ``sphere [2]``."""
+        return str(self.name) if self.name else f"{self.kind.replace('_', ' ')} [{place}]"
+
     @property
     def program_kind(self) -> str:
         """Name of the kind in programs: that of scene files, or a member of a family."""
@@ -113,15 +118,16 @@ class Surface(Fixed):
         """Without what is bound to compiled code, so that surfaces can be pickled and copied."""
         return {name: value for name, value in self.__dict__.items() if name != "_scenes"}
 
-    def _bound(self, method: str, samples: int, single: bool) -> BoundScene:
-        """A scene of this surface alone, compiled for nothing else; kept for the next call."""
+    def _bound(self, method: str, samples: int, single: bool) -> tuple[BoundScene, bool]:
+        """A scene of this surface alone, compiled for nothing else, and whether single precision serves it."""
         key = (method, samples, single)
-        kept: dict[Any, BoundScene] = self.__dict__.setdefault("_scenes", {})
+        kept: dict[Any, tuple[BoundScene, bool]] = self.__dict__.setdefault("_scenes", {})
         if key not in kept:
-            rows = len(self.parameters)
-            engine = engine_for(needs([self.program_kind], [method], pictures=False, single=single, rows=rows))
+            count = len(self.parameters)
+            engine = engine_for(needs([self.program_kind], [method], pictures=False, single=single, rows=count))
             dtype = np.float32 if single else np.float64
-            kept[key] = BoundScene(engine, gathered(engine, [self]), dtype, method=method, samples=samples)
+            rows = gathered(engine, [self])
+            kept[key] = BoundScene(engine, rows, dtype, method=method, samples=samples), serves_surfaces(rows)
         return kept[key]
 
     def intersect(
@@ -132,7 +138,8 @@ class Surface(Fixed):
         Parameters
         ----------
         origins, directions : (..., 3) arrays
-            They broadcast. Directions may have any length. If both are float32, so is the computation.
+            They broadcast. Directions may have any length. If both are float32, so is the answer; and the computation,
+            where that keeps the digits of surface and origins (sizes from 1e-9 on, places up to 1e12).
         method : {"isolate", "companion", "sampled"}
             How roots on evolved surfaces are found: certain isolation on the polynomial of both branches; the
             companion matrix of the printed one; sign changes between samples.
@@ -148,8 +155,11 @@ class Surface(Fixed):
         samples = values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES)
         start, direction = ray_arrays(origins, directions)
         single = start.dtype == np.float32
-        found = self._bound(method, samples, single).all(start, direction, threads)
-        return Intersections(**found)
+        bound, served = self._bound(method, samples, single)
+        if not single or (served and serves_rays(start)):
+            return Intersections(**bound.all(start, direction, threads))
+        wide, _ = self._bound(method, samples, single=False)
+        return Intersections(**rounded_points(wide.all(start.astype(np.float64), direction, threads)))
 
     def mesh(
         self,
@@ -164,6 +174,17 @@ class Surface(Fixed):
         from ..meshing import mesh_of
 
         return mesh_of(self, rings, segments, caps=caps, extent=extent, center=center)
+
+
+def names_at(surfaces: Sequence[Surface], places: Any = None) -> NDArray[np.str_]:
+    """Names of surfaces by their places in a list, empty for -1; see `Scene.names`."""
+    found = np.arange(len(surfaces)) if places is None else np.asarray(places)
+    if found.dtype.kind not in "iu" and found.size:
+        raise SceneError(f"places are {values.shown(places)}; whole numbers are needed.")
+    found = found.astype(np.intp)
+    if found.size and not -1 <= found.min() <= found.max() < len(surfaces):
+        raise SceneError(f"places are {values.shown(places)}; they run from -1, for none, to {len(surfaces) - 1}.")
+    return np.array([*(surface.called(i) for i, surface in enumerate(surfaces)), ""])[found]
 
 
 def ray_arrays(origins: Any, directions: Any) -> tuple[Array, Array]:

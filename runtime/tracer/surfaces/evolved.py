@@ -70,7 +70,9 @@ class EvolvedSurface(Surface):
     swept: ClassVar[str]
 
     def __init__(self, curve: Any, *, align: bool = True, gaps: bool = False, material: Any = None) -> None:
-        self.segments: Segments = local_segments(curve, self.swept, values.flag(align, "align"))
+        turn = values.flag(align, "align")
+        made = isinstance(curve, Segments)  # by a reader of many curves at once
+        self.segments: Segments = curve if made else local_segments(curve, self.swept, turn)
         self.gaps = values.flag(gaps, "gaps")
         if self.segments.turned.any() and not _quiet.get():
             _log.warning("%s: controls oppose each other; turned over (align): %s", self.kind, self.turned_text)

@@ -75,7 +75,7 @@ class Sphere(Flat):
         if radius is None:
             given = values.coefficients(center, "sphere")
             if given is None:
-                raise SceneError("sphere has no radius.")
+                raise SceneError("sphere has no radius, and what is given is no sphere of the algebra.")
             self.center, self.radius = values.read_sphere(given)
         else:
             self.center = values.finite(center, "sphere.center", 3)

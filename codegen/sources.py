@@ -1,0 +1,85 @@
+"""What the printed text of a formula depends on: the source files behind it, as one digest.
+
+Imports are followed through this package, also those inside functions: what could change the text changes the digest.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from . import LOADED
+
+ROOT = Path(__file__).resolve().parent
+_FROM = re.compile(r"^[ \t]*from[ \t]+(\.+)([\w.]*)[ \t]+import[ \t]*(\([^)]*\)|[^\n]*)", re.MULTILINE)
+_NAME = re.compile(r"(\w+)(?:[ \t]+as[ \t]+\w+)?")
+_COMMENT = re.compile(r"#[^\n]*")
+
+
+def digest(files: Iterable[str]) -> str | None:
+    """Digest of files of this package and of every module of it that they import.
+
+    Parameters
+    ----------
+    files : iterable of str
+        Paths from the package's folder, such as ``formulas/rays.py``.
+
+    Returns
+    -------
+    str or None
+        None where the sources are not at hand, or younger than what this process runs.
+    """
+    try:
+        found = closure(files)
+        if any((ROOT / name).stat().st_mtime >= LOADED for name in found):
+            return None
+        parts = [f"{name} {_digest_of(name)}" for name in sorted(found)]
+    except (OSError, UnicodeDecodeError):
+        return None
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def closure(files: Iterable[str]) -> set[str]:
+    """The files, and what they import from this package, directly or not."""
+    found: set[str] = set()
+    waiting = list(files)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += _imported(name)
+    return found
+
+
+@cache
+def _text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+@cache
+def _digest_of(name: str) -> str:
+    return hashlib.sha256(_text(name).encode()).hexdigest()
+
+
+@cache
+def _imported(name: str) -> frozenset[str]:
+    """Files that a file imports, by relative imports: there are no others within the package."""
+    if not name.endswith(".py"):
+        return frozenset()
+    package = name.split("/")[:-1]
+    found: set[str] = set()
+    for dots, module, names in _FROM.findall(_text(name)):
+        if len(dots) - 1 > len(package):
+            continue  # outside this package
+        base = [*package[: len(package) - len(dots) + 1], *(part for part in module.split(".") if part)]
+        places = [base, *([*base, n] for n in _NAME.findall(_COMMENT.sub("", names)))]
+        found |= {file for place in places for file in ("/".join(place) + ".py", "/".join([*place, "__init__.py"]))}
+    return frozenset(found & _all_files())
+
+
+@cache
+def _all_files() -> frozenset[str]:
+    return frozenset(path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*.py"))

@@ -1,0 +1,62 @@
+"""Small texts in the cache, beside the compiled libraries: written in one step, checked whenever they are read.
+
+A group of texts is one entry of the cache (see cache.py): listed, cleared and dropped as a whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from . import cache
+
+
+def read(group: str, name: str) -> str | None:
+    """A text, or None where there is none that is what was written."""
+    with contextlib.suppress(OSError, UnicodeDecodeError):
+        content = (_folder(group) / name).read_bytes()
+        sealed, _, body = content.partition(b"\n")
+        if sealed.decode() == hashlib.sha256(body).hexdigest():
+            return body.decode()
+    return None
+
+
+def write(group: str, texts: Mapping[str, str]) -> None:
+    """Keep texts by name. Where the cache cannot be written, nothing is kept: they can be made again."""
+    folder = _folder(group)
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            body = text.encode()
+            _put(folder / name, hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        if not (folder / cache.RECORD).exists():
+            _put(folder / cache.RECORD, json.dumps({"name": group, "built": time.time()}).encode())
+
+
+def touch(group: str) -> None:
+    """Note that a group was used: the cache drops what was not for longest."""
+    with contextlib.suppress(OSError):
+        os.utime(_folder(group) / cache.RECORD)
+
+
+def _folder(group: str) -> Path:
+    return cache.directory() / f"text_{group}"
+
+
+def _put(path: Path, content: bytes) -> None:
+    """Other processes see the whole file or none; of two that write at once, the last one stays."""
+    handle, part = tempfile.mkstemp(prefix=".", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(part, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(part)
+        raise

@@ -1,0 +1,192 @@
+"""Candidates of a search against each other: how near their matches are, which are one motor, which serve as well as
+the best, and whether the best stands out from those that contradict it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .chance import ROUNDING_REACH, Meetings, doubts, lead
+from .engine import Scene
+from .frames import closeness_within
+
+Array = NDArray[Any]
+#: Distances beyond this, in units of the models' size, are no agreement.
+WIDEST = 0.15
+#: Candidates of which it is looked at how near their matches are; rounds of refinement and of that; of iterative
+#: matching in each; a smaller gain of `Nearness.doubt` ends them.
+TRIED, ROUNDS, STEPS, GAIN = 4, 3, 10, 0.5
+#: Matches are looked for up to so many times as far as those that say most: refinement needs some room. And when
+#: candidates are compared.
+ROOM, COUNTED = 2.0, 1.5
+#: Candidates with a smaller share of the best one's hits are not refined: they say what is usual.
+RIVAL = 0.4
+#: A motor serves as well as the best if it lays this share of as many objects on others, up to one.
+AS_GOOD = 0.97
+#: Two motors are one if their coefficients are nearer than so many reaches, or than this.
+SAME, SAME_POSE = 4.0, 1e-3
+#: Candidates that take part; where more than this serve as well as each other (a cube has 24), nothing is known.
+CONTENDERS, MOST_EQUAL = 64, 24
+#: The best motor's lead over rivals is believed if chance gives such a one with a smaller probability.
+LEVEL = 0.02
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a contest ends.
+
+    Attributes
+    ----------
+    motors, scores, hits : arrays (m, 8), (m,), (m,)
+        Refined and told apart: the best, those that serve as well, the others, each from the best on.
+    equal : int
+        How many serve: the best and its equivalents.
+    reach : float
+        Distance up to which the best one's matches say most.
+    doubt : float
+        log10 of how many motors as good as the best are expected by chance.
+    lead : float
+        log10 of the probability of its lead over those that do not serve.
+    """
+
+    motors: Array
+    scores: Array
+    hits: Array
+    equal: int
+    reach: float
+    doubt: float
+    lead: float
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether what contradicts the best is clearly worse."""
+        return self.lead <= math.log10(LEVEL)
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """How near the matches of a motor are that say most against chance."""
+
+    doubt: float
+    hits: int
+    reach: float
+
+
+@dataclass(frozen=True)
+class Contest:
+    """What candidates are judged by.
+
+    Parameters
+    ----------
+    scene : Scene
+    meetings : Meetings
+    size : int
+        Objects that a candidate was made from: they agree by construction.
+    align, length
+        As of `Job`.
+    """
+
+    scene: Scene
+    meetings: Meetings
+    size: int
+    align: bool = True
+    length: float = 1.0
+
+    def within(self, reach: float) -> None:
+        """Objects up to here from each other may be one, from now on."""
+        self.scene.closeness(closeness_within(reach, 0.0, self.align, self.length))
+
+    def nearness(self, motor: Array, tried: int) -> Nearness:
+        """The distance up to which the matches of a motor are least by chance.
+
+        Parameters
+        ----------
+        motor : array (8,)
+        tried : int
+            Motors among which it was found.
+        """
+        self.within(WIDEST)
+        indices, squares, _ = self.scene.match(motor)
+        distances = np.sqrt(np.sort(squares[indices >= 0]))[self.size :]
+        if not len(distances):
+            return Nearness(math.inf, self.size, WIDEST)
+        found = doubts(
+            np.arange(1, len(distances) + 1), self.scene.asked - self.size, self.meetings.within(distances), tried
+        )
+        best = int(np.argmin(found))
+        return Nearness(float(found[best]), best + 1 + self.size, max(float(distances[best]), ROUNDING_REACH))
+
+    def run(self, motors: Array, tolerance: float, tried: int) -> Standing:
+        """Refine candidates (m, 8), the best first, and compare them.
+
+        Parameters
+        ----------
+        motors : array (m, 8)
+        tolerance : float
+            At which they were found.
+        tried : int
+            Motors among which they were found.
+        """
+        motors = motors[distinct(motors, max(SAME * tolerance, SAME_POSE))[:CONTENDERS]]
+        near = [self.nearness(motor, tried) for motor in motors[:TRIED]]
+        first = min(range(len(near)), key=lambda i: near[i].doubt)
+        best = near[first]
+        rivals, usual = self._rivals(np.roll(motors[: first + 1], 1, 0), motors[first + 1 :], best)
+        for _ in range(ROUNDS):
+            self.within(ROOM * best.reach)
+            refined, scores, _, _ = self.scene.refine(rivals, STEPS)
+            refined = refined[np.argsort(-scores, kind="stable")]
+            now = self.nearness(refined[0], tried)
+            if now.doubt > best.doubt:
+                break
+            settled = best.doubt - now.doubt < GAIN
+            best, rivals = now, refined
+            if settled:
+                break
+        return self._standing(rivals, usual, best)
+
+    def _rivals(self, ahead: Array, others: Array, best: Nearness) -> tuple[Array, Array]:
+        """Candidates worth refining, the leader first, and the numbers of hits of the rest."""
+        motors = np.concatenate([ahead, others])
+        self.within(ROOM * best.reach)
+        _, _, hits, _ = self.scene.refine(motors, 0)
+        strong = hits >= max(RIVAL * best.hits, self.size + 1)
+        strong[0] = True
+        return motors[strong], hits[~strong]
+
+    def _standing(self, motors: Array, usual: Array, best: Nearness) -> Standing:
+        self.within(COUNTED * best.reach)
+        motors, scores, hits, _ = self.scene.refine(motors, 0)
+        order = np.argsort(-scores, kind="stable")
+        order = order[distinct(motors[order], max(SAME * best.reach, SAME_POSE))]
+        motors, scores, hits = motors[order], scores[order], hits[order]
+        equal = hits >= AS_GOOD * hits[0] - 1
+        order = np.concatenate([np.flatnonzero(equal), np.flatnonzero(~equal)])
+        rest = np.concatenate([hits[~equal], usual]) - self.size
+        objects = self.scene.asked - self.size
+        chance = float(self.meetings.within(best.reach))
+        if objects > 0 and len(rest):
+            chance = max(chance, float(np.maximum(rest, 0).mean()) / objects)
+        ahead = lead(int(hits[0]) - self.size, max(int(rest.max(initial=0)), 0), objects, chance)
+        count = int(equal.sum())
+        ahead = ahead if count <= MOST_EQUAL else 0.0
+        return Standing(motors[order], scores[order], hits[order], count, best.reach, best.doubt, ahead)
+
+
+def distinct(motors: Array, tolerance: float) -> Array:
+    """Numbers of motors (n, 8) that are none of those before them, whatever their signs."""
+    squares = (motors * motors).sum(1)
+    apart = squares[:, None] + squares[None, :] - 2 * np.abs(motors @ motors.T)
+    one = apart <= tolerance * tolerance
+    left, kept = np.ones(len(motors), bool), []
+    while left.any():
+        first = int(left.argmax())
+        kept.append(first)
+        left &= ~one[first]
+        left[first] = False
+    return np.array(kept, np.int64)

@@ -1,0 +1,260 @@
+"""Parameters of the objects of a model, as rows of numbers: checked, read from multivectors, made into objects, moved.
+
+A row holds what the constructor of its kind takes, in that order. Errors name kind, item and remedy.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..codegen.errors import BladesmithError, InputError
+from ..loading import stock_algebra
+from ..multivector import Multivector
+from ..objects.inputs import as_objects, gathered
+from ..status import Status
+
+Rows = NDArray[np.float64]
+#: Names and lengths of the parameters, by kind; the order of all models.
+FIELDS: dict[str, tuple[tuple[str, int], ...]] = {
+    "point": (("xyz", 3),),
+    "point_pair": (("a", 3), ("b", 3)),
+    "line": (("point", 3), ("direction", 3)),
+    "circle": (("center", 3), ("normal", 3), ("radius", 1)),
+    "plane": (("normal", 3), ("offset", 1)),
+    "sphere": (("center", 3), ("radius", 1)),
+}
+KINDS = tuple(FIELDS)
+#: What lists of objects are called in models and files.
+PLURALS = {kind: f"{kind}s" for kind in KINDS}
+#: Numbers per object, and the shape in which arrays are taken.
+SIZES = {kind: sum(size for _, size in fields) for kind, fields in FIELDS.items()}
+SHAPES = {"point_pair": (2, 3), "line": (2, 3)}
+GRADES = {"point": 1, "point_pair": 2, "line": 3, "circle": 3, "plane": 4, "sphere": 4}
+#: Parameters by what a motion does to them.
+POSITIONS = ("xyz", "a", "b", "point", "center")
+DIRECTIONS = ("direction", "normal")
+#: Squares of larger coordinates and sizes would overflow on the way, and smaller radii vanish.
+LARGEST, SMALLEST = 1e90, 1e-90
+#: A direction whose length differs from 1 by less than this stays as it is: then saving and loading changes nothing.
+UNIT = 4 * float(np.finfo(np.float64).eps)
+
+
+def columns(kind: str) -> dict[str, slice]:
+    """Where each parameter is in a row."""
+    found, start = {}, 0
+    for name, size in FIELDS[kind]:
+        found[name] = slice(start, start + size)
+        start += size
+    return found
+
+
+# -- from users --------------------------------------------------------------------------------------------
+
+
+def checked(given: Any, kind: str) -> Rows:
+    """Rows (n, k) of what a user gave: multivectors, a list of them, or an array of parameters.
+
+    Raises
+    ------
+    InputError
+        Naming list, item and remedy.
+    """
+    name = PLURALS[kind]
+    rows = _from_objects(given, kind) if _holds_objects(given) else _from_array(given, kind)
+    for field, place in columns(kind).items():
+        bad = ~np.isfinite(rows[:, place]).all(1)
+        _refuse(bad, rows[:, place], name, field, "numbers are finite")
+        if field in POSITIONS or field == "radius":
+            far = (np.abs(rows[:, place]) > LARGEST).any(1)
+            _refuse(far, rows[:, place], name, field, f"lengths go to {LARGEST:g}", "Choose another unit of length")
+        if field in DIRECTIONS:
+            zero = ~(rows[:, place] != 0).any(1)
+            _refuse(zero, rows[:, place], name, field, "a direction is not zero")
+        if field == "radius":
+            bad = ~(rows[:, place] >= SMALLEST).all(1)
+            _refuse(bad, rows[:, place], name, field, "a radius is positive",
+                    "Give its absolute value, or a point for a radius of zero")  # fmt: skip
+    if kind == "point_pair":
+        meet = (rows[:, :3] == rows[:, 3:]).all(1)
+        _refuse(meet, rows[:, 3:], name, "b", "a point pair has two end points", "Give a point if that is meant")
+    return _with_unit_directions(rows, kind)
+
+
+def _refuse(bad: Any, values: Rows, name: str, field: str, rule: str, remedy: str | None = None) -> None:
+    """Raise for the first bad item, as messages about files do: with its path."""
+    if bad.any():
+        i = int(bad.argmax())
+        value = values[i].tolist() if values.shape[1] > 1 else float(values[i, 0])
+        raise InputError(f"{name}[{i}].{field} is {value}; {rule}.", remedy=remedy)
+
+
+def _holds_objects(given: Any) -> bool:
+    return isinstance(given, Multivector) or (
+        isinstance(given, list | tuple) and any(isinstance(x, Multivector) for x in given)
+    )
+
+
+def _from_array(given: Any, kind: str) -> Rows:
+    name, shape = PLURALS[kind], SHAPES.get(kind, (SIZES[kind],))
+    try:
+        array = arrays.real(given, name).astype(np.float64)
+    except InputError as error:
+        raise InputError(error.what, remedy=f"Give {_listed(kind)}, or multivectors") from None
+    if array.size == 0 and array.ndim <= 1:
+        return np.empty((0, SIZES[kind]))
+    if array.ndim == 1 + len(shape) and array.shape[1:] == shape:
+        return array.reshape(len(array), SIZES[kind])
+    remedy = f"Give {_listed(kind)}" + (f"; a single {_words(kind)} in a list" if array.ndim == len(shape) else "")
+    wanted = ", ".join(str(s) for s in shape)
+    raise InputError(f"{name} have shape {array.shape}; (n, {wanted}) is needed.", remedy=remedy)
+
+
+def _from_objects(given: Any, kind: str) -> Rows:
+    """Parameters of multivectors; spheres inside out become the same spheres outward."""
+    algebra: Any = stock_algebra("cga3d")
+    x = _objects(given, kind)
+    if x.ndim > 1:
+        raise InputError(f"{PLURALS[kind]} have shape {x.shape}; (n,) is needed.", remedy="Use .reshape(-1)")
+    x = x.reshape(-1).astype(np.float64) if x.dtype != np.float64 else x.reshape(-1)
+    if not len(x):
+        return np.empty((0, SIZES[kind]))
+    _refuse_others(x, kind)
+    unit = x if x.kind.name == kind and x.kind.constraints else x.as_kind(algebra.kind(kind).layout, check=False)
+    if unit.kind.is_layout:
+        unit = unit.normalized(kind)
+    found = algebra.parameters(unit)
+    return np.concatenate([np.asarray(v, float).reshape(len(x), -1) for v in found], 1)
+
+
+def _objects(given: Any, kind: str) -> Multivector:
+    """Multivectors of the kind's grade, their items not looked at yet but for unit size."""
+    name, algebra, grade = PLURALS[kind], stock_algebra("cga3d"), GRADES[kind]
+    entries = given if isinstance(given, list | tuple) else [given]
+    for i, x in enumerate(entries):
+        where = f"{name}[{i}] is" if isinstance(given, list | tuple) else f"{name} are"
+        if not isinstance(x, Multivector):
+            raise InputError(f"{where} a {type(x).__name__}, no multivector.", remedy="Do not mix them with parameters")
+        if x.algebra is not algebra:
+            raise InputError(f"{where} of {x.algebra.name}; a model holds objects of {algebra.name}.",
+                             remedy="Convert them, or give parameters")  # fmt: skip
+        if x.grades != (grade,):
+            raise InputError(f"{where} a {x.kind.name} of grades {x.grades}; {_words(kind)}s have grade {grade}.",
+                             remedy=_other(x.kind.name))  # fmt: skip
+    try:
+        found = gathered(given, name, (grade,)) if isinstance(given, list | tuple) else given
+        as_objects(found, name, (grade,))
+    except BladesmithError as error:  # an object at infinity, of blades that no kind has
+        raise InputError(error.what, remedy=f"Give finite {_words(kind)}s") from None
+    return found
+
+
+def _refuse_others(x: Multivector, kind: str) -> None:
+    """Raise for the first item that is no unit object of this kind."""
+    algebra: Any = stock_algebra("cga3d")
+    name = PLURALS[kind]
+    if x._status is not None:
+        bad = (x._status != Status.OK) & (x._status != Status.NOT_UNIQUE)
+        if bad.any():
+            i = int(bad.argmax())
+            raise InputError(f"{name}[{i}] has no value: its status is {Status(int(x._status[i])).name}.",
+                             remedy="Leave it out, or look at what made it")  # fmt: skip
+    names = algebra.classify(x)
+    wrong = names != _words(kind)
+    if wrong.any():
+        i = int(wrong.argmax())
+        what = {"invalid": "not finite", "zero": "zero", "not a blade": "not a blade"}.get(names[i], _one(names[i]))
+        remedy = _other(names[i].replace(" ", "_")) or "See bladesmith.cga3d.classify"
+        if names[i] == "not a blade":
+            remedy = "bladesmith.objects.project_to_blade gives the object next to it"
+        raise InputError(f"{name}[{i}] is {what}; a {_words(kind)} is needed.", remedy=remedy)
+    loose = as_objects(x, name, (GRADES[kind],))._status
+    if loose is not None and (loose == Status.INVALID).any():
+        i = int((loose == Status.INVALID).argmax())
+        raise InputError(f"{name}[{i}] is no unit {_words(kind)}.", remedy=f"Use .normalized({kind!r})")
+
+
+def _other(found: str) -> str | None:
+    """The list that an object of another kind belongs to."""
+    return f"Give it in {PLURALS[found]}" if found in PLURALS else None
+
+
+def _one(name: str) -> str:
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+
+
+def _words(kind: str) -> str:
+    return kind.replace("_", " ")
+
+
+def _listed(kind: str) -> str:
+    """What an array of a kind holds."""
+    fields = ", ".join(name for name, _ in FIELDS[kind])
+    shape = ", ".join(str(s) for s in SHAPES.get(kind, (SIZES[kind],)))
+    return f"an array (n, {shape}) of {fields}"
+
+
+def _with_unit_directions(rows: Rows, kind: str) -> Rows:
+    """Rows whose directions have length 1; the offset of a plane goes with its normal."""
+    made = rows.copy()
+    for field, place in columns(kind).items():
+        if field in DIRECTIONS and len(made):
+            exponent = np.frexp(np.abs(made[:, place]).max(1))[1]  # exact, and no square over- or underflows
+            scaled = np.ldexp(made[:, place], -exponent[:, None])
+            length = np.linalg.norm(scaled, axis=1)
+            loose = np.abs(np.linalg.norm(np.clip(made[:, place], -2, 2), axis=1) - 1) > UNIT
+            made[loose, place] = scaled[loose] / length[loose, None]
+            if kind == "plane":
+                with np.errstate(over="ignore"):
+                    made[loose, 3] = np.ldexp(made[loose, 3] / length[loose], -exponent[loose])
+                far = ~(np.abs(made[:, 3:]) <= LARGEST)[:, 0]
+                _refuse(far, made[:, 3:], PLURALS[kind], "offset", "over the length of its normal it is too great",
+                        "Choose another unit of length")  # fmt: skip
+    made.setflags(write=False)
+    return made
+
+
+# -- to objects --------------------------------------------------------------------------------------------
+
+
+def made_objects(rows: Rows, kind: str) -> Multivector:
+    """Unit objects (n,) of checked rows.
+
+    Raises
+    ------
+    InputError
+        If an object has no coefficients in floating-point numbers.
+    """
+    algebra: Any = stock_algebra("cga3d")
+    parts = [np.ascontiguousarray(rows[:, place]) for place in columns(kind).values()]
+    fields = [part[:, 0] if part.shape[1] == 1 else part for part in parts]
+    x: Multivector = getattr(algebra, kind)(*fields)
+    bad = ~(np.abs(rows) <= LARGEST).all(1)
+    if "radius" in columns(kind):
+        bad |= rows[:, -1] < SMALLEST
+    if x._status is not None:
+        bad |= x._status != Status.OK
+    if bad.any():
+        i = int(bad.argmax())
+        raise InputError(f"{PLURALS[kind]}[{i}] is beyond floating-point numbers: {rows[i].tolist()}.",
+                         remedy="Choose another unit of length, or an origin nearby")  # fmt: skip
+    return x
+
+
+def moved(rows: Rows, kind: str, scale: float, rotation: Rows, translation: Rows) -> Rows:
+    """Rows of the objects under x -> scale rotation x + translation."""
+    made, place = rows.copy(), columns(kind)
+    with np.errstate(all="ignore"):  # what leaves the numbers is told when objects are made
+        for field in place:
+            if field in POSITIONS:
+                made[:, place[field]] = scale * rows[:, place[field]] @ rotation.T + translation
+            elif field in DIRECTIONS:
+                made[:, place[field]] = rows[:, place[field]] @ rotation.T
+            else:
+                made[:, place[field]] = scale * rows[:, place[field]]
+        if kind == "plane":
+            made[:, 3] += made[:, :3] @ translation
+        return _with_unit_directions(made, kind)  # many motions would gather rounding

@@ -1,0 +1,63 @@
+"""Rotors as similarities x -> scale rotation x + translation, read from the images of n0 and n_inf."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import InputError
+from ..loading import stock_algebra
+from ..multivector import Multivector
+
+Array = NDArray[np.float64]
+#: Rounding that a rotor may have gathered: of R ~R - 1, and of what must vanish in the images of basis vectors.
+NOISE = 1e-9
+ROTOR = ("1", "e12", "e13", "e23")
+REMEDY = "Give a motor of bladesmith.cga3d, a dilator, or a product of them"
+
+
+def similarity(R: Any) -> tuple[float, Array, Array]:
+    """Scale, rotation (3, 3) and translation (3,) of R x ~R.
+
+    Raises
+    ------
+    InputError
+        If R is no single unit versor of space that keeps n_inf.
+    """
+    algebra: Any = stock_algebra("cga3d")
+    if not isinstance(R, Multivector):
+        raise InputError(f"R is a {type(R).__name__}, no multivector.", remedy=REMEDY)
+    if R.algebra is not algebra:
+        raise InputError(f"R belongs to {R.algebra.name}, not to {algebra.name}.", remedy=REMEDY)
+    if R.shape:
+        raise InputError(f"R has shape {R.shape}; a model is moved by one rotor.", remedy="Choose one: R[i]")
+    if not np.isfinite(R.values).all():
+        raise InputError("R is not finite.", remedy=REMEDY)
+    if any(grade % 2 for grade in R.grades):
+        raise InputError(f"R has grades {R.grades}; a rotor is even.", remedy=REMEDY)
+    size = float(np.abs(R.values).sum()) ** 2
+    square = R * ~R
+    if np.abs((square - 1).values).max() > NOISE * max(size, 1.0):
+        raise InputError("R is no unit versor: R ~R is not 1.", remedy="Use .normalized()")
+    infinity = _vector(R >> algebra.ni)
+    if np.abs(infinity[:4]).max() > NOISE * size or not infinity[4] > -NOISE * size:
+        raise InputError("R does not keep n_inf: flat objects would become round.", remedy=REMEDY)
+    # beside those with n0 or n_inf its blades are those of the rotation, times cosh(log(scale)/2)
+    turn = algebra.multivector({name: R[name] for name in ROTOR if name in map(str, R.blades)}).normalized("rotor")
+    rotation = turn.to_matrix()[:3, :3]
+    here, there = _vector(R >> algebra.no), _vector(~R >> algebra.no)  # images of the origin, forth and back
+    if here[3] >= there[3]:  # the one of great weight keeps its digits: 1 / scale, or scale
+        return float(1 / here[3]), rotation, here[:3] / here[3]
+    return float(there[3]), rotation, -rotation @ there[:3]
+
+
+def _vector(x: Multivector) -> Array:
+    """Coefficients on e1 e2 e3 n0 n_inf."""
+    blades = [str(blade) for blade in x.blades]
+    found = np.zeros(5)
+    for i, name in enumerate(("e1", "e2", "e3", "no", "ni")):
+        if name in blades:
+            found[i] = x[name]
+    return found

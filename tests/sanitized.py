@@ -1,0 +1,114 @@
+"""Run by test_sanitizers.py in a process of its own, under sanitizers: scenes of every kind, bad rays among good ones.
+
+Nothing is asserted about results, which other tests do: every access to memory, shift and conversion is watched.
+"""
+
+import os
+
+os.environ.pop("LD_PRELOAD", None)  # this process has the libraries; the compiler must not
+
+import sys
+
+import numpy as np
+
+from bladesmith import curves, tracer
+from bladesmith.codegen.build import ExtensionSource, load
+from bladesmith.codegen.programs.scene import needs
+from bladesmith.tracer.driver import BoundScene
+from bladesmith.tracer.engine import engine_for
+from bladesmith.tracer.hits import first_hits
+from bladesmith.tracer.rows import gathered
+
+RAYS = 150
+#: What becomes infinite, nothing, or no number on the way, in either precision.
+EXTREME = (0.0, -0.0, 1.0, -1.0, np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 1e-300, 1e38, 1e-45, 1e20, 0.5)
+LAYERS = ("color", "normal", "depth", "alpha", "cost")
+CAMERA = tracer.Camera.look_at((0, -9, 2), (0, 0, 0))
+
+
+def circles(count, random):
+    return [
+        (random.normal(size=3) + (i, 0, 0), random.normal(size=3) + (0, 0, 3), random.uniform(0.4, 2))
+        for i in range(count)
+    ]
+
+
+def pairs(count, random):
+    return [(random.normal(size=3) * 0.3 + (i, 0, -1), random.normal(size=3) * 0.3 + (i, 0, 1)) for i in range(count)]
+
+
+def rays(random, dtype):
+    """Rays to the scene, from far away, along axes, through corners, and such as no scene is made for."""
+    start, aim = 4 * random.normal(size=(RAYS, 3)), random.normal(size=(RAYS, 3))
+    along = np.eye(3)[random.integers(0, 3, RAYS)] * random.choice([-1, 1], (RAYS, 1))
+    extreme = [random.choice(EXTREME, (RAYS, 3)) for _ in range(3)]
+    origins = [start, 1e6 * start, start, np.round(start), extreme[0], start, extreme[1]]
+    directions = [aim - start, aim - 1e6 * start, along, np.round(aim - start), aim, extreme[2], extreme[2]]
+    with np.errstate(all="ignore"):
+        return np.concatenate(origins).astype(dtype), np.concatenate(directions).astype(dtype)
+
+
+def plain(random):
+    """Surfaces of every kind that is no curve's; mirrors, checkers."""
+    mirror = {"color": (0.8, 0.5, 0.2), "reflectivity": 0.4}
+    corners, faces = 2 * random.normal(size=(4, 3)), [[0, 1, 2], [1, 2, 3]]
+    return [
+        tracer.Plane((0, 0, 1), -2, material={**mirror, "checker": (0, 0, 0)}),
+        tracer.Disc(2 * random.normal(size=3), random.normal(size=3), 0.7, material=mirror),
+        tracer.Facets(corners, faces, material=mirror),
+        tracer.Facets(corners, faces, normals=np.tile((0.0, 0, 1), (4, 1))),
+        *(tracer.Sphere(2 * random.normal(size=3), 0.5, material=mirror) for _ in range(8)),
+    ]
+
+
+def between_knots(make, controls, random):
+    """A surface of pieces that begin and end with sums that are no objects, cut by gaps."""
+    surface = make(curves.Interpolating(controls(5, random), [0, 1, 3, 3.5, 7], degree=2), gaps=True)
+    assert surface.segments.free
+    return surface
+
+
+def a_tree_of_everything(random):
+    tube = between_knots(tracer.EvolvedCircles, circles, random)
+    ribbon = tracer.EvolvedPointPairs(pairs(2, random), gaps=True)
+    surfaces = [*plain(random), tube, ribbon]
+    lamps = [tracer.Light((4, -6, 8)), tracer.Light((0, 0, -2)), tracer.Light(surfaces[-3].parameters[0, :3])]
+    scene = tracer.Scene(CAMERA, lamps, surfaces, reflections=4)
+    assert scene.needs.tree
+    for grid, threads in ((1, 1), (2, 2)):
+        scene.layers(9, 7, LAYERS, antialias=grid, threads=threads)
+    origins, directions = rays(random, np.float64)
+    scene.intersect(origins, directions, threads=2)
+    scene.intersect(origins[3], directions)
+
+
+def several_rays_at_once(random):
+    balls = [tracer.Plane((0, 0, 1), -2), *(tracer.Sphere(random.normal(size=3), 0.5) for _ in range(3))]
+    origins, directions = rays(random, np.float64)
+    engine = engine_for(needs(["plane", "sphere"], pictures=False))
+    assert engine.meets_several
+    bound = BoundScene(engine, gathered(engine, balls), np.float64)
+    for count in (0, 1, 3, 4, 5, 7, 8, 9, len(origins)):
+        first_hits(bound, origins[:count], directions[:count], 1).normal  # noqa: B018 (asks for the rest)
+    first_hits(bound, np.tile(origins, (5, 1)), directions[0], 2).normal  # noqa: B018
+
+
+def all_points(random):
+    """Of a line on many pieces: more than there is room for at first, some of them twice."""
+    ribbon = between_knots(tracer.EvolvedPointPairs, pairs, random)
+    found = ribbon.intersect(*rays(random, np.float64), threads=1)
+    assert found.count.max() > 2
+
+
+def a_mistake(random):
+    """What must be found, or nothing would be."""
+    text = "int wrong(int n) { int numbers[4] = {1, 2, 3, 4}; return numbers[n]; }"
+    load(ExtensionSource("wrong", "int wrong(int n);", text)).lib.wrong(4)
+
+
+PARTS = {part.__name__: part for part in (a_tree_of_everything, several_rays_at_once, all_points, a_mistake)}
+
+if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        PARTS[name](np.random.default_rng(8))
+        print("done", name, flush=True)

@@ -1,0 +1,57 @@
+"""The tracer's compiled programs under gcc's sanitizers: no access beyond an array, no overflow, no bad conversion."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).with_name("sanitized.py")
+#: Conversions of numbers that do not fit are not among the undefined ones of gcc.
+FLAGS = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
+PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points")
+PATIENCE = 600.0  # seconds, on a busy machine
+
+
+def library(gcc, name):
+    """The path of a library of gcc's; None where it has none: it says the name again."""
+    found = subprocess.run([gcc, f"-print-file-name={name}"], capture_output=True, text=True).stdout.strip()
+    return found if os.path.isabs(found) and os.path.exists(found) else None
+
+
+@pytest.fixture(scope="module")
+def run():
+    gcc = shutil.which("gcc")
+    libraries = [gcc and library(gcc, f"lib{name}.so") for name in ("asan", "ubsan")]
+    if not sys.platform.startswith("linux") or not all(libraries):
+        pytest.skip("no gcc with libasan and libubsan on Linux")
+
+    def run(*parts):
+        environment = {
+            **os.environ,
+            "CC": f"{gcc} {FLAGS}",
+            "LD_PRELOAD": " ".join(libraries),
+            "ASAN_OPTIONS": "detect_leaks=0",  # Python keeps much to the end
+            "PYTHONMALLOC": "malloc",  # each object a block of its own, with fences around it
+        }
+        return subprocess.run(
+            [sys.executable, str(SCRIPT), *parts], env=environment, capture_output=True, text=True, timeout=PATIENCE
+        )
+
+    return run
+
+
+def test_sanitizers_find_what_is_wrong(run):
+    done = run("a_mistake")
+    assert done.returncode != 0 and "done" not in done.stdout, done.stdout
+    assert "AddressSanitizer" in done.stderr or "runtime error" in done.stderr, done.stderr
+
+
+def test_scenes_of_every_kind_are_clean(run):
+    done = run(*PARTS)
+    assert done.stdout.split("\n")[:-1] == [f"done {part}" for part in PARTS], done.stderr[-4000:]
+    assert done.returncode == 0, done.stderr[-4000:]
