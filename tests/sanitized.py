@@ -69,7 +69,7 @@ def between_knots(make, controls, random):
 
 
 def a_tree_of_everything(random):
-    tube = between_knots(tracer.EvolvedCircles, circles, random)
+    tube = tracer.EvolvedCircles(circles(2, random), gaps=True)
     ribbon = tracer.EvolvedPointPairs(pairs(2, random), gaps=True)
     surfaces = [*plain(random), tube, ribbon]
     lamps = [tracer.Light((4, -6, 8)), tracer.Light((0, 0, -2)), tracer.Light(surfaces[-3].parameters[0, :3])]
@@ -95,8 +95,8 @@ def several_rays_at_once(random):
 
 def all_points(random):
     """Of a line on many pieces: more than there is room for at first, some of them twice."""
-    ribbon = between_knots(tracer.EvolvedPointPairs, pairs, random)
-    found = ribbon.intersect(*rays(random, np.float64), threads=1)
+    tube = between_knots(tracer.EvolvedCircles, circles, random)
+    found = tube.intersect(*rays(random, np.float64), threads=1)
     assert found.count.max() > 2
 
 

@@ -108,8 +108,9 @@ def aligned(x: Multivector, reference: Multivector) -> Multivector:
 
 def _rotor(x1: Multivector, x2: Multivector) -> Multivector:
     """`any_rotor`, NaN where it needs care."""
-    rotor = any_rotor(x1, x2)
-    return rotor if x1.grades == (1,) else only_if(is_plain(x1, x2), x1.constant(1)) * rotor
+    if x1.grades == (1,):
+        return any_rotor(x1, x2)
+    return only_if(is_plain(x1, x2), x1.constant(1)) * any_rotor(x1, x2)
 
 
 def any_rotor(x1: Multivector, x2: Multivector) -> Multivector:

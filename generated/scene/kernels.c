@@ -19,7 +19,11 @@
 #define BS_SCENE_COMPANION 1
 #define BS_SCENE_SAMPLED 1
 #define BS_SCENE_ROOTS 32 /* of one ray and one row, at most */
+#ifndef BS_SCENE_APART
+#define BS_SCENE_APART 0 /* 1: what takes long is compiled by itself, and linked */
+#endif
 #include "scene_common.h"
+#include "scene_apart.h"
 
 #define BS_BITS 64
 #define BS_BYTES 0
@@ -33,36 +37,60 @@
 #include "scene_disc.h"
 #include "scene_facet.h"
 #include "scene_smooth_facet.h"
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_circles_1)
+#else
 #define BS_MEMBER evolved_circles_1
 #define BS_SUFFIX 1
 #define BS_DEGREE 1
 #define BS_FREE 0
 #include "scene_evolved.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_circles_2)
+#else
 #define BS_MEMBER evolved_circles_2
 #define BS_SUFFIX 2
 #define BS_DEGREE 2
 #define BS_FREE 0
 #include "scene_evolved.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_circles_3)
+#else
 #define BS_MEMBER evolved_circles_3
 #define BS_SUFFIX 3
 #define BS_DEGREE 3
 #define BS_FREE 0
 #include "scene_evolved.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_point_pairs_1)
+#else
 #define BS_MEMBER evolved_point_pairs_1
 #define BS_SUFFIX 1
 #define BS_DEGREE 1
 #define BS_FREE 0
 #include "scene_ribbons.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_point_pairs_2)
+#else
 #define BS_MEMBER evolved_point_pairs_2
 #define BS_SUFFIX 2
 #define BS_DEGREE 2
 #define BS_FREE 0
 #include "scene_ribbons.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_point_pairs_3)
+#else
 #define BS_MEMBER evolved_point_pairs_3
 #define BS_SUFFIX 3
 #define BS_DEGREE 3
 #define BS_FREE 0
 #include "scene_ribbons.h"
+#endif
 #include "scene_search.h"
 #include "scene_rays.h"
 #if BS_SCENE_PICTURES
@@ -84,36 +112,60 @@
 #include "scene_disc.h"
 #include "scene_facet.h"
 #include "scene_smooth_facet.h"
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_circles_1)
+#else
 #define BS_MEMBER evolved_circles_1
 #define BS_SUFFIX 1
 #define BS_DEGREE 1
 #define BS_FREE 0
 #include "scene_evolved.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_circles_2)
+#else
 #define BS_MEMBER evolved_circles_2
 #define BS_SUFFIX 2
 #define BS_DEGREE 2
 #define BS_FREE 0
 #include "scene_evolved.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_circles_3)
+#else
 #define BS_MEMBER evolved_circles_3
 #define BS_SUFFIX 3
 #define BS_DEGREE 3
 #define BS_FREE 0
 #include "scene_evolved.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_point_pairs_1)
+#else
 #define BS_MEMBER evolved_point_pairs_1
 #define BS_SUFFIX 1
 #define BS_DEGREE 1
 #define BS_FREE 0
 #include "scene_ribbons.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_point_pairs_2)
+#else
 #define BS_MEMBER evolved_point_pairs_2
 #define BS_SUFFIX 2
 #define BS_DEGREE 2
 #define BS_FREE 0
 #include "scene_ribbons.h"
+#endif
+#if BS_SCENE_APART
+BS_APART_KIND(evolved_point_pairs_3)
+#else
 #define BS_MEMBER evolved_point_pairs_3
 #define BS_SUFFIX 3
 #define BS_DEGREE 3
 #define BS_FREE 0
 #include "scene_ribbons.h"
+#endif
 #include "scene_search.h"
 #include "scene_rays.h"
 #if BS_SCENE_PICTURES

@@ -26,14 +26,16 @@ TRIED, ROUNDS, STEPS, GAIN = 4, 3, 10, 0.5
 ROOM, COUNTED = 2.0, 1.5
 #: Candidates with a smaller share of the best one's hits are not refined: they say what is usual.
 RIVAL = 0.4
-#: A motor serves as well as the best if it lays this share of as many objects on others, up to one.
-AS_GOOD = 0.97
+#: A motor serves as well as the best if it lays this share of as many objects on others, up to one: of a symmetric
+#: model some objects are missing for each of its poses, not as many for all.
+AS_GOOD = 0.85
 #: Two motors are one if their coefficients are nearer than so many reaches, or than this.
 SAME, SAME_POSE = 4.0, 1e-3
 #: Candidates that take part; where more than this serve as well as each other (a cube has 24), nothing is known.
 CONTENDERS, MOST_EQUAL = 64, 24
-#: The best motor's lead over rivals is believed if chance gives such a one with a smaller probability.
-LEVEL = 0.02
+#: The best motor's lead over its rivals is believed if chance gives such a one with a smaller probability; and that
+#: of the last motor that serves as well.
+LEVEL, LAST_LEVEL = 0.02, 0.25
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Standing:
     doubt : float
         log10 of how many motors as good as the best are expected by chance.
     lead : float
-        log10 of the probability of its lead over those that do not serve.
+        log10 of the probability of its lead over those that do not serve, where `LEVEL` is the limit.
     """
 
     motors: Array
@@ -172,9 +174,9 @@ class Contest:
         chance = float(self.meetings.within(best.reach))
         if objects > 0 and len(rest):
             chance = max(chance, float(np.maximum(rest, 0).mean()) / objects)
-        ahead = lead(int(hits[0]) - self.size, max(int(rest.max(initial=0)), 0), objects, chance)
-        count = int(equal.sum())
-        ahead = ahead if count <= MOST_EQUAL else 0.0
+        next_best, count = max(int(rest.max(initial=0)), 0), int(equal.sum())
+        first, last = (lead(int(h) - self.size, next_best, objects, chance) for h in (hits[0], hits[equal].min()))
+        ahead = max(first, last * math.log(LEVEL) / math.log(LAST_LEVEL)) if count <= MOST_EQUAL else 0.0
         return Standing(motors[order], scores[order], hits[order], count, best.reach, best.doubt, ahead)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..codegen.programs.reform import KINDS
 from .chance import CHANCE_REACH, Meetings, doubt, random_motors
-from .contest import LEVEL, Contest
+from .contest import LEVEL, SAME, SAME_POSE, Contest, distinct
 from .engine import Closeness, Driver, Scene
 from .frames import Local, closeness_within
 from .tables import Candidates, Tables, sign_choices
@@ -41,8 +41,8 @@ CODE_BITS = 21
 ROUNDING = 1e-13
 #: Candidates of one set of query objects: of a set with more, some are left out.
 MOST_OF_SET = 8192
-#: Candidates that are kept for refinement.
-KEPT = 64
+#: Candidates that are kept for refinement; of so many times as many it is found which are one.
+KEPT, MOST_COMPARED = 64, 16
 #: A motor is given up if a smaller share of the first objects has a counterpart.
 LEAST = 0.1
 #: An answer is no chance if fewer than this many of that quality are expected among all motors that were tried.
@@ -187,11 +187,13 @@ class Search:
 
     def _keep(self, here: Found, motors: Array, scores: Array, hits: Array) -> None:
         good = np.flatnonzero(scores > 0)
-        scores_all = np.concatenate([here.scores, scores[good]])
-        best = np.argsort(-scores_all, kind="stable")[: 4 * KEPT]
-        here.motors = np.concatenate([here.motors, motors[good]])[best]
-        here.hits = np.concatenate([here.hits, hits[good]])[best]
-        here.scores = scores_all[best]
+        scores = np.concatenate([here.scores, scores[good]])
+        motors, hits = np.concatenate([here.motors, motors[good]]), np.concatenate([here.hits, hits[good]])
+        best = np.argsort(-scores, kind="stable")
+        if len(best) > 2 * KEPT:  # the same one again would leave no room for what it is held against
+            best = best[: MOST_COMPARED * KEPT]
+            best = best[distinct(motors[best], max(SAME * here.tolerance, SAME_POSE))[: 2 * KEPT]]
+        here.motors, here.scores, here.hits = motors[best], scores[best], hits[best]
 
     def _doubt(self, here: Found) -> float:
         if not len(here.scores):

@@ -17,7 +17,7 @@ from .rows import SceneRows
 
 Array = NDArray[Any]
 #: Sizes of surfaces, and coordinates, whose products of three are single numbers that keep their digits.
-LEAST, MOST = 1e-9, 1e12
+LEAST, MOST = 1e-11, 1e12
 
 
 def serves_surfaces(rows: SceneRows) -> bool:

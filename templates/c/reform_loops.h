@@ -48,15 +48,16 @@ BS_INLINE const S *FN(asked_row)(const bs_reform *s, ptrdiff_t i)
 }
 
 /* How well a motor lays the query over the reference. It is given up where too few of the first 8, 32, 128 ...
-   objects have a counterpart. */
-BS_OWN S FN(score)(const bs_reform *s, const S *motor, int32_t *hits, int32_t *tested)
+   objects have a counterpart; they are asked in turn from a first one on, which should differ between samples: else
+   a query whose first few objects have no counterpart is never found. */
+BS_OWN S FN(score)(const bs_reform *s, const S *motor, ptrdiff_t first, int32_t *hits, int32_t *tested)
 {
   S total = 0, square, sign, element[BS_NUMBERS];
-  ptrdiff_t look = 8;
+  ptrdiff_t look = 8, i = s->asked > 0 ? first % s->asked : 0;
   *hits = 0, *tested = 0;
-  for (ptrdiff_t i = 0; i < s->asked; i++) {
-    if (i == look) {
-      if (*hits < s->least * (S)i) break;
+  for (ptrdiff_t n = 0; n < s->asked; n++, i = i + 1 < s->asked ? i + 1 : 0) {
+    if (n == look) {
+      if (*hits < s->least * (S)n) break;
       look *= 4;
     }
     FN(moved_element)(s->asked_kinds[i], element, motor, FN(asked_row)(s, i));
@@ -79,16 +80,18 @@ BS_OWN void FN(sample)(const bs_reform *s, const bs_samples *c, ptrdiff_t i)
 {
   S form[BS_FORM] = {0};
   S *motor = c->motors + BS_MOTOR * i;
+  ptrdiff_t first = 0;
   for (ptrdiff_t k = i * c->size; k < (i + 1) * c->size; k++) {
     const int kind = c->kinds[k];
     if (kind < 0) continue; /* a smaller sample */
+    first += c->query[k];
     const ptrdiff_t size = FN(row_size)(kind);
     FN(add_form)(form, kind, s->query.rows[kind] + size * c->query[k], s->reference.rows[kind] + size * c->reference[k],
                  c->signs[k], K(1));
   }
   const S least = FN(form_motor)(motor, form);
   c->scores[i] = -1, c->hits[i] = c->tested[i] = 0;
-  if (least >= 0 && least <= c->residual * (S)c->size) c->scores[i] = FN(score)(s, motor, c->hits + i, c->tested + i);
+  if (least >= 0 && least <= c->residual * (S)c->size) c->scores[i] = FN(score)(s, motor, first, c->hits + i, c->tested + i);
 }
 
 /* The least pivot of the form of twists of a set: how stiff it is against the motion that it hinders least. */
@@ -146,7 +149,7 @@ BS_OWN void FN(refine)(const bs_reform *s, const bs_refined *c, ptrdiff_t n)
     if (change <= c->settled) break;
   }
   int32_t tested;
-  c->scores[n] = FN(score)(s, motor, c->hits + n, &tested);
+  c->scores[n] = FN(score)(s, motor, 0, c->hits + n, &tested);
 }
 
 BS_OWN void FN(match)(const bs_reform *s, const bs_matching *m, ptrdiff_t i)
