@@ -226,7 +226,7 @@ def _entries(root: Path) -> Iterator[Entry]:
     for folder in _listing(root):
         with contextlib.suppress(OSError):  # an entry that another process removes meanwhile
             used = (folder / RECORD).stat().st_mtime
-            size = sum(path.stat().st_size for path in folder.iterdir())
+            size = sum(path.stat().st_size for path in folder.rglob("*"))
             yield Entry(folder.name, folder, size, used)
 
 

@@ -122,6 +122,28 @@ class SingularError(BladesmithError, ArithmeticError):
     """An item has no answer, or no unique one (raised on request, where statuses would tell)."""
 
 
+class UndeterminedError(SingularError):
+    """Models leave motions free, so that no pose of theirs can be told.
+
+    Parameters
+    ----------
+    what, where, remedy
+        As for every error.
+    motions
+        The twists of the free motions, in the world of the model that ``where`` names.
+    result
+        What could be found all the same.
+    """
+
+    def __init__(
+        self, what: str, *, where: str | None = None, remedy: str | None = None, motions: object = None,
+        result: object = None,
+    ) -> None:  # fmt: skip
+        self.motions = motions
+        self.result = result
+        super().__init__(what, where=where, remedy=remedy)
+
+
 class NotInvertibleError(SingularError):
     """The inverse of something that has none."""
 
@@ -163,6 +185,10 @@ class CompilerMissingError(CompileError):
     """There is no compiler to be found, or the one asked for does not run."""
 
 
+class DeviceError(BladesmithError, RuntimeError):
+    """The GPU's driver is missing, or refuses something."""
+
+
 class MissingExtraError(BladesmithError, ImportError):
     """An optional dependency is not installed.
 
@@ -186,6 +212,7 @@ __all__ = [
     "BladesmithError",
     "CompileError",
     "CompilerMissingError",
+    "DeviceError",
     "GradeError",
     "InputError",
     "KindError",
@@ -198,6 +225,7 @@ __all__ = [
     "SingularError",
     "SpecError",
     "TraceError",
+    "UndeterminedError",
     "nearest",
     "suggest",
 ]

@@ -76,10 +76,15 @@ def generate_programs() -> dict[str, dict[str, str]]:
     """Generated files of the general programs that the wheel carries for machines without a compiler, by folder."""
     from .programs.kernels import printed_anew
     from .programs.merge import merge_program
+    from .programs.reform import KINDS, reform_program
     from .programs.scene import EVERYTHING, scene_program
 
     with printed_anew():
-        programs = {"merge": merge_program.__wrapped__(), "scene": scene_program(EVERYTHING)}
+        programs = {
+            "merge": merge_program.__wrapped__(),
+            "reform": reform_program.__wrapped__(KINDS),
+            "scene": scene_program(EVERYTHING),
+        }
         return {name: {**made.files, INDEX: made.index()} for name, made in programs.items()}
 
 

@@ -1,4 +1,4 @@
-"""Makes the pictures of gallery.md (from its examples) and of chapter4.md (from examples/chapter4), shrunk.
+"""Makes the pictures of gallery.md (from its examples), chapter4.md and chapter5.md (from their examples), shrunk.
 
 python docs/make_gallery.py [--only NAME ...]
 """
@@ -18,7 +18,9 @@ from PIL import Image
 PAGE = Path(__file__).resolve().parent / "gallery.md"
 FOLDER = PAGE.parent / "images" / "gallery"
 CHAPTER4 = PAGE.parent / "images" / "chapter4"
+CHAPTER5 = PAGE.parent / "images" / "chapter5"
 SCENES = PAGE.parent.parent / "examples" / "chapter4" / "render.py"
+FIGURES = PAGE.parent.parent / "examples" / "chapter5" / "figures.py"
 #: A page of many pictures should load quickly.
 MOST_BYTES = 120 * 1024
 COLORS = 256
@@ -64,8 +66,12 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", metavar="NAME", help="keep these pictures only")
     only = parser.parse_args().only
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([sys.executable, str(SCENES), "--out", f"{folder}/chapter4"], check=True)
-        places = {CHAPTER4: sorted(Path(folder, "chapter4").glob("*.png")), FOLDER: run(Path(folder))}
+        places = {}
+        for script, target in ((SCENES, CHAPTER4), (FIGURES, CHAPTER5)):
+            made = Path(folder, target.name)
+            subprocess.run([sys.executable, str(script), "--out", str(made)], check=True)
+            places[target] = sorted(made.glob("*.png"))
+        places[FOLDER] = run(Path(folder))
         for target, pictures in places.items():
             for picture in pictures:
                 if not only or picture.stem in only:

@@ -11,6 +11,7 @@ from .codegen.errors import (
     BladesmithError,
     CompileError,
     CompilerMissingError,
+    DeviceError,
     GradeError,
     InputError,
     KindError,
@@ -23,6 +24,7 @@ from .codegen.errors import (
     SingularError,
     SpecError,
     TraceError,
+    UndeterminedError,
     suggest,
 )
 
@@ -32,6 +34,7 @@ __all__ = [
     "BladesmithError",
     "CompileError",
     "CompilerMissingError",
+    "DeviceError",
     "GradeError",
     "InputError",
     "KindError",
@@ -44,5 +47,6 @@ __all__ = [
     "SingularError",
     "SpecError",
     "TraceError",
+    "UndeterminedError",
     "suggest",
 ]

@@ -11,15 +11,16 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module, resources
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .codegen.binding import Argument, Array, Binding, BoundKernel, Library
 from .codegen.errors import BladesmithError, SpecError
-from .codegen.flags import compiled_files, source_hash
 from .codegen.kinds import Kind
+from .installed import bundled as bundled
+from .installed import headers, is_fresh
 
 if TYPE_CHECKING:
     from .algebras import Algebra
@@ -96,7 +97,7 @@ class StockKernels:
     def library(self) -> Library | None:
         """The compiled extension, or None where there is none."""
         module = self._installed()
-        if module is not None and module.lib.bs_source_hash() and not self._is_fresh(module):
+        if module is not None and module.lib.bs_source_hash() and not is_fresh(module, self.folder):
             _log.warning("the compiled kernels of %s are older than their sources; compiling them now.", self.folder)
             module = None
         elif module is None and self._is_bundled:
@@ -120,14 +121,10 @@ class StockKernels:
         except ImportError:
             return None
 
-    def _is_fresh(self, module: Any) -> bool:
-        compiled = module.ffi.string(module.lib.bs_source_hash()).decode()
-        return not compiled or compiled == source_hash(compiled_files(self.folder, _headers()))
-
     def _compiled(self) -> Any:
         from .codegen.build import generated_extension, load
 
-        return load(generated_extension(self.folder, _headers()))
+        return load(generated_extension(self.folder, headers()))
 
 
 class PlainKernel(Binding):
@@ -154,15 +151,6 @@ class PlainKernel(Binding):
             _log.info("compiling %s with numba after %d items.", self.symbol, self._items)
             self._compiled = self._kernel(compiled=True)
         (self._compiled or self._on_columns).run(arrays, results, n)
-
-
-def bundled(name: str) -> Path:
-    """Folder of a stock algebra inside the package; it need not exist."""
-    return Path(str(resources.files(f"{__package__}.generated"))) / name
-
-
-def _headers() -> Path:
-    return Path(str(resources.files(f"{__package__}.templates"))) / "c"
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

@@ -200,3 +200,19 @@ def test_no_surface_shadows_itself_however_far_the_camera_is():
     slope = tracer.Plane((0.3, 0.2, 1), 0.0, material=MATT)
     image = dark(camera, [tracer.Light((-30, 50, 100))], [slope]).render(40, 30)
     assert image.min() > 0.3
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("center", [(0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (1000.0, 0.0, 0.0)])
+def test_a_camera_on_a_sphere_sees_it_only_below(center, dtype):
+    """Its first point of every ray is the camera, to rounding: half of the pixels above the horizon saw it."""
+    ball = tracer.Sphere(center, 1.0)
+    for up in np.array([[0, 0, 1], [1, 2, 2]]) / [[1], [3]]:
+        position = center + up
+        for turn in (1, -1):
+            camera = tracer.Camera.look_at(position, position + turn * up, up=(0, 1, 0), field_of_view=2.2)
+            depth = tracer.Scene(camera, [], [ball]).layers(48, 32, ["depth"], dtype=dtype)["depth"]
+            slope = camera.rays(48, 32)[1] @ up
+            above, below = slope > 0.01, slope < -0.01
+            assert np.isinf(depth[above]).all() and (above.all() if turn > 0 else below.all())
+            np.testing.assert_allclose(depth[below], -2 * slope[below], rtol=1e-9 if dtype == np.float64 else 2e-2)

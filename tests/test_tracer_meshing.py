@@ -286,3 +286,33 @@ def test_embree_on_the_mesh_meets_the_surface():
         medians.append(np.median(np.linalg.norm(place_ - exact.point[ray], axis=1)[both]))
     assert medians[0] / medians[1] == pytest.approx(4, rel=0.25)
     assert medians[1] < 2e-3
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_caps_close_circles_that_share_a_point(count):
+    """All pass through (1, 0, 0), where they turn about e2: the rings there are one vertex, those of the lids too."""
+    controls = []
+    for angle in np.linspace(0, 1.2, count):
+        axis, across = (np.sin(angle), 0.0, np.cos(angle)), np.array([np.cos(angle), 0.0, -np.sin(angle)])
+        controls.append((tuple(np.array([1.0, 0.0, 0.0]) - across), axis, 1.0))
+    mesh = tracer.EvolvedCircles(controls).mesh(16, 24, caps=True).welded()
+    sides = np.sort(np.concatenate([mesh.faces[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    edges, used = np.unique(sides, axis=0, return_counts=True)
+    assert (used == 2).all() and len(np.unique(mesh.faces)) - len(edges) + len(mesh.faces) == 2
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.0, 0.0), (0.3, 0.5, -0.2)])
+@pytest.mark.parametrize("start", [0.0, 1.0])
+def test_pairs_within_one_line_sweep_nothing(along, start):
+    ends = [start + t * np.array(along) for t in (0, 4, 1, 2)]
+    surface = tracer.EvolvedPointPairs([tuple(map(tuple, ends[:2])), tuple(map(tuple, ends[2:]))])
+    with pytest.raises(SceneError, match="the surface is a line: nothing is swept"):
+        surface.mesh(4, 4)
+
+
+@pytest.mark.parametrize("radius", [1e-7, 1e-10])
+def test_circles_that_rounding_eats_are_called_so(radius):
+    """They are real, and no control is to be turned over."""
+    surface = tracer.EvolvedCircles([((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 1), (0, 0, 1), radius)])
+    with pytest.raises(SceneError, match="circles of which rounding leaves nothing.*between alpha = 0.875 and 1.*alike"):
+        surface.mesh(8, 8)

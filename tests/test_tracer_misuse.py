@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import logging
 import pickle
+import re
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -13,8 +14,12 @@ import pytest
 
 from bladesmith import tracer
 from bladesmith.cli.main import run
+from bladesmith.codegen.programs.surface_kinds import FAMILIES, PLAIN, surface_kind
+from bladesmith.codegen.templating import template_text
 from bladesmith.errors import BladesmithError, InputError, SceneError
+from bladesmith.status import Status
 from bladesmith.tracer import memory, values
+from bladesmith.tracer.rows import gathered
 
 CAMERA = tracer.Camera.look_at((0, -8, 2), (0, 0, 1))
 TUBE = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 1, 2), (0, 0.5, 1), 0.6)]
@@ -289,3 +294,46 @@ def test_what_is_no_executor_takes_no_work(executor):
 def test_a_surface_without_a_shape_is_refused():
     with pytest.raises(SceneError, match="no shape"):
         tracer.Surface(None)
+
+
+class Faceted:
+    """A surface that says how many rows it has, and holds one."""
+
+    program_kind = "facet"
+
+    def __init__(self, rows):
+        self.parameters = np.broadcast_to(np.zeros(9), (rows, 9))
+
+
+def test_more_rows_than_can_be_numbered():
+    with pytest.raises(SceneError, match="4294967292 facets .* has 2147483646 at most"):
+        gathered(None, [Faceted(2**31 - 2), Faceted(2**31 - 2)])
+
+
+def test_there_is_room_for_every_kind_of_surface():
+    kinds = {*PLAIN, *(f"{family}_{degree}" for family, (_, most) in FAMILIES.items() for degree in range(1, most + 1))}
+    declared = re.search(r"surfaces\[(\d+)\]", template_text("c/scene_types.h"))
+    assert all(surface_kind(name) for name in kinds) and len(kinds) <= int(declared.group(1))
+
+
+def test_threads_are_checked_for_few_rays_too():
+    scene = tracer.Scene(CAMERA, [], [BALL])
+    for threads in (0, -1, "two"):
+        with pytest.raises(BladesmithError, match="threads is"):
+            scene.intersect((0, -5, 0), (0, 1, 0), threads=threads)
+
+
+@pytest.mark.parametrize("surfaces", [[], [tracer.Disc((0, 0, 5), (0, 0, 1), 1)]])
+def test_a_point_beyond_double_precision_has_a_status(surfaces):
+    """A plane is met 1e308 from an origin at 1.7e308: the point is no number. With and without vectors."""
+    plane = tracer.Plane((0, 0, 1), 0)
+    origins, directions = (
+        np.array([[1.7e308, 0, 1], [0, 0, 1], [1e308, 0, 0]]),
+        np.array([[1, 0, -1e-308], [0, 0, -1], [0, 0, 1]]),
+    )
+    lines = plane.intersect(origins, directions)
+    assert lines.status.tolist() == [Status.INVALID, Status.OK, Status.OK] and lines.count.tolist() == [0, 1, 1]
+    assert np.isnan(lines.point[0]).all()
+    hits = tracer.Scene(CAMERA, [], [plane, *surfaces]).intersect(origins, directions)
+    assert hits.status.tolist() == [Status.INVALID, Status.OK, Status.OK] and hits.surface.tolist() == [-1, 0, -1]
+    assert np.isnan(hits.t[0]) and np.isnan(hits.point[0]).all() and hits.t[1] == 1

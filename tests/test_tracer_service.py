@@ -126,6 +126,15 @@ def test_an_interrupted_command_leaves_a_partial_picture(path, tmp_path, suffix,
             assert picture.size == (240, 160)
             seen = np.asarray(picture)[..., 3] == 255
         assert abs(seen.mean() - share) < 0.01
+        return
+    with pytest.importorskip("OpenEXR").File(str(partial), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+    assert set(channels) == {"A", "B", "G", "R", "Z"} and channels["R"].shape == (160, 240)
+    seen = channels["A"] == 1
+    assert abs(seen.mean() - share) < 0.01 and np.isin(channels["A"], (0, 1)).all()
+    assert all(np.isfinite(channels[name]).all() for name in "RGB") and (channels["R"][~seen] == 0).all()
+    whole = scene.layers(240, 160, ["depth"])["depth"].astype(np.float32)
+    np.testing.assert_array_equal(channels["Z"][seen], whole[seen])
 
 
 def test_an_interrupt_before_the_first_pixel_writes_nothing(path, tmp_path, monkeypatch, capsys):

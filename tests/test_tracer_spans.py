@@ -231,3 +231,24 @@ def test_weights_that_would_lose_roots_are_refused():
     assert tracer.EvolvedCircles(curves.RationalBezier(circles, [1e-5, 1.0, 1.0])).parameters.shape[0] == 1
     with pytest.raises(errors.SceneError, match="ends of the curve, 1e-08 and 1, are too small beside 1"):
         tracer.EvolvedCircles(curves.RationalBezier(circles, [1e-8, 1.0, 1.0]))
+
+
+def test_a_band_of_a_sphere_between_two_gaps():
+    """Circles of one sphere around e3, at the height z(t): real near both ends and in the middle, where |z| < 1."""
+    up, down = (((0.0, 0.0, z), (0.0, 0.0, 1.0), np.sqrt(1 - z * z)) for z in (0.9, -0.9))
+    rising = {"from": down, "to": up, "scale": 3.0}
+    surface = tracer.EvolvedCircles(curves.Hermite(up, rising, down, rising), align=False, gaps=True)
+    rng = np.random.default_rng(0)
+    origins = 3 * rng.normal(size=(2000, 3))
+    directions = 0.7 * rng.normal(size=(2000, 3)) - origins
+    found = surface.intersect(origins, directions)
+    half, square = (origins * directions).sum(axis=1), (directions**2).sum(axis=1)
+    spread = half**2 - square * ((origins**2).sum(axis=1) - 1)
+    reach = np.sqrt(np.maximum(spread, 0))[:, None] * (-1, 1)
+    height = origins[:, 2:] + (reach - half[:, None]) / square[:, None] * directions[:, 2:]
+    # every height in the middle, those near the poles once more
+    want = np.where(spread[:, None] > 0, 1 + (np.abs(height) > 0.9), 0).sum(axis=1)
+    assert np.bincount(want).tolist()[2:] > [1000, 100]
+    np.testing.assert_array_equal(found.count, want)
+    there = np.isfinite(found.t)
+    np.testing.assert_allclose(np.linalg.norm(found.point[there], axis=1), 1, atol=1e-12)

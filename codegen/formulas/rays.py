@@ -7,7 +7,7 @@ stores the square of its distance, and subtracting two such squares loses every 
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, exp, log, select, sqrt
+from ..multivector import Mask, Multivector, absolute, exp, log, reciprocal, select, sqrt
 from ..status import Status
 from ..trace import Result, named, row
 from .conformal import infinity as ni
@@ -124,17 +124,25 @@ def along_plane(direction: Multivector, normal: Multivector) -> Mask:
     return absolute(dot(direction, normal)) <= FLAT * epsilon(direction) * size(direction)
 
 
+def within(x: Multivector, low: Multivector, high: Multivector) -> Multivector:
+    """The number between two that is nearest to x; x itself where it is no number."""
+    return select(x < low, low, select(x > high, high, x))
+
+
 def disc_hit(
     origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
 ) -> tuple[Result, Result]:
     """Where a ray is on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the centre.
 
-    Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1).
+    Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1). No point of it is further from the centre
+    than the radius: where a ray only grazes, this tells the place better than a slope that is mostly rounding.
     """
     relative = origin - center
     rim = (dual_sphere(zero(relative), radius * radius) ^ normal).undual()
     meet = line(relative, direction) & rim
-    t = -dot(relative, normal) / dot(direction, normal)
+    over = reciprocal(dot(direction, direction))
+    middle, half = -dot(relative, direction) * over, radius * sqrt(over)
+    t = within(-dot(relative, normal) / dot(direction, normal), middle - half, middle + half)
     along = select(along_plane(direction, normal), t.constant(1), t.constant(0))
     return row([t, dot(meet, meet), along], "t_square_along"), named("local", relative + t * direction)
 

@@ -53,7 +53,7 @@ def direction(x: Multivector) -> Multivector:
         along = round_center(x if x.grades == (2,) else x.dual())[1]
         return along / sqrt((along * along).grade(0))
     attitude = euclidean_part((origin(x) | x) | infinity(x))
-    return (attitude * space(x)).grade(1) if attitude.grades == (2,) else attitude
+    return (attitude * space(x)).grade(1) if attitude.grades == (2,) else -attitude
 
 
 def carriers(x: Multivector, sign: Multivector) -> list[Multivector]:
@@ -62,10 +62,8 @@ def carriers(x: Multivector, sign: Multivector) -> list[Multivector]:
         return [x]
     if is_flat(x):
         return [sign * x]
-    middle = center(x)
-    if x.grades == (4,):
-        return [point(middle)]
-    return [point(middle), sign * (point(middle) ^ direction(x) ^ infinity(x))]
+    middle = point(center(x)).grade(1)
+    return [middle] if x.grades == (4,) else [middle, sign * (middle ^ direction(x) ^ infinity(x)).grade(3)]
 
 
 def element(x: Multivector) -> Result:
@@ -167,7 +165,7 @@ def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
     plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(x, near), x.constant(1))
     rotor = plain * any_rotor(x, near)
     rate_of = derivative_formula(any_rotor, ["x", "y"], "x", is_scalar=False)
-    rates = [rate_of(x, near, e * x - x * e)[0].values[0] for e in basis]
+    rates = [rate_of(x, near, (e * x - x * e).grade(*x.grades))[0].values[0] for e in basis]
     error = rotor - 1
     cost = positive_product(error, error) + positive_product(parallel(rotor), parallel(rotor))
     gradient = [2 * (positive_product(error, d) + positive_product(parallel(rotor), parallel(d))) for d in rates]

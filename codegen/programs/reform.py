@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations_with_replacement
 
 from ..errors import InputError
-from ..formulas import registration
+from ..formulas import estimation, registration
 from . import Declared, Program, cga3d, program
 
 #: Kinds of object, in the order that drivers number them.
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
 #: Those that point somewhere.
 DIRECTED = frozenset(("point_pair", "line", "circle", "plane"))
-_HEADERS = ("platform.h", "instance.h", "instance_end.h", "reform_types.h", "reform_solve.h", "reform_loops.h")
+_HEADERS = (
+    "platform.h", "instance.h", "instance_end.h", "reform_types.h", "reform_solve.h", "reform_loops.h",
+    "reform_direct.h",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,41 @@ def _declared(kind: str) -> list[Declared]:
     ]
 
 
+def _stepped(kinds: tuple[str, ...]) -> list[Declared]:
+    """What Algorithm 1 needs, which only the compiled driver has."""
+    steps = [Declared(estimation.change, ("motor", "motor"), "change")]
+    for kind in kinds:
+        steps.append(Declared(estimation.half_step, ("motor", kind, kind, "number"), f"half_{kind}"))
+        if kind not in DIRECTED:
+            steps.append(Declared(estimation.half_step_of_two, ("motor", kind, kind, kind, kind), f"half_two_{kind}"))
+    return steps
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a driver is made of: its kernels, and the values that its template is filled with."""
+
+    declared: tuple[Declared, ...]
+    values: Mapping[str, object]
+
+
+def driven(wanted: tuple[str, ...]) -> Driven:
+    """The kernels that every driver of some kinds, in order, needs, and what its template says of them."""
+    blades = cga3d().kind("motor").blades
+    pairs = list(combinations_with_replacement(wanted, 2))
+    values: dict[str, object] = {
+        "title": f"Registration of models of {', '.join(wanted)}",
+        "kinds": [RegisteredKind(k, KINDS.index(k), cga3d().kind(k).size, k in DIRECTED) for k in wanted],
+        "motor_order": [blades.index(b) for b in registration.motor_blades(cga3d())],
+        "pairs": [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs],
+    }
+    declared = [Declared(registration.near_motor, ("layout motor",), "near_motor")]
+    declared.append(Declared(registration.stepped, ("motor", "twist"), "stepped"))
+    declared += [d for kind in wanted for d in _declared(kind)]
+    declared += [Declared(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
+    return Driven(tuple(declared), values)
+
+
 @cache
 def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
     """The program that registers models of these kinds, and has nothing for others.
@@ -47,20 +85,10 @@ def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
         If there is no such kind, or none at all.
     """
     wanted = in_order(kinds)
-    values: dict[str, object] = {
-        "title": f"Registration of models of {', '.join(wanted)}",
-        "kinds": [RegisteredKind(k, KINDS.index(k), cga3d().kind(k).size, k in DIRECTED) for k in wanted],
-    }
-    blades = cga3d().kind("motor").blades
-    values["motor_order"] = [blades.index(b) for b in registration.motor_blades(cga3d())]
-    declared = [Declared(registration.near_motor, ("layout motor",), "near_motor")]
-    declared.append(Declared(registration.stepped, ("motor", "twist"), "stepped"))
-    declared += [d for kind in wanted for d in _declared(kind)]
-    pairs = list(combinations_with_replacement(wanted, 2))
-    declared += [Declared(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
-    values["pairs"] = [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs]
+    made = driven(wanted)
     name = "reform" if wanted == KINDS else "reform_" + "_".join(wanted)
-    return program(name, declared, "c/reform.c.j2", "c/reform_types.h", _HEADERS, values)
+    declared = (*made.declared, *_stepped(wanted))
+    return program(name, declared, "c/reform.c.j2", "c/reform_types.h", _HEADERS, made.values)
 
 
 def in_order(kinds: Iterable[str]) -> tuple[str, ...]:

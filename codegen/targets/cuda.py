@@ -6,9 +6,13 @@ compiled or made self-contained.
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import json
 import re
 from collections.abc import Mapping, Sequence
 
+from .. import texts as kept_texts
 from ..errors import SpecError
 from ..simplify import chosen_form
 from ..templating import render, template_text
@@ -16,7 +20,7 @@ from ..trace import Kernel
 from .c import c_function, symbol
 from .cuda_run import CudaKernel, CudaModule, Device
 from .extension import in_dependency_order
-from .nvrtc import DEFAULT_ARCH, Compiled, architectures, compile_text
+from .nvrtc import DEFAULT_ARCH, OPTIONS, Compiled, architectures, compile_text, version
 from .printer import interface
 
 #: The file that is compiled; the others are included by it.
@@ -25,6 +29,7 @@ MAIN = "kernels.cu"
 DRIVER_OPTIONS = ("--device-as-default-execution-space",)
 #: In programs, the first line of the functions that the host calls, which a GPU has no use for.
 _HOST_PART = "const char *bs_source_hash(void)"
+_DIGITS = 24
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"[^\n]*$', re.MULTILINE)
 
 
@@ -60,12 +65,34 @@ def scene_source(files: Mapping[str, str]) -> dict[str, str]:
     files : mapping
         File name to text, as in ``scene_program(...).files``. Compile the result with `DRIVER_OPTIONS`.
     """
+    driver = _device_part(files)
+    tags = re.findall(r"^#define BS_TAG (\w+)$", driver, re.MULTILINE)
+    return _launched(files, "cuda/scene.cu.j2", driver=driver, tags=tags)
+
+
+def reform_source(files: Mapping[str, str]) -> dict[str, str]:
+    """A registration's compiled program as CUDA text: the same driver, with a launcher for each stage.
+
+    Parameters
+    ----------
+    files : mapping
+        File name to text, as in ``reform_program(...).files``. Compile the result with `DRIVER_OPTIONS`.
+    """
+    return _launched(files, "cuda/reform.cu.j2", driver=_device_part(files))
+
+
+def _device_part(files: Mapping[str, str]) -> str:
+    """The driver without what Python calls."""
     driver, found, _ = files["kernels.c"].partition(_HOST_PART)
     if not found:
         raise SpecError(f"this program's kernels.c does not have the line {_HOST_PART!r} after its driver.")
-    tags = re.findall(r"^#define BS_TAG (\w+)$", driver, re.MULTILINE)
-    text = render("cuda/scene.cu.j2", driver=driver.rstrip() + "\n", tags=tags)
-    return {MAIN: text, **{name: texts for name, texts in files.items() if name != "kernels.c"}}
+    return driver.rstrip() + "\n"
+
+
+def _launched(files: Mapping[str, str], template: str, **values: object) -> dict[str, str]:
+    """The launchers around a driver, and the driver's own headers."""
+    own = {name: text for name, text in files.items() if name != "kernels.c"}
+    return {MAIN: render(template, **values), **own}
 
 
 def with_headers(files: Mapping[str, str]) -> dict[str, str]:
@@ -104,6 +131,20 @@ def compile_source(
     """
     texts = with_headers(files)
     return compile_text(texts.pop(MAIN), texts, MAIN, arch, options)
+
+
+def compile_kept(files: Mapping[str, str], arch: str, options: Sequence[str] = ()) -> bytes:
+    """The image of generated files, from the cache or compiled now; see `compile_source`."""
+    sources = with_headers(files)
+    parts = [sorted(sources.items()), arch, [*OPTIONS, *options], version()]
+    name = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:_DIGITS]
+    found = kept_texts.read(f"cuda_{name}", f"{arch}.txt")
+    if found is None:
+        image = compile_source(files, arch, options).image
+        kept_texts.write(f"cuda_{name}", {f"{arch}.txt": base64.b64encode(image).decode()})
+        return image
+    kept_texts.touch(f"cuda_{name}")
+    return base64.b64decode(found)
 
 
 def device_arch(capability: int) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import math
 import sys
+import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..binding import Argument, Array, Binding
-from ..errors import BladesmithError
+from ..errors import DeviceError
 
 #: The driver's library, as it is called on this system.
 DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
@@ -23,12 +24,10 @@ DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 BLOCK = 128
 #: Blocks of a grid: more than any GPU runs at once; threads take further items in turn.
 MAX_BLOCKS = 1 << 16
+#: Bytes to which arrays in one piece of memory are aligned: what an allocation of its own has.
+ALIGNMENT = 256
 _MAJOR, _MINOR = 75, 76  # attributes of a device: its compute capability
 _NAME_LENGTH = 256
-
-
-class DeviceError(BladesmithError, RuntimeError):
-    """The GPU's driver is missing, or refuses something."""
 
 
 class Device:
@@ -137,6 +136,71 @@ class CudaModule:
             self.device.call("cuModuleGetFunction", ctypes.byref(handle), self._module, name.encode())
         return handle
 
+    def launch(self, function: ctypes.c_void_p, n: int, arguments: Sequence[Any]) -> None:
+        """Run a kernel for items 0 to n - 1, which are its first two arguments, and wait for it.
+
+        The device must be the thread's current one.
+        """
+        given = [ctypes.c_longlong(0), ctypes.c_longlong(n), *arguments]
+        places = (ctypes.c_void_p * len(given))(*(ctypes.addressof(a) for a in given))
+        shared_memory, stream, extra = 0, None, None
+        grid, block = (min(math.ceil(n / BLOCK), MAX_BLOCKS), 1, 1), (BLOCK, 1, 1)
+        self.device.call("cuLaunchKernel", function, *grid, *block, shared_memory, stream, places, extra)
+        self.device.call("cuCtxSynchronize")
+
+
+class DeviceMemory:
+    """Memory of a device, freed with this object.
+
+    Parameters
+    ----------
+    device : Device
+    size : int
+        Bytes.
+    """
+
+    def __init__(self, device: Device, size: int) -> None:
+        self.device, self.size, self.pointer = device, size, ctypes.c_uint64()
+        with device.current():
+            device.call("cuMemAlloc_v2", ctypes.byref(self.pointer), ctypes.c_size_t(max(size, 1)))
+        self._freed = weakref.finalize(self, _free, device, self.pointer.value)
+        self._freed.atexit = False  # the driver frees all that a process leaves
+
+    def write(self, array: Array) -> None:
+        """Copy an array to its beginning."""
+        with self.device.current():
+            self.device.call("cuMemcpyHtoD_v2", self.pointer, _address(array), ctypes.c_size_t(array.nbytes))
+
+
+class DeviceArrays:
+    """Copies of arrays on a device, in one piece of memory that is kept from call to call and grows.
+
+    Parameters
+    ----------
+    device : Device
+    """
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self._memory = DeviceMemory(device, 0)
+
+    def write(self, arrays: Sequence[Array]) -> list[ctypes.c_uint64]:
+        """Copy C-contiguous arrays, in the place of those before; where each begins."""
+        ends = np.cumsum([-(-array.nbytes // ALIGNMENT) * ALIGNMENT for array in arrays], dtype=np.int64).tolist()
+        begins, size = [0, *ends[:-1]], ends[-1] if ends else 0
+        if size > self._memory.size:
+            self._memory = DeviceMemory(self.device, size)
+        together = np.zeros(size, np.uint8)
+        for begin, array in zip(begins, arrays, strict=False):
+            together[begin : begin + array.nbytes] = array.reshape(-1).view(np.uint8)
+        self._memory.write(together)
+        return [ctypes.c_uint64(self._memory.pointer.value + begin) for begin in begins[: len(arrays)]]
+
+    def read(self, pointer: ctypes.c_uint64, into: Array) -> None:
+        """Copy from a place back into an array."""
+        with self.device.current():
+            self.device.call("cuMemcpyDtoH_v2", _address(into), pointer, ctypes.c_size_t(into.nbytes))
+
 
 class CudaKernel(Binding):
     """One kernel of a module, as a function of arrays.
@@ -170,22 +234,13 @@ class CudaKernel(Binding):
             ins = [stack.enter_context(device.memory(a.nbytes)) for a in arrays]
             for pointer, array in zip(ins, arrays, strict=True):
                 device.call("cuMemcpyHtoD_v2", pointer, _address(array), ctypes.c_size_t(array.nbytes))
-            arguments: list[Any] = [ctypes.c_longlong(0), ctypes.c_longlong(n), *outs]
+            arguments: list[Any] = list(outs)
             for pointer, stride in zip(ins, self.strides(arrays), strict=True):
                 arguments += [pointer, ctypes.c_longlong(stride)]
-            self._launch(arrays[0].dtype if arrays else np.dtype(np.float64), n, arguments)
+            dtype = arrays[0].dtype if arrays else np.dtype(np.float64)
+            self.module.launch(self._functions[dtype], n, arguments)
             for pointer, result in zip(outs, results, strict=True):
                 device.call("cuMemcpyDtoH_v2", _address(result), pointer, ctypes.c_size_t(result.nbytes))
-
-    def _launch(self, dtype: np.dtype[Any], n: int, arguments: Sequence[Any]) -> None:
-        blocks = min(math.ceil(n / BLOCK), MAX_BLOCKS)
-        places = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(a) for a in arguments))
-        shared_memory, stream, extra = 0, None, None
-        grid, block = (blocks, 1, 1), (BLOCK, 1, 1)
-        self.module.device.call(
-            "cuLaunchKernel", self._functions[dtype], *grid, *block, shared_memory, stream, places, extra
-        )
-        self.module.device.call("cuCtxSynchronize")
 
 
 def unavailable(driver: str = DRIVER) -> str:
@@ -199,3 +254,8 @@ def unavailable(driver: str = DRIVER) -> str:
 
 def _address(array: Array) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
+
+
+def _free(device: Device, pointer: int) -> None:
+    with device.current():
+        device.call("cuMemFree_v2", ctypes.c_uint64(pointer))

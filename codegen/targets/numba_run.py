@@ -67,11 +67,12 @@ def _support(module: str) -> Any:
 
 
 def _jit(function: Callable[..., Any]) -> Any:
-    return _numba().njit(**OPTIONS)(function)
+    return numba().njit(**OPTIONS)(function)
 
 
 @cache
-def _numba() -> Any:
+def numba() -> Any:
+    """The package numba, where it is installed."""
     try:
         return import_module("numba")
     except ImportError:
@@ -100,7 +101,7 @@ class NumbaLibrary:
         self._modules: dict[np.dtype[Any], ModuleType] = {}
         self._lock = RLock()
         if compiled:
-            _numba()
+            numba()
 
     def module(self, dtype: np.dtype[Any]) -> ModuleType:
         """The module of one precision."""
@@ -111,7 +112,7 @@ class NumbaLibrary:
 
     def batch(self, symbol: str, dtype: np.dtype[Any], inputs: int, outputs: Sequence[Argument]) -> Any:
         """The compiled loop of one kernel; its only signature takes writable and read-only inputs alike."""
-        types = _numba().types
+        types = numba().types
         scalar = types.float64 if dtype == np.float64 else types.float32
         row = types.Array(scalar, 2, "C", readonly=True)
         outs = [types.Array(types.uint8 if o.is_status else scalar, 2, "C") for o in outputs]

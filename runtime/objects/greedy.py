@@ -5,11 +5,8 @@ The only module that knows the layout of the driver's structure (templates/c/mer
 
 from __future__ import annotations
 
-import logging
 from functools import cache
-from importlib import import_module, resources
 from itertools import count
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,39 +14,24 @@ from numpy.typing import NDArray
 
 from .. import parallel
 from ..codegen.build import load
-from ..codegen.flags import compiled_files, source_hash
+from ..installed import installed_program
 
 Array = NDArray[Any]
 #: Objects of a tree's leaf, at most, as in templates/c/merge_tree.h.
 LEAF = 12
 #: Objects whose neighbours one thread looks up at a time, and merges between two looks at an interrupt.
 CHUNK = 512
-_log = logging.getLogger("bladesmith")
 
 
 @cache
 def _module() -> Any:
     """The driver that the package carries, where it is up to date; else compiled now, into the cache."""
-    try:
-        module = import_module("...generated.merge._kernels", __name__)
-        if _is_fresh(module):
-            return module
-        _log.info("the installed merging driver is older than its sources; compiling it now.")
-    except ImportError:
-        pass
+    module = installed_program("merge")
+    if module is not None:
+        return module
     from ..codegen.programs.merge import merge_program
 
     return load(merge_program().extension())
-
-
-def _is_fresh(module: Any) -> bool:
-    package = __package__.partition(".")[0]
-    folder, headers = (
-        Path(str(resources.files(f"{package}.{room}"))) / name
-        for room, name in (("generated", "merge"), ("templates", "c"))
-    )
-    compiled = module.ffi.string(module.lib.bs_source_hash()).decode()
-    return not compiled or compiled == source_hash(compiled_files(folder, headers))
 
 
 @cache

@@ -5,6 +5,8 @@ from __future__ import annotations
 from .clouds import CloudFit, CloudInterrupted, model_from_points
 from .meshes import model_from_mesh
 from .model import Model
+from .picture import draw_model, picture
+from .record import load_registration, save_registration
 from .register import register
 from .result import PerItem, Registration, Step
 
@@ -15,7 +17,11 @@ __all__ = [
     "PerItem",
     "Registration",
     "Step",
+    "draw_model",
+    "load_registration",
     "model_from_mesh",
     "model_from_points",
+    "picture",
     "register",
+    "save_registration",
 ]

@@ -1,4 +1,4 @@
-"""What computes a registration: compiled C, numba, or CUDA; all have the same stages."""
+"""What computes a registration: compiled C, numba, or CUDA; all have the same stages, and give the same bits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,24 @@ class Backend:
     scene: Callable[..., Any]
 
 
-BACKENDS = {"c": Backend(Driver, Scene)}
+def _c() -> Backend:
+    return Backend(Driver, Scene)
+
+
+def _numba() -> Backend:
+    from .backend_numba import NumbaDriver, NumbaScene
+
+    return Backend(NumbaDriver, NumbaScene)
+
+
+def _cuda() -> Backend:
+    from .backend_cuda import CudaDriver, CudaScene
+
+    return Backend(CudaDriver, CudaScene)
+
+
+#: By name; what only one of them needs is loaded when that one is asked for.
+BACKENDS: dict[str, Callable[[], Backend]] = {"c": _c, "numba": _numba, "cuda": _cuda}
 
 
 def backend_of(name: str) -> Backend:
@@ -31,4 +48,4 @@ def backend_of(name: str) -> Backend:
     """
     if name not in BACKENDS:
         raise InputError(f"backend is {name!r}; there are: {', '.join(BACKENDS)}.")
-    return BACKENDS[name]
+    return BACKENDS[name]()

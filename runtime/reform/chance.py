@@ -16,8 +16,9 @@ from ..algebras import Algebra
 
 Array = NDArray[Any]
 #: Random motors by which it is measured how often objects meet by chance, and at which distance (in units of the
-#: models' size); how many numbers must agree when two objects meet, at least.
-RANDOM_MOTORS, CHANCE_REACH, CHANCE_POWER = 64, 0.25, 3
+#: models' size); how many numbers must agree when two objects meet, at least. Shifts are small: wrong motors of a
+#: search lay models over each other.
+RANDOM_MOTORS, CHANCE_REACH, CHANCE_POWER, SHIFT = 64, 0.25, 3, 0.3
 #: Smallest and largest probability that is reckoned with.
 LEAST_CHANCE, MOST_CHANCE = 1e-300, 1 - 1e-12
 #: Distances are known no better than this: rounding.
@@ -26,10 +27,10 @@ ROUNDING_REACH = 1e-7
 
 @cache
 def random_motors(algebra: Algebra) -> Array:
-    """Motors (n, 8) that have nothing to do with any model: rotations of all angles, shifts of about unit size."""
+    """Motors (n, 8) that have nothing to do with any model: rotations of all angles, and shifts."""
     random = np.random.default_rng(0)
     axes, angles = random.normal(size=(RANDOM_MOTORS, 3)), random.uniform(0, math.pi, RANDOM_MOTORS)
-    motors = algebra.translator(random.normal(size=(RANDOM_MOTORS, 3))) * algebra.rotor(axes, angles)
+    motors = algebra.translator(SHIFT * random.normal(size=(RANDOM_MOTORS, 3))) * algebra.rotor(axes, angles)
     return np.ascontiguousarray(motors._data, np.float64)
 
 
@@ -73,7 +74,7 @@ def lead(first: int, second: int, objects: int, chance: float) -> float:
     """log10 of the probability that the best of many wrong motors is so far ahead of the next one, both by chance.
 
     Beyond what is usual, one hit more is rarer by about the same factor each time: that of a binomial distribution
-    at the second best. So is a lead of the greatest of many such numbers.
+    at the second best. So is a lead of the greatest of many such numbers. An estimate, to a factor of 3 or so.
 
     Parameters
     ----------

@@ -21,6 +21,8 @@ WIDEST = 0.15
 #: Candidates of which it is looked at how near their matches are; rounds of refinement and of that; of iterative
 #: matching in each; a smaller gain of `Nearness.doubt` ends them.
 TRIED, ROUNDS, STEPS, GAIN = 4, 3, 10, 0.5
+#: A candidate with less doubt than this is the one to begin with.
+BEYOND_DOUBT = -20.0
 #: Matches are looked for up to so many times as far as those that say most: refinement needs some room. And when
 #: candidates are compared.
 ROOM, COUNTED = 2.0, 1.5
@@ -134,8 +136,12 @@ class Contest:
         tried : int
             Motors among which they were found.
         """
-        motors = motors[distinct(motors, max(SAME * tolerance, SAME_POSE))[:CONTENDERS]]
-        near = [self.nearness(motor, tried) for motor in motors[:TRIED]]
+        motors = motors[distinct(motors, max(SAME * tolerance, SAME_POSE), CONTENDERS)]
+        near: list[Nearness] = []
+        for motor in motors[:TRIED]:
+            near.append(self.nearness(motor, tried))
+            if near[-1].doubt < BEYOND_DOUBT:
+                break
         first = min(range(len(near)), key=lambda i: near[i].doubt)
         best = near[first]
         rivals, usual = self._rivals(np.roll(motors[: first + 1], 1, 0), motors[first + 1 :], best)
@@ -180,15 +186,15 @@ class Contest:
         return Standing(motors[order], scores[order], hits[order], count, best.reach, best.doubt, ahead)
 
 
-def distinct(motors: Array, tolerance: float) -> Array:
-    """Numbers of motors (n, 8) that are none of those before them, whatever their signs."""
+def distinct(motors: Array, tolerance: float, most: int | None = None) -> Array:
+    """Numbers of motors (n, 8) that are none of those before them, whatever their signs; the first so many."""
     squares = (motors * motors).sum(1)
-    apart = squares[:, None] + squares[None, :] - 2 * np.abs(motors @ motors.T)
-    one = apart <= tolerance * tolerance
-    left, kept = np.ones(len(motors), bool), []
-    while left.any():
+    kept: list[int] = []
+    left = np.ones(len(motors), bool)
+    while left.any() and len(kept) != most:
         first = int(left.argmax())
         kept.append(first)
-        left &= ~one[first]
+        apart = squares + squares[first] - 2 * np.abs(motors @ motors[first])
+        left &= apart > tolerance * tolerance
         left[first] = False
     return np.array(kept, np.int64)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .. import parallel
 from ..codegen.build import load
 from ..codegen.programs.reform import KINDS, in_order, reform_program
+from ..installed import installed_program
 
 Array = NDArray[Any]
 #: Numbers of an element: position, direction, radius.
@@ -24,15 +25,22 @@ ELEMENT = 7
 MOTOR = 8
 #: Numbers of a match's rates: cost, gradient, upper half of a matrix.
 RATES = 28
+#: Objects moved and matched that are worth another thread: about a millisecond of work, and starting one takes 0.1 ms.
+MOVES = 4096
+#: Pairs, samples, sets and matches that are, in the stages that go by them.
+PAIRS, SAMPLES, SETS, MATCHES = 8192, 256, 1024, 1024
 #: Share of objects that a grid may leave to its outermost cells, at either end; cells along an axis at most.
 OUTER, MOST_SIDE = 0.05, 128
 TINY = np.finfo(np.float64).tiny ** 0.25
+#: Steps of Algorithm 1 between two looks at an interrupt: some 100 ms.
+MOST_HALF_STEPS = 1 << 17
 
 
 @cache
 def driver(kinds: tuple[str, ...]) -> Any:
-    """The compiled driver for these kinds, from the cache or compiled now."""
-    return load(reform_program(in_order(kinds)).extension())
+    """The compiled driver for these kinds: that of all kinds where it was installed; else from the cache, or new."""
+    module = installed_program("reform")
+    return load(reform_program(in_order(kinds)).extension()) if module is None else module
 
 
 @dataclass(frozen=True)
@@ -83,7 +91,8 @@ def grid_of(elements: Array) -> Grid:
     rows = np.flatnonzero(np.isfinite(elements).all(-1)).astype(np.int32)
     places = elements[rows, :3]
     n = len(rows)
-    low, high = (np.quantile(places, q, axis=0) for q in (OUTER, 1 - OUTER)) if n else (np.zeros(3), np.zeros(3))
+    sorted_ = np.sort(places, axis=0) if n else np.zeros((1, 3))
+    low, high = (sorted_[round(q * (len(sorted_) - 1))] for q in (OUTER, 1 - OUTER))
     size = float(np.prod(np.maximum(high - low, 1e-3 * max(float((high - low).max()), TINY)))) ** (1 / 3)
     scale = max(1.0, n ** (1 / 3)) / size
     sides = np.minimum(np.maximum(np.ceil((high - low) * scale), 1), MOST_SIDE).astype(np.int64)
@@ -124,7 +133,7 @@ class Driver:
         def part(begin: int, end: int) -> None:
             run(one, a, i, two, b, j, to, begin, end)
 
-        share(part, len(found), self._threads, 8192)
+        share(part, len(found), self._threads, PAIRS)
         return found
 
     def step(self, motor: Array, twist: Array) -> Array:
@@ -142,6 +151,11 @@ def share(part: parallel.Part, n: int, threads: int | None, grain: int) -> None:
         part(0, n)
     else:
         parallel.run(part, n, count, chunk=max(grain, -(-n // (8 * count))))
+
+
+def candidates_at_once(rounds: int, asked: int) -> int:
+    """Candidates whose refinement is worth another thread."""
+    return max(1, MOVES // ((rounds + 1) * max(asked, 1)))
 
 
 @dataclass(frozen=True)
@@ -220,7 +234,7 @@ class Scene:
         job.signs = self._ffi.from_buffer("double[]", turned)
         job.motors, job.scores = (self._ffi.from_buffer("double[]", a) for a in (motors, scores))
         job.hits, job.tested = (self._ffi.from_buffer("int32_t[]", a) for a in (hits, tested))
-        self._share(self._lib.bs_reform_samples, job, n, 64)
+        self._share(self._lib.bs_reform_samples, job, n, SAMPLES)
         return motors, scores, hits, tested
 
     def stiffness(self, kinds: Array, query: Array) -> Array:
@@ -229,7 +243,7 @@ class Scene:
         kept = [self._integers(a, False) for a in (kinds, query)]
         job.size, (job.kinds, job.query) = kinds.shape[1], kept
         job.stiffness = self._ffi.from_buffer("double[]", found)
-        self._share(self._lib.bs_reform_stiffness, job, len(kinds), 256)
+        self._share(self._lib.bs_reform_stiffness, job, len(kinds), SETS)
         return found
 
     def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
@@ -241,7 +255,7 @@ class Scene:
         job.rounds, job.settled = rounds, settled
         job.motors, job.scores = (self._ffi.from_buffer("double[]", a) for a in (motors, scores))
         job.hits, job.taken = (self._ffi.from_buffer("int32_t[]", a) for a in (hits, taken))
-        self._share(self._lib.bs_reform_refine, job, n, 1)
+        self._share(self._lib.bs_reform_refine, job, n, candidates_at_once(rounds, self.asked))
         return motors, scores, hits, taken
 
     def match(self, motor: Array) -> tuple[Array, Array, Array]:
@@ -251,8 +265,32 @@ class Scene:
         indices, distances, signs = np.empty(self.asked, np.int32), np.empty(self.asked), np.empty(self.asked)
         job.motor, job.indices = self._ffi.from_buffer("double[]", motor), self._ffi.from_buffer("int32_t[]", indices)
         job.distances, job.signs = (self._ffi.from_buffer("double[]", a) for a in (distances, signs))
-        self._share(self._lib.bs_reform_match, job, self.asked, 64)
+        self._share(self._lib.bs_reform_match, job, self.asked, MOVES)
         return indices, distances, signs
+
+    def direct(
+        self, motor: Array, pairs: tuple[Array, Array, Array, Array, Array], rounds: int, tolerance: float
+    ) -> tuple[Array, Array, int]:
+        """Algorithm 1 from a motor: the middle of those of the last round, or where that ends if it has not settled;
+        how far each round moved it; and the steps of the last one that were not finite. Pairs, (n,) each: kinds, query
+        and reference rows, partners (other pairs, or -1), signs.
+        """
+        motor, given = np.array(motor, np.float64), [np.ascontiguousarray(a, np.int32) for a in pairs[:4]]
+        mean = motor.copy()
+        signs = np.ascontiguousarray(pairs[4], np.float64)
+        job = self._ffi.new("bs_direct *")
+        job.count, job.tolerance, job.signs = len(signs), tolerance, self._ffi.from_buffer("double[]", signs)
+        job.kinds, job.query, job.reference, job.partners = (self._ffi.from_buffer("int32_t[]", a) for a in given)
+        job.motor, job.mean = (self._ffi.from_buffer("double[]", a) for a in (motor, mean))
+        done: list[Array] = []
+        while (left := rounds - sum(map(len, done))) > 0 and not (done and done[-1][-1] < tolerance):
+            changes = np.empty(min(left, max(1, MOST_HALF_STEPS // max(1, len(signs)))))
+            job.rounds, job.changes = len(changes), self._ffi.from_buffer("double[]", changes)
+            self._lib.bs_reform_direct(self._state, job)
+            done.append(changes[: job.taken])
+        changes = np.concatenate(done) if done else np.empty(0)
+        settled = len(changes) and changes[-1] < tolerance
+        return mean if settled else motor, changes, int(job.skipped)
 
     def rates(self, kind: str, motor: Array, query: Array, reference: Array) -> Array:
         """Of matches, by their rows: cost, gradient (6) and Gauss-Newton matrix (21) by the twist, (n, 28)."""
@@ -261,7 +299,7 @@ class Scene:
         kept = [self._integers(a, False) for a in (query, reference)]
         job.count, job.kind, (job.query, job.reference) = len(query), KINDS.index(kind), kept
         job.motor, job.rates = (self._ffi.from_buffer("double[]", a) for a in (motor, found))
-        self._share(self._lib.bs_reform_rates, job, len(query), 1024)
+        self._share(self._lib.bs_reform_rates, job, len(query), MATCHES)
         return found
 
     def _grid(self, to: Any, grid: Grid) -> None:

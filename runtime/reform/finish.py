@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebras import Algebra
+from ..codegen.errors import UndeterminedError
 from ..codegen.programs.reform import KINDS
+from ..multivector import Multivector
 from .contest import ROOM, SAME, SAME_POSE, distinct
 from .frames import Local, closeness_within, outward, scaled
+from .freedom import NEARLY_FREE, free_motions, in_words, told
 from .job import Job
-from .polish import Polished, covariance, polish
+from .polish import Polished, covariance, polish, stiffness
 from .result import PerItem, Registration, Step
 from .search import CHANCE, Found
 
@@ -64,12 +67,21 @@ def _refined(job: Job, motors: Array, reach: float, rounds: int) -> Array:
 def _nothing(job: Job, counts: Mapping[str, int]) -> Registration:
     """No motor lays anything on anything."""
     matches = {kind: np.full(n, -1) for kind, n in counts.items()}
-    return Registration(
+    result = Registration(
         motor=job.algebra.wrap(job.algebra.kind("motor"), np.eye(8)[0]), matches=PerItem(matches),
         inliers=PerItem({k: m >= 0 for k, m in matches.items()}), cost=0.0, history=job.history, converged=False,
-        covariance=np.full((6, 6), np.nan), doubt=math.inf, center=job.reference.center, unit=job.reference.unit,
+        covariance=np.full((6, 6), np.nan), undetermined=_world(np.empty((0, 6)), job.reference, job.algebra),
+        doubt=math.inf, center=job.reference.center, unit=job.reference.unit,
         message="no motion was found that lays objects of the query on objects of the reference",
     )  # fmt: skip
+    for name, model in (("query", job.query), ("reference", job.reference)):
+        free = told(free_motions(stiffness(model.side), least=NEARLY_FREE), job.algebra)
+        if len(free):
+            motions = _world(free, model, job.algebra)
+            what = f"the objects of the kinds that both models have leave free, or nearly free, {in_words(motions)}"
+            remedy = "Give objects that move with them: points off the line, lines or planes of another direction"
+            raise UndeterminedError(what, where=f"the {name}", remedy=remedy, motions=motions, result=result)
+    return result
 
 
 def _polished(job: Job, motor: Array, reach: float) -> tuple[Polished, Array, float]:
@@ -96,19 +108,34 @@ def _result(
     for kind, count in counts.items():
         own = job.kinds == KINDS.index(kind)
         matches[kind] = indices[own].astype(np.int64) if own.any() else np.full(count, -1)
-    change = _world_twists(job.reference, job.algebra)
+    inside, wider = covariance(best)
+    free = told(free_motions(best.rates.matrices.sum(0), inside), job.algebra)
+    change = np.asarray(_world(np.eye(6), job.reference, job.algebra)._data).T
+    undetermined = job.algebra.wrap(job.algebra.kind("twist"), free @ change.T)
     job.history.append(Step("polish", spread, found.candidates, int((indices >= 0).sum()), best.cost))
+    message = _message(job, found, undetermined)
     return Registration(
         motor=world[0], matches=PerItem(matches), inliers=PerItem({k: m >= 0 for k, m in matches.items()}),
-        cost=best.cost, history=job.history,
-        converged=found.doubt <= math.log10(CHANCE) and not len(best.free),
-        covariance=change @ covariance(best) @ change.T, ambiguous=[world[i] for i in range(1, len(others) + 1)],
-        doubt=found.doubt, threshold=spread * job.reference.unit, center=job.reference.center, unit=job.reference.unit,
+        cost=best.cost, history=job.history, converged=not message, covariance=wider * (change @ inside @ change.T),
+        ambiguous=[world[i] for i in range(1, len(others) + 1)], undetermined=undetermined, doubt=found.doubt,
+        threshold=spread * job.reference.unit, center=job.reference.center, unit=job.reference.unit, message=message,
     )  # fmt: skip
 
 
-def _world_twists(reference: Local, algebra: Algebra) -> Array:
-    """The matrix (6, 6) that takes twists of the reference's frame to the world."""
-    twists = algebra.wrap(algebra.kind("twist"), np.eye(6))
-    moved = algebra.translator(reference.center) >> scaled(twists, reference.unit)
-    return np.asarray(moved._data).T
+def _message(job: Job, found: Found, undetermined: Multivector) -> str:
+    """Why the result is not to be relied on; empty if it is."""
+    if found.doubt <= math.log10(CHANCE):
+        free = f"the matches leave free, or nearly free, {in_words(undetermined)}"
+        return free if len(undetermined) else ""
+    if found.contest is not None and job.scene.asked <= found.contest.size:
+        return f"nothing confirms the pose: {found.contest.size} objects are needed for one, and there are no more"
+    if found.rivalled:
+        return "other motors, which contradict this one, lay nearly as many objects on others"
+    return "chance would lay as many objects on others: there are too few, or they are too far off"
+
+
+def _world(twists: Array, model: Local, algebra: Algebra) -> Multivector:
+    """Twists (m,) of a model's frame, in the world."""
+    inside = algebra.wrap(algebra.kind("twist"), twists)
+    moved: Multivector = algebra.translator(model.center) >> scaled(inside, model.unit)
+    return moved

@@ -21,6 +21,8 @@ from .engine import Closeness, Driver, Side
 Array = NDArray[Any]
 #: Directions in which the objects say less than this, relative to the most, do not place a model's centre.
 LOOSE = 1e-6
+#: A size below this share of how far the objects are from the world's origin is rounding.
+ROUNDING = 1e-12
 #: A model is as large as this quantile of its objects' distances from the centre: a few far ones do not count.
 SIZE_QUANTILE = 0.75
 
@@ -63,7 +65,9 @@ def middle(elements: Mapping[str, Array]) -> Array:
         weight = across if kind == "plane" else np.eye(3) - across
         total += weight.sum(0)
         moment += np.einsum("nij,nj->i", weight, e[:, :3] - about)
-    found: Array = about + np.linalg.pinv(total, rcond=LOOSE, hermitian=True) @ moment
+    values, vectors = np.linalg.eigh(total)
+    told = values > LOOSE * values[-1]
+    found: Array = about + (vectors[:, told] / values[told]) @ (vectors[:, told].T @ moment)
     return found
 
 
@@ -71,16 +75,27 @@ def size_of(elements: Mapping[str, Array]) -> float:
     """How far objects are from the origin, or how large, whichever is more; zero for flats all through it."""
     reach = np.concatenate([np.linalg.norm(e[:, :3], axis=-1) for e in elements.values()])
     radii = np.concatenate([e[:, 6] for e in elements.values()])
-    return float(max(np.quantile(reach, SIZE_QUANTILE), np.median(radii)))
+    return float(max(_quantile(reach, SIZE_QUANTILE), _quantile(radii, 0.5)))
+
+
+def _quantile(values: Array, share: float) -> float:
+    return float(np.sort(values)[round(share * (len(values) - 1))])
 
 
 def local_pair(
     driver: Driver, query: Mapping[str, Multivector], reference: Mapping[str, Multivector]
 ) -> tuple[Local, Local]:
     """Both models in frames about their own centres, with one unit of length."""
-    moved = [_centred(driver, objects) for objects in (query, reference)]
+    centers = [middle(_elements(driver, objects)) for objects in (query, reference)]
+    algebra = next(iter(query.values())).algebra
+    translators = algebra.translator(np.array(centers))
+    moved = [
+        (center, {kind: Frame(center, translator).inward(x) for kind, x in objects.items()})
+        for center, translator, objects in zip(centers, translators, (query, reference), strict=True)
+    ]
     size = max(size_of(_elements(driver, objects)) for _, objects in moved)
-    unit = 2.0 ** round(math.log2(size)) if size > 0 else 1.0
+    far = max(float(np.abs(center).max()) for center, _ in moved)
+    unit = 2.0 ** round(math.log2(size)) if size > ROUNDING * far else 1.0
     first, second = (_scaled(driver, center, objects, unit) for center, objects in moved)
     return first, second
 
@@ -92,13 +107,6 @@ def closeness_within(reach: float, least: float = 0.0, align: bool = True, lengt
 
 def _elements(driver: Driver, objects: Mapping[str, Multivector]) -> dict[str, Array]:
     return {kind: driver.elements(kind, x._data) for kind, x in objects.items()}
-
-
-def _centred(driver: Driver, objects: Mapping[str, Multivector]) -> tuple[Array, dict[str, Multivector]]:
-    center = middle(_elements(driver, objects))
-    algebra = next(iter(objects.values())).algebra
-    frame = Frame(center, algebra.translator(center))
-    return center, {kind: frame.inward(x) for kind, x in objects.items()}
 
 
 def _scaled(driver: Driver, center: Array, objects: Mapping[str, Multivector], unit: float) -> Local:
@@ -116,7 +124,6 @@ def scaled(x: Multivector, scale: float) -> Multivector:
 def outward(motors: Array, query: Local, reference: Local, algebra: Algebra) -> Multivector:
     """World motors (n,) of motors (n, 8) from the query's frame to the reference's."""
     inside = algebra.wrap(algebra.kind("motor"), motors)
-    found: Multivector = (
-        algebra.translator(reference.center) * scaled(inside, query.unit) * algebra.translator(-query.center)
-    )
+    to, back = algebra.translator(np.stack([reference.center, -query.center]))
+    found: Multivector = to * scaled(inside, query.unit) * back
     return found

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,10 @@ from ..algebras import Algebra
 from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
 from .backends import backend_of
+from .distributed import SharedScene, shared
 from .frames import local_pair
 from .result import Step
-from .search import VERIFIED
+from .search import VERIFIED, Found
 
 Array = NDArray[Any]
 
@@ -42,6 +44,10 @@ class Job:
     scene, driver
         What computes (see `engine`).
     history : list of Step
+    found : Found
+        The best so far, for a search that is interrupted.
+    progress : callable
+        Is told of each block of motors, by a `Step`.
     """
 
     def __init__(
@@ -68,13 +74,30 @@ class Job:
         self.kinds = np.repeat(np.array([KINDS.index(k) for k in common], np.int32), counts)
         self.rows = np.concatenate([np.arange(n, dtype=np.int32) for n in counts])
         some = self.random.permutation(len(self.rows))[:VERIFIED]
-        self.scene = made.scene(self.query.side, self.reference.side, self.kinds[some], self.rows[some], threads)
+        asked, sides = (self.kinds[some], self.rows[some]), (self.query.side, self.reference.side)
+        self.scene = made.scene(*sides, *asked, threads)
+        if executor is not None:
+            self.scene = shared(executor, self.scene, backend, sides, asked, threads)
         self.history: list[Step] = []
+        self.found = Found()
+        self.progress: Callable[[Step], None] = lambda step: None
 
     @property
     def algebra(self) -> Algebra:
         """That of the objects."""
         return next(iter(self.query.objects.values())).algebra
+
+    def tell(self, found: Found) -> None:
+        """For searches: what there is at this tolerance, after each block of motors."""
+        if found.doubt < self.found.doubt or not len(self.found.motors):
+            self.found = found
+        hits = int(found.hits[0]) if len(found.hits) else 0
+        self.progress(Step("search", found.tolerance, found.candidates, hits, math.nan))
+
+    def alone(self) -> None:
+        """Without an executor from now on."""
+        if isinstance(self.scene, SharedScene):
+            self.scene = self.scene.local
 
     def everything(self) -> None:
         """Look at all query objects from now on, in their order."""

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .engine import RATES, Driver, Scene
+from ..codegen.programs.reform import KINDS
+from .engine import MOTOR, RATES, Driver, Scene, Side
 from .fisher import widening
+from .freedom import FREE
 
 Array = NDArray[Any]
 #: Gauss-Newton steps at most; a step that changes the twist by less ends them.
 STEPS, SETTLED = 30, 1e-14
 #: Halvings of a step at most; what rounding may add to a cost, relative to it, and squared absolutely.
 HALVINGS, SLACK = 8, 1e-14
-#: A motion is free if the matches resist it less than this, relative to the most.
-FREE = 1e-9
 #: What a match leaves of its own residual counts as no less: it alone tells a motion.
 ALONE = 1e-3
 #: Of each kind: rows of the query, and of the reference.
@@ -44,14 +44,11 @@ class Polished:
         In the frames of the models.
     rates : Rates
         There.
-    free : array (m, 6)
-        Twists, in the reference's frame, of motions that the matches do not resist.
     steps : int
     """
 
     motor: Array
     rates: Rates
-    free: Array
     steps: int
 
     @property
@@ -68,6 +65,15 @@ def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     return Rates(found[:, 0], found[:, 1:7], _full(found[:, 7:]))
 
 
+def stiffness(side: Side) -> Array:
+    """The matrix (6, 6) of how objects resist twists: that of the cost of all of them against themselves."""
+    places = {kind: np.arange(len(rows), dtype=np.int32) for kind, rows in side.rows.items()}
+    kinds = np.repeat([KINDS.index(kind) for kind in places], [len(x) for x in places.values()])
+    scene = Scene(side, side, kinds, np.concatenate(list(places.values())))
+    found = rates(scene, np.eye(MOTOR)[0], {kind: (x, x) for kind, x in places.items()})
+    return np.asarray(found.matrices.sum(0))
+
+
 def _full(upper: Array) -> Array:
     """Symmetric 6 x 6 matrices from their upper halves, row by row."""
     found = np.empty((len(upper), 6, 6))
@@ -82,7 +88,7 @@ def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: 
     taken = 0
     while taken < steps:
         taken += 1
-        step = -_inverse(here.matrices.sum(0))[0] @ here.gradients.sum(0)
+        step = -_inverse(here.matrices.sum(0)) @ here.gradients.sum(0)
         best = here.costs.sum()
         for _ in range(HALVINGS):
             trial = driver.step(motor, step)
@@ -95,19 +101,20 @@ def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: 
         motor, here = trial, there
         if float(np.abs(step).max()) < SETTLED:
             break
-    return Polished(motor, here, _inverse(here.matrices.sum(0))[1], taken)
+    return Polished(motor, here, taken)
 
 
-def _inverse(matrix: Array) -> tuple[Array, Array]:
-    """Inverse of a symmetric positive matrix, and the unit vectors (m, 6) of what it leaves free, where it is none."""
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a symmetric positive matrix where it has one, zero for what it leaves free."""
     values, vectors = np.linalg.eigh(matrix)
     stiff = values > FREE * max(float(values[-1]), 0.0)
-    inverse = (vectors[:, stiff] / values[stiff]) @ vectors[:, stiff].T
-    return inverse, vectors[:, ~stiff].T
+    return np.asarray((vectors[:, stiff] / values[stiff]) @ vectors[:, stiff].T)
 
 
-def covariance(found: Polished) -> Array:
-    """Of the twist b in exp(b) R, (6, 6), such that b' C^-1 b < 12.59 holds for the true pose with probability 0.95.
+def covariance(found: Polished) -> tuple[Array, float]:
+    """Of the twist b in exp(b) R, (6, 6), and by how much it is to be widened for the size of the sample.
+
+    The product C is such that b' C^-1 b < 12.59 holds for the true pose with probability 0.95.
 
     How the matches disagree tells it: nothing is assumed of the sizes of their errors, which may differ, but that
     those of different matches are independent, without a bias. It is the sandwich B (sum g g') B of influences g
@@ -122,7 +129,7 @@ def covariance(found: Polished) -> Array:
     values, vectors = np.linalg.eigh(total)
     stiff = values > FREE * max(float(values[-1]), 0.0)
     if not stiff.any():
-        return np.zeros((6, 6))
+        return np.zeros((6, 6)), 1.0
     whiten = vectors[:, stiff] / np.sqrt(values[stiff])
     shares = whiten.T @ found.rates.matrices @ whiten  # these add up to 1
     left, own = np.linalg.eigh(np.eye(int(stiff.sum())) - shares)
@@ -130,8 +137,7 @@ def covariance(found: Polished) -> Array:
     influence /= np.sqrt(np.maximum(left, ALONE))
     spread = np.einsum("nji,ni->nj", own, influence)
     back = whiten @ spread.T
-    result: Array = back @ back.T * widening(effective(shares))
-    return result
+    return back @ back.T, widening(effective(shares))
 
 
 def effective(shares: Array) -> float:

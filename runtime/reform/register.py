@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from operator import index
 from typing import Any
 
 from ..codegen.errors import InputError
 from ..multivector import Multivector
 from ..objects.inputs import chosen, number, truth
+from .challenge import challenged
 from .finish import finish
+from .given import as_motor
 from .job import Job
 from .model import Model
+from .progress import told
 from .result import Registration, Step
+from .sampling import sampled
 from .search import CHANCE, TOLERANCES, Found, Search
+from .unfinished import unfinished
 
 #: Rounds of iterative matching of a candidate, unless asked otherwise.
 ROUNDS = 30
@@ -36,7 +42,7 @@ def register(
     align: bool = True,
     length: float = 1.0,
     executor: Any = None,
-    progress: bool = False,
+    progress: bool | Callable[[Step], None] = False,
 ) -> Registration:
     """The motor that takes a query model to a reference, and which objects are one (thesis chapter 5).
 
@@ -67,8 +73,8 @@ def register(
         What a rotation by a radian counts as, against translations, in units of the models' size.
     executor : concurrent.futures.Executor, optional
         Shares the samples over its workers, for example a cluster's.
-    progress : bool
-        Show a bar.
+    progress : bool or callable
+        Show a bar; or call a function with a `Step` after each block of motors.
 
     Returns
     -------
@@ -106,17 +112,23 @@ def register(
     samples = _count(samples, "samples", MOST_SAMPLES)
     sample_size = None if sample_size is None else _count(sample_size, "sample_size", 64)
     rounds = ROUNDS if iterations is None else _count(iterations, "iterations", MOST_SAMPLES)
-    if not isinstance(start, Multivector):
-        start = chosen(start, STARTS, "start")
+    motor = as_motor(start, "start") if isinstance(start, Multivector) else None
+    near = motor is not None or chosen(start, STARTS, "start") == "proximity"
     if not number(length, "length") > 0:
         raise InputError(f"length is {length}; a rotation counts as a positive length.")
     job = Job(
         query.objects, reference.objects, seed=_count(seed, "seed", None, 0), threads=threads, backend=backend,
         executor=executor, align=truth(align, "align"), length=float(length),
     )  # fmt: skip
-    truth(progress, "progress")
-    found = searched(job, samples, sample_size)
-    return finish(job, found, rounds, query.counts)
+    with told(progress) as job.progress:
+        try:
+            if not near:
+                job.found = searched(job, samples, sample_size)
+                return finish(job, job.found, rounds, query.counts)
+            job.found = sampled(job, samples, sample_size, iterations and rounds, motor)
+            return challenged(job, finish(job, job.found, ROUNDS, query.counts))
+        except KeyboardInterrupt:
+            return unfinished(job, query.counts)
 
 
 def _check_models(query: Model, reference: Model) -> None:
@@ -146,6 +158,7 @@ def searched(job: Job, samples: int, sample_size: int | None) -> Found:
     search = Search(
         job.scene, job.driver, job.query, job.reference, samples, sample_size, job.random, job.align, job.length
     )
+    search.tell = job.tell
     found = Found()
     for tolerance in TOLERANCES:
         found = search.run(tolerance, found)

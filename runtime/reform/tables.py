@@ -63,14 +63,12 @@ class Table:
 
     def find(self, invariants: Array, tolerance: float) -> Candidates:
         """All pairs whose invariants are within the tolerance of given ones, (n, 4); of one kind in both orders."""
-        found = self._find(invariants, tolerance)
         if self.kinds[0] != self.kinds[1]:
-            return found
-        other = self._find(invariants[:, [0, 1, 3, 2]], tolerance)
-        return Candidates(
-            np.concatenate([found.source, other.source]), np.concatenate([found.first, other.second]),
-            np.concatenate([found.second, other.first]), np.concatenate([found.turned, other.turned]),
-        )  # fmt: skip
+            return self._find(invariants, tolerance)
+        found = self._find(np.concatenate([invariants, invariants[:, [0, 1, 3, 2]]]), tolerance)
+        turned = found.source >= len(invariants)
+        first, second = np.where(turned, found.second, found.first), np.where(turned, found.first, found.second)
+        return Candidates(found.source - len(invariants) * turned, first, second, found.turned)
 
     def _find(self, invariants: Array, tolerance: float) -> Candidates:
         low, high = self._span(invariants, tolerance)

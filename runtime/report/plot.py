@@ -20,7 +20,7 @@ TOP = 0.96
 #: Room around the points, for their labels: a factor of time, and decades of error.
 TIME_MARGIN, DECADES = 3.0, 2.0
 #: An axis shorter than this factor has labels between its decades.
-FEW_DECADES = 1000.0
+FEW_DECADES = 300.0
 #: Labels are tried at these places around their point, in points of the page: the first that is free wins.
 PLACES = [(x, y) for y in (4, -10, 13, -19, 22, -28) for x in (5, -5)]
 LABEL_SIZE, DOTS_PER_INCH = 7, 110
@@ -59,30 +59,41 @@ def draw(study: Study, rows: Sequence[Measurement]) -> Figure:
 
 
 def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
-    """One panel per sweep: largest error against what is varied, a line per method and setting."""
+    """One panel per sweep: largest error against what is varied, a line per method and setting; where the study asks
+    for it, below a panel of the share of items that are not lost."""
     names = list(dict.fromkeys(r.sweep for r in rows if r.sweep))
     lines = list(dict.fromkeys((r.method, r.setting) for r in rows if r.sweep))
-    figure = Figure(figsize=(4.6 * len(names), 4.4), dpi=DOTS_PER_INCH, layout="constrained")
-    axes = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
+    size = (4.6 * len(names), 7.2 if study.shares else 4.4)
+    figure = Figure(figsize=size, dpi=DOTS_PER_INCH, layout="constrained")
+    grid = figure.subplots(2 if study.shares else 1, len(names), squeeze=False, sharex="col", sharey="row")
     methods = list(dict.fromkeys(method for method, _ in lines))
-    for panel, name in zip(axes, names, strict=True):
+    handles: dict[str, Any] = {}
+    for column, name in zip(grid.T, names, strict=True):
+        panel, values = column[-1], [float(r.value or 0) for r in rows if r.sweep == name]
         panel.set(xscale="log", yscale="log", xlabel=name)
-        panel.grid(True, which="major", alpha=0.3)
+        _ticks(panel.xaxis, max(values) / min(values))
+        for each in column:
+            each.grid(True, which="major", alpha=0.3)
         for method, setting in lines:
             own = [r for r in rows if r.sweep == name and (r.method, r.setting) == (method, setting)]
             found = [r for r in own if not _all_lost(r)]
-            style = "--" if setting == "float32" else "-"
+            style: Any = "--" if setting == "float32" else "-"
             color = f"C{methods.index(method)}"
             label = f"{method} {setting}".strip()
-            panel.plot([r.value for r in found], [_height(r) for r in found], style, color=color, label=label)
+            handles.setdefault(label, Line2D([], [], linestyle=style, color=color, label=label))
+            panel.plot([r.value for r in found], [_height(r) for r in found], style, color=color)
             for r in found:
                 panel.plot([r.value], [_height(r)], "o", color=color, fillstyle="none" if r.lost else "full", ms=4)
             for r in own:
                 if _all_lost(r):
                     panel.plot([r.value], [TOP], "x", color=color, transform=panel.get_xaxis_transform())
-    axes[0].set_ylabel(f"largest error ({study.unit})")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
+            if study.shares:
+                kept = [1 - r.lost / r.count for r in own]
+                column[0].plot([r.value for r in own], kept, style, marker="o", ms=4, color=color)
+    grid[-1, 0].set_ylabel(f"largest error ({study.unit})")
+    if study.shares:
+        grid[0, 0].set(ylabel="share not lost", ylim=(-0.03, 1.03))
+    figure.legend(handles=list(handles.values()), loc="outside upper center", ncols=3, frameon=False)
     return figure
 
 

@@ -60,15 +60,21 @@ def run_study(study: Study, quick: bool = False, progress: Progress | None = Non
     methods = [m for m in study.methods if not (quick and m.slow)]
     total = len(study.cases) * sum(len(m.settings) for m in methods)
     done, rows = 0, []
+    for method in methods:
+        if method.prepare is not None:
+            method.prepare()
     for number, case in enumerate(study.cases):
         count = max(study.count // (SWEPT if case.sweep else 1) // (10 if quick else 1), 10)
-        inputs = case.make(np.random.default_rng([SEED, number]), count)
-        truth = study.reference(inputs)
+        made: dict[int, tuple[Any, Any]] = {}
         for method in methods:
+            items = min(count, method.most or count)
+            if items not in made:
+                inputs = case.make(np.random.default_rng([SEED, number]), items)
+                made[items] = inputs, study.reference(inputs)
             for setting in method.settings:
                 if progress:
                     progress(done, total, f"{study.name}: {case.name}, {method.name} {setting or ''}")
-                row = _measure(study, case, method, setting, inputs, truth, count, quick)
+                row = _measure(study, case, method, setting, *made[items], items, quick)
                 rows += [] if row is None else [row]
                 done += 1
     if progress:
@@ -80,9 +86,14 @@ def _measure(
     study: Study, case: Case, method: Method, setting: Any, inputs: Any, truth: Any, count: int, quick: bool
 ) -> Measurement | None:
     """None where the method says that it is not made for this case."""
+    start = time.perf_counter()
     result = method.run(inputs, setting)
+    seconds = time.perf_counter() - start
     if result is None:
         return None
+    if method.repeats != 0:
+        repeats = QUICK_REPEATS if quick else REPEATS
+        seconds = _time(lambda: method.run(inputs, setting), min(repeats, method.repeats or repeats))
     errors = np.asarray(study.error(result, truth, inputs), float)
     finite = np.isfinite(errors)
     worst = int(np.argmax(np.where(finite, errors, -1.0))) if finite.any() else -1
@@ -101,9 +112,7 @@ def _measure(
         case.describe(inputs, worst) if worst >= 0 else "",
         int(lost.size),
         case.describe(inputs, int(lost[0])) if lost.size else "",
-        _time(lambda: method.run(inputs, setting), QUICK_REPEATS if quick else REPEATS)
-        / (count * (method.copies or study.copies))
-        * 1e9,
+        seconds / (count * (method.copies or study.copies)) * 1e9,
         answer,
         *(case.sweep or ()),
     )

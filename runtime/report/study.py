@@ -31,6 +31,12 @@ class Method:
         Left out of quick runs.
     copies : int, optional
         Where it differs from the study's: how many times each item is computed in one call.
+    most : int, optional
+        It takes long: of a case with more items it gets one with so many.
+    repeats : int, optional
+        Timings, where it takes long; with 0 the run that gives the answer is timed too.
+    prepare : callable, optional
+        Called once before all: imports and compiles what would else be timed.
     """
 
     name: str
@@ -39,6 +45,9 @@ class Method:
     settings: tuple[Any, ...] = (None,)
     slow: bool = False
     copies: int | None = None
+    most: int | None = None
+    repeats: int | None = None
+    prepare: Callable[[], Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -92,6 +101,8 @@ class Study:
         ``answer(result, inputs, index)``: what came out, in words, shown for singular cases.
     copies : int
         How many times a method computes each item in one call: times are per computation.
+    shares : bool
+        Sweeps are drawn with the share of items that are not lost, above their errors.
     source : str
         Where the method comes from.
     """
@@ -106,5 +117,6 @@ class Study:
     count: int = 200
     answer: Callable[[Any, Any, int], str] | None = None
     copies: int = 1
+    shares: bool = False
     source: str = ""
     notes: str = ""

@@ -135,13 +135,14 @@ class BoundScene:
 
         And "seal" (chunks,): a digest of the bits of each chunk of rays, by which changed ones are told.
         """
+        threads = parallel.thread_count(threads)
         rays, lead = self._rays(origins, directions)
         n = math.prod(lead)
         seal = np.zeros(-(-n // RAYS_PER_CHUNK), np.uint64)
         results = {"t": np.empty(lead, self.dtype), **self._codes(lead), "seal": seal}
         if n <= RAYS_PER_CHUNK:
             threads = 1  # one seal
-        shared = -(-len(seal) // (CALLS_PER_THREAD * parallel.thread_count(threads)))
+        shared = -(-len(seal) // (CALLS_PER_THREAD * threads))
         self._run(self.engine.lib.bs_scene_wide, rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE))
         return results
 

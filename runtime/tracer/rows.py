@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from ..codegen.programs.scene import TREE_PAYS_WIDE
 from ..codegen.programs.surface_kinds import surface_kind
+from ..errors import SceneError
 from .bounds import bounded
 from .engine import Engine
 from .spans import checked
 from .tree import Tree, tree_over
 
 Array = NDArray[Any]
+#: Rows of one scene: the driver numbers them, and one that stands for none, in 32 bits.
+MOST_ROWS = 2**31 - 2
 
 
 class HasRows(Protocol):
@@ -68,7 +71,19 @@ class SceneRows(dict[str, Rows]):
 
 
 def gathered(engine: Engine, surfaces: Sequence[HasRows]) -> SceneRows:
-    """Rows of all surfaces by kind; they are the same from every program that has the kinds."""
+    """Rows of all surfaces by kind; they are the same from every program that has the kinds.
+
+    Raises
+    ------
+    SceneError
+        If they are more than the driver can count.
+    """
+    count = sum(len(surface.parameters) for surface in surfaces)
+    if count > MOST_ROWS:
+        raise SceneError(
+            f"the surfaces have {count} facets and pieces of curves; a scene has {MOST_ROWS} at most.",
+            remedy="Make several scenes",
+        )
     members: dict[str, list[int]] = {}
     for place, surface in enumerate(surfaces):
         members.setdefault(surface.program_kind, []).append(place)

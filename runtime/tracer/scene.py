@@ -27,7 +27,7 @@ from .light import Light
 from .options import MAX_REFLECTIONS, View, checked_settings, picture_size, picture_view, rays_view
 from .pictures import Canvas, on_executor, on_threads, told
 from .rows import SceneRows, gathered, row_count
-from .single import rounded, rounded_hits, serves_rays, serves_surfaces
+from .single import rounded, rounded_hits, serves_kinds, serves_rays, serves_surfaces
 from .surfaces import Surface, names_at, ray_arrays
 
 Array = NDArray[Any]
@@ -170,8 +170,9 @@ class Scene(Fixed):
         Parameters
         ----------
         origins, directions : (..., 3) arrays
-            They broadcast. Directions may have any length. If both are float32, so is the answer; and the computation,
-            where that keeps the digits of surfaces and origins (sizes from 1e-9 on, places up to 1e12).
+            They broadcast. Directions may have any length. If both are float32, so is the answer; the computation is
+            too where that keeps the digits of surfaces and origins: not with evolved surfaces, with others from sizes
+            of 1e-9 on and up to places of 1e12.
         method, samples
             As for `Surface.intersect`.
         threads : int, optional
@@ -215,7 +216,8 @@ class Scene(Fixed):
         antialias : int, optional
             Rays along each side of a pixel.
         dtype : dtype
-            float64 or float32; with surfaces, or a camera, that float32 does not serve the work is done in float64.
+            float64 or float32; with surfaces, or a camera, that float32 does not serve (evolved surfaces among them)
+            the work is done in float64.
         executor : concurrent.futures.Executor, optional
             Bands of rows are its calls: a pool of processes, or a cluster's, as from
             ``dask.distributed.Client(...).get_executor()``. Workers need this package; each compiles the scene's
@@ -283,6 +285,8 @@ class Scene(Fixed):
 
     def _served(self, how: View) -> bool:
         """Whether single precision serves the surfaces."""
+        if not serves_kinds(self.needs.kinds):
+            return False
         return serves_surfaces(self._sent(how).arguments["rows"] if self._rows is None else self._rows)
 
     def _painted(

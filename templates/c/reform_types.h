@@ -66,6 +66,19 @@ typedef struct {
   double *rates;             /* (count, 28): cost, its gradient (6) and Gauss-Newton matrix (21) by the twist */
 } bs_rates;
 
+typedef struct {
+  ptrdiff_t count;           /* matches */
+  const int32_t *kinds, *query, *reference; /* (count): which objects are one, by their rows of a kind */
+  const int32_t *partners;   /* (count): another match of the kind, which gives points and spheres an axis; -1: none */
+  const double *signs;       /* (count): +1, or -1 for a reference object turned round */
+  ptrdiff_t rounds;          /* at most */
+  double tolerance;          /* change of the motor in a round that ends it */
+  double *motor;             /* 8: where to start, and where the last round ends */
+  double *mean;              /* 8: the middle of all motors of the last round */
+  double *changes;           /* (rounds) */
+  int32_t taken, skipped;    /* results: rounds, and steps of the last one that were not finite */
+} bs_direct;
+
 const char *bs_source_hash(void);
 /* Elements (count, 7) of objects; invariants (count, 4) of pairs of objects by their rows, kinds in order; the motor
    next to (1 + b) R. */
@@ -78,4 +91,5 @@ void bs_reform_rates(const bs_reform *state, const bs_rates *rates, ptrdiff_t be
 void bs_reform_samples(const bs_reform *state, const bs_samples *samples, ptrdiff_t begin, ptrdiff_t end);
 void bs_reform_stiffness(const bs_reform *state, const bs_sets *sets, ptrdiff_t begin, ptrdiff_t end);
 void bs_reform_refine(const bs_reform *state, const bs_refined *refined, ptrdiff_t begin, ptrdiff_t end);
+void bs_reform_direct(const bs_reform *state, bs_direct *direct);
 void bs_reform_match(const bs_reform *state, const bs_matching *matching, ptrdiff_t begin, ptrdiff_t end);

@@ -183,12 +183,54 @@ BS_OWN void ROOTS(recount)(ROOTS(piece) *piece)
     ROOTS(count)(piece);
 }
 
+/* From an end of a piece inwards, by at most a quarter of it: the first place where f is more than its rounding error.
+   0 if there is none. */
+BS_COLD int ROOTS(certain)(const ROOTS_DATA *d, S *x, S *f, S inwards)
+{
+    const S end = *x, most = K(0.25) * BS_ABS1(inwards);
+    for (S step = 0; step <= most; step = step == 0 ? K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S) : K(2) * step) {
+        *x = inwards < 0 ? end - step : end + step;
+        *f = ROOTS(at)(d, *x);
+        if (!ROOTS(touches)(d, *x, *f))
+            return 1;
+    }
+    return 0;
+}
+
+/* Append the root between two places, if f has unlike signs there. */
+BS_COLD void ROOTS(part)(ROOTS(search) *s, S lo, S f_lo, S hi, S f_hi, S guess)
+{
+    if ((f_lo < 0) != (f_hi < 0))
+        ROOTS(append)(s, lo < hi ? ROOTS(refine)(s->data, lo, f_lo, hi, f_hi, guess) : lo);
+}
+
+/* f at an end of [0, 1] or of a piece where p is zero to rounding may be nothing else, and its sign chance: what p tells
+   of roots and f of signs would not belong together. So the piece begins and ends where f is certain; what lies beside
+   it, one root or none, is appended: below at once, above by `last`, later: places and values of f. */
+BS_COLD int ROOTS(trim)(ROOTS(search) *s, ROOTS(piece) *piece, S *last)
+{
+    S *const c = piece->c, width = piece->hi - piece->lo, x = piece->lo, f;
+    if (BS_ABS1(c[0]) <= piece->noise && ROOTS(certain)(s->data, &x, &f, width)) {
+        ROOTS(part)(s, piece->lo, piece->f_lo, x, f, K(0.5) * (piece->lo + x));
+        ROOTS(cut)(c, (x - piece->lo) / width, 1);
+        piece->lo = x, piece->f_lo = f;
+    }
+    x = piece->hi;
+    if (!(BS_ABS1(c[ROOTS_DEGREE]) <= piece->noise && ROOTS(certain)(s->data, &x, &f, -width)))
+        return 0;
+    last[0] = x, last[1] = f, last[2] = piece->hi, last[3] = piece->f_hi;
+    ROOTS(cut)(c, (x - piece->lo) / (piece->hi - piece->lo), 0);
+    piece->hi = x, piece->f_hi = f;
+    return 1;
+}
+
 /* Append the roots of f in [begin, end], rising. c: p's Bernstein coefficients there, with errors up to noise. */
 BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S end)
 {
     const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
     ROOTS(piece) stack[BS_ROOTS_STACK], run;
     ROOTS(bracket) brackets[2];
+    S last[4];
     int height = 0, running = 0, pending = 0;
     for (int i = 0; i <= ROOTS_DEGREE; i++)
         stack->c[i] = c[i];
@@ -196,6 +238,9 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
     stack->f_lo = ROOTS(at)(s->data, begin > 0 ? begin : -margin);
     stack->f_hi = ROOTS(at)(s->data, end < 1 ? end : K(1) + margin);
     ROOTS(recount)(stack);
+    const int trimmed = stack->unsure && ROOTS(trim)(s, stack, last);
+    if (stack->unsure)
+        ROOTS(recount)(stack);
     while (height >= 0) {
         ROOTS(piece) *now = &stack[height], *next = now + 1;
         const int unlike = (now->f_lo < 0) != (now->f_hi < 0);
@@ -237,6 +282,8 @@ BS_INLINE void ROOTS(isolate)(ROOTS(search) *s, const S *c, S noise, S begin, S 
     }
     if (running)
         ROOTS(settle)(s, &run, c, begin, end);
+    if (trimmed)
+        ROOTS(part)(s, last[0], last[1], last[2], last[3], K(0.5) * (last[0] + last[2]));
 }
 
 #undef ROOTS

@@ -60,6 +60,10 @@ enum { BS_ROW_START = 5 };
 #define BS_JOINT_ALPHA(T) ((T)(sizeof(T) == 4 ? 1024 * 5.9604644775390625e-8 : 65536 * 1.1102230246251565e-16))
 #define BS_JOINT_PLACE(T) ((T)(sizeof(T) == 4 ? 3.4526698300124393e-4 : 1.4901161193847656e-8))
 
+/* What a camera sees is at least so far away, in roundings of the numbers that the point was made of: one that stands
+   on a surface looks through it. Less in single precision, where a camera may be near the ground of a large scene. */
+#define BS_LEAST(T) ((T)(sizeof(T) == 4 ? 256 * 5.9604644775390625e-8 : 65536 * 1.1102230246251565e-16))
+
 /* Rays that leave a surface start this many units in the last place off it, relative to the numbers that the
    point was made of: more than the error of a hit, less than anything that can be seen. */
 #define BS_OFFSET(T) ((T)(sizeof(T) == 4 ? 4096 * 5.9604644775390625e-8 : 65536 * 1.1102230246251565e-16))

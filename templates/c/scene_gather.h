@@ -1,9 +1,15 @@
 /* bladesmith: hits as rows of arrays, and all points of a line on the rows of one surface, in order. */
 
-/* 1 if the distance of a hit is a number. */
+/* How far the origin of a ray is from that of the world, or further; no number if one of its own is none. */
+BS_INLINE S FN(scene_reach)(const FN(ray) *ray)
+{
+  return ABS(ray->origin[0]) + ABS(ray->origin[1]) + ABS(ray->origin[2]);
+}
+
+/* 1 if the distance of a hit, and its point, are numbers. */
 BS_INLINE int FN(scene_within)(const FN(ray) *ray, const FN(hit) *hit)
 {
-  return ABS(hit->t) * FN(scene_length)(ray->direction) <= BS_FAR;
+  return ABS(hit->t) * FN(scene_length)(ray->direction) + FN(scene_reach)(ray) <= BS_FAR;
 }
 
 BS_INLINE void FN(scene_store)(const bs_hits *out, ptrdiff_t place, const bs_scene *scene, const FN(ray) *ray,
@@ -76,7 +82,10 @@ BS_OWN void FN(scene_gather)(FN(search) *search, const bs_scene *scene, const FN
   for (int j = 0; j < search->count; j++) {
     const FN(hit) *const hit = &search->hits[j];
     const S t = hit->t * length;
-    if (!FN(scene_within)(ray, hit)) continue;
+    if (!FN(scene_within)(ray, hit)) {
+      search->lost = 1;
+      continue;
+    }
     ptrdiff_t kept = search->total < out->roots ? search->total : out->roots;
     const ptrdiff_t joint = FN(scene_joint)(out, begin, kept, scene, ray, hit, t);
     if (joint >= 0) { /* the piece of the lower row keeps it */

@@ -20,8 +20,7 @@ BS_INLINE void FN(picture_layers)(const bs_scene *scene, const bs_picture *pictu
                                   const FN(ray) *ray)
 {
   FN(hit) hit;
-  FN(search) search = FN(search_for)(scene, &hit, 1);
-  FN(scene_search)(&search, scene, ray);
+  const FN(search) search = FN(scene_seen)(scene, &hit, ray);
   if (picture->cost) picture->cost[place] = search.cost;
   if (picture->depth)
     ((S *)picture->depth)[place] = search.count ? hit.t * FN(scene_length)(ray->direction) : FN(infinity)();

@@ -41,6 +41,7 @@ typedef struct {
   const bs_hits *gather; /* for all points of a line: arrays to fill, the ray's place in them, points so far */
   ptrdiff_t place;
   int total;
+  int lost;           /* one of them is too far away for a number: nothing is told of that line */
 } FN(search);
 
 BS_INLINE FN(search) FN(search_for)(const bs_scene *scene, FN(hit) *hits, int room)
@@ -52,7 +53,7 @@ BS_INLINE FN(search) FN(search_for)(const bs_scene *scene, FN(hit) *hits, int ro
   search.method = scene->method, search.samples = scene->samples, search.status = BS_STATUS_OK;
   search.singular = search.invalid = BS_FAR;
   search.cost = 0, search.scene = scene;
-  search.gather = 0, search.place = 0, search.total = 0;
+  search.gather = 0, search.place = 0, search.total = 0, search.lost = 0;
   return search;
 }
 

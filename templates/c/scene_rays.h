@@ -6,8 +6,8 @@ BS_INLINE int FN(scene_load)(FN(ray) *ray, const bs_rays *rays, ptrdiff_t i)
 {
   FN(copy)(ray->origin, (const S *)rays->origins + i * rays->origin_stride, 3);
   FN(copy)(ray->direction, (const S *)rays->directions + i * rays->direction_stride, 3);
-  const S sum = ray->origin[0] + ray->origin[1] + ray->origin[2], square = FN(scene_scaled)(ray->direction);
-  return sum - sum == 0 && square > 0 && square - square == 0;
+  const S reach = FN(scene_reach)(ray), square = FN(scene_scaled)(ray->direction);
+  return reach - reach == 0 && square > 0 && square - square == 0;
 }
 
 /* What a ray has found. */
@@ -15,8 +15,9 @@ BS_INLINE void FN(scene_found)(const bs_hits *out, ptrdiff_t i, const bs_scene *
                                const FN(ray) *ray, int valid)
 {
   const FN(hit) *const hit = search->hits;
-  out->status[i] = (uint8_t)(valid ? FN(search_status)(search) : BS_STATUS_INVALID);
-  if (search->count && FN(scene_within)(ray, hit)) {
+  const int within = search->count && FN(scene_within)(ray, hit);
+  out->status[i] = (uint8_t)(valid && within == search->count ? FN(search_status)(search) : BS_STATUS_INVALID);
+  if (within) {
     out->surface[i] = scene->surfaces[hit->kind].ids[hit->index];
     FN(scene_store)(out, i, scene, ray, hit);
   } else {
@@ -90,8 +91,9 @@ static void FN(scene_all)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end,
     search.gather = out, search.place = i;
     const int valid = FN(scene_load)(&ray, rays, i);
     if (valid) FN(scene_search)(&search, scene, &ray);
+    if (search.lost) search.total = 0;
     out->count[i] = search.total;
-    out->status[i] = (uint8_t)(valid ? FN(search_status)(&search) : BS_STATUS_INVALID);
+    out->status[i] = (uint8_t)(valid && !search.lost ? FN(search_status)(&search) : BS_STATUS_INVALID);
     for (ptrdiff_t j = search.total; j < out->roots; j++) FN(scene_blank)(out, i * out->roots + j);
   }
 }

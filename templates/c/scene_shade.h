@@ -9,6 +9,35 @@ BS_INLINE S FN(scene_size)(const FN(ray) *ray, const FN(hit) *hit)
   return size;
 }
 
+/* The same, with the numbers of the surface. */
+BS_OWN S FN(scene_extent)(const bs_scene *scene, const FN(ray) *ray, const FN(hit) *hit)
+{
+  const S *const boxes = (const S *)scene->surfaces[hit->kind].boxes;
+  S size = FN(scene_size)(ray, hit);
+  for (int i = 0; i < 6 && boxes; i++) {
+    const S side = ABS(boxes[6 * hit->index + i]);
+    size += side <= BS_FAR ? side : K(0);
+  }
+  return size;
+}
+
+/* What a camera sees along a ray, but for what it stands on. */
+BS_INLINE FN(search) FN(scene_seen)(const bs_scene *scene, FN(hit) *hit, const FN(ray) *ray)
+{
+  const S most = K(8) * BS_LEAST(S) * (FN(scene_reach)(ray) + (S)scene->tree.reach); /* of all surfaces */
+  FN(search) search = FN(search_for)(scene, hit, 1);
+  FN(scene_search)(&search, scene, ray);
+  while (search.count && hit->t <= most) {
+    const S least = BS_LEAST(S) * FN(scene_extent)(scene, ray, hit) / FN(scene_length)(ray->direction);
+    if (!(hit->t <= least)) break;
+    const int cost = search.cost;
+    search = FN(search_for)(scene, hit, 1);
+    search.t_min = least, search.cost = cost;
+    FN(scene_search)(&search, scene, ray);
+  }
+  return search;
+}
+
 /* The color of a surface where it is hit. */
 BS_INLINE void FN(scene_color)(S *color, const S *material, const S *point)
 {
@@ -72,7 +101,8 @@ BS_INLINE void FN(scene_color_of)(S *seen, const bs_scene *scene, FN(ray) ray)
     FN(hit) hit;
     FN(search) search = FN(search_for)(scene, &hit, 1);
     S normal[3], start[3];
-    FN(scene_search)(&search, scene, &ray);
+    if (bounce) FN(scene_search)(&search, scene, &ray);
+    else search = FN(scene_seen)(scene, &hit, &ray);
     if (!search.count) {
       FN(scene_sky)(light, scene, ray.direction);
       for (int i = 0; i < 3; i++) seen[i] += weight * light[i];

@@ -24,7 +24,7 @@ typedef struct {            /* a tree over the boxes of rows; scene_build.h make
 } bs_tree;
 
 typedef struct {
-  bs_surfaces surfaces[32]; /* by kind */
+  bs_surfaces surfaces[40]; /* by kind: room for all that there are, of every degree */
   bs_tree tree;             /* for programs with one */
   const void *materials;    /* a row for each surface of the scene's list */
   const void *lights;       /* rows: position, color */

@@ -90,8 +90,8 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
     seal ^= FN(wide_bits)(rays.origin, rays.direction);
     seal += seal << 5;
     seal ^= seal >> (BS_BITS / 2 - 1);
-    const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), sum = o[0] + o[1] + o[2];
-    const V all = sum + square; /* a square cannot take a finite sum to infinity */
+    const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), reach = ABS(o[0]) + ABS(o[1]) + ABS(o[2]);
+    const V all = reach + square; /* a square cannot take a finite sum to infinity */
     const M valid = AND(EQ(all - all, SPLAT(0)), GT(square, SPLAT(0)));
     rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
 #define BS_EACH(number, name, given_size, size) \
@@ -101,10 +101,12 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
     BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
     const V distance = rays.t * SQRT(square);
-    const V id = SELECT(AND(valid, LE(distance, SPLAT(BS_FAR))), rays.id, SPLAT(-1));
+    const M found = AND(valid, GE(rays.id, SPLAT(0))), within = LE(distance + reach, SPLAT(BS_FAR));
+    const M told = AND(valid, OR(NOT(found), within)); /* as scene_rays.h has it */
+    const V id = SELECT(AND(found, within), rays.id, SPLAT(-1));
     const V t = SELECT(GE(id, SPLAT(0)), distance, SPLAT(BS_NOT_A_NUMBER));
     const FN(wide_ids) ids = __builtin_convertvector(id, FN(wide_ids));
-    if (count == W && !ANY(NOT(valid))) {
+    if (count == W && !ANY(NOT(told))) {
       FN(store_rows)(times + i, &t, 1);
       __builtin_memcpy(surfaces + i, &ids, sizeof ids);
       __builtin_memset(statuses + i, BS_STATUS_OK, W);
@@ -112,7 +114,7 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
       for (int l = 0; l < count; l++) {
         times[i + l] = t[l];
         surfaces[i + l] = ids[l];
-        statuses[i + l] = (uint8_t)(BS_LANE(valid, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
+        statuses[i + l] = (uint8_t)(BS_LANE(told, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
       }
     }
   }

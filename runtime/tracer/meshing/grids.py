@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import SceneError
 from .triangles import TriangleMesh
 
 Array = NDArray[np.float64]
@@ -76,9 +77,25 @@ class Patch:
         return Patch(self.vertices, turned, np.where(vertices[:, None], -self.normals, self.normals), self.uv)
 
     def mesh(self) -> TriangleMesh:
-        """The mesh, with every normal there and without vertices of no triangle."""
+        """The mesh, with every normal there and without vertices of no triangle.
+
+        Raises
+        ------
+        SceneError
+            Where triangles have no area, and the surface no normal.
+        """
         normals = with_all_normals(self.vertices, self.faces, self.normals)
+        if not np.isfinite(normals[self.faces]).all():
+            raise nothing_swept("a part of the surface")
         return compacted(self.vertices, self.faces, normals, self.uv)
+
+
+def nothing_swept(what: str) -> SceneError:
+    """The error for what has no area."""
+    return SceneError(
+        f"{what} is a line: nothing is swept there, and it has no normal.",
+        remedy="Give objects that do not move within one line",
+    )
 
 
 def together(patches: Sequence[Patch]) -> Patch:
@@ -96,7 +113,7 @@ def together(patches: Sequence[Patch]) -> Patch:
 
 def grid_patch(grid: Grid) -> tuple[Patch, Integers, Integers]:
     """Triangles of a grid without degenerate ones, and the row that each vertex and each triangle belongs to."""
-    positions, normals = _standing(grid.positions), _from_neighbours(grid.normals)
+    positions, normals = standing(grid.positions), _from_neighbours(grid.normals)
     if grid.is_round:
         positions[:, -1], normals[:, -1] = positions[:, 0], normals[:, 0]
     kept = np.ones(len(positions), bool)
@@ -119,7 +136,7 @@ def grid_patch(grid: Grid) -> tuple[Patch, Integers, Integers]:
     return patch, np.repeat(np.flatnonzero(kept), columns), row
 
 
-def _standing(positions: Array) -> Array:
+def standing(positions: Array) -> Array:
     """Vertices that stand still from row to row (tips of cones), at one position to the last bit."""
     extent = max(np.ptp(positions[..., i]) for i in range(3))
     limit = np.finfo(float).eps * (SAME_PLACE * extent + SAME_FAR_PLACE * np.abs(positions).max())
@@ -213,4 +230,4 @@ def compacted(vertices: Array, faces: Integers, normals: Array, uv: Array | None
     return TriangleMesh(vertices[used], place[faces], normals[used], None if uv is None else uv[used])
 
 
-__all__ = ["Grid", "Patch", "compacted", "grid_patch", "together", "with_all_normals"]
+__all__ = ["Grid", "Patch", "compacted", "grid_patch", "nothing_swept", "standing", "together", "with_all_normals"]

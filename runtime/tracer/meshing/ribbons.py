@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...calls import Numbers, call
 from ...loading import stock_algebra
 from ...multivector import Multivector
-from .grids import Grid, grid_patch
+from .grids import SAME_FAR_PLACE, SAME_PLACE, Grid, grid_patch, nothing_swept
 from .rings import CLOSED, UNBOUNDED
 from .sweeps import Sweep, sweep
 from .triangles import TriangleMesh
@@ -40,11 +40,22 @@ def strip_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
             swept.rates[:, None],
         ).value._data
     positions = swept.center[:, None] + swept.size[:, None, None] * local
+    if _is_line(positions[:, [0, -1]].reshape(-1, 3)):
+        raise nothing_swept("the surface")
     length = float(np.abs(positions[0, -1] - positions[0, 0]).max())
     rounding = 4 * np.finfo(float).eps * np.abs(positions[0]).max()
     is_closed = bool(np.abs(positions[-1] - positions[0]).max() <= CLOSED * length + rounding)
     grid = Grid(positions, normals, share, swept.alpha, swept.run, swept.joined, False, is_closed)
     return grid_patch(grid)[0].mesh()
+
+
+def _is_line(ends: Array) -> bool:
+    """Whether all points lie on one line, to rounding."""
+    relative = ends - ends[0]
+    farthest = relative[np.abs(relative).max(axis=1).argmax()]
+    length = float(np.linalg.norm(farthest))
+    limit = np.finfo(float).eps * (SAME_PLACE * length + SAME_FAR_PLACE * np.abs(ends).max())
+    return bool(np.linalg.norm(np.cross(relative, farthest), axis=1).max() <= limit * length)
 
 
 def _ends(swept: Sweep) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from ...calls import Numbers, call
 from ...loading import stock_algebra
 from ...multivector import Multivector
 from ...rows import embedded
-from .grids import Grid, Patch, grid_patch, together
+from .grids import Grid, Patch, grid_patch, standing, together
 from .sweeps import Sweep, sweep
 from .triangles import TriangleMesh, face_volumes
 
@@ -51,7 +51,7 @@ def ring_mesh(surface: Any, rings: int, segments: int, caps: bool) -> TriangleMe
         ).value._data
     positions = swept.center[:, None] + swept.size[:, None, None] * local
     u = np.linspace(0.0, 1.0, segments + 1)
-    grid = Grid(positions, normals, u, swept.alpha, swept.run, swept.joined, True, is_closed)
+    grid = Grid(standing(positions), normals, u, swept.alpha, swept.run, swept.joined, True, is_closed)
     bands, vertex_row, face_row = grid_patch(grid)
     part = np.cumsum(np.where(swept.joined, 0, 1))  # of each run; parts are not connected
     part[part == part[-1]] = part[0] if is_closed else part[-1]

@@ -101,8 +101,9 @@ def sweep(surface: Any, kind: str, bands: int) -> Sweep:
     )
     if found.status is not None:
         objects_ = kind.replace("_", " ") + "s"
-        bad = ~np.isin(found.status, _ANSWERS)
-        swept.refuse(bad, f"no real {objects_}", "Turn a control over (align=True), or allow gaps")
+        bad = ~np.isin(found.status, _ANSWERS)  # where they are real: spans say so
+        what = f"{objects_} of which rounding leaves nothing, small or light as they are beside others of their piece,"
+        swept.refuse(bad, what, "Make them more alike, or let a piece of the curve end before them")
     return swept
 
 

@@ -20,7 +20,7 @@ from ..driver import BoundScene
 from ..engine import engine_for
 from ..fixed import Fixed
 from ..rows import gathered
-from ..single import rounded_points, serves_rays, serves_surfaces
+from ..single import rounded_points, serves_kinds, serves_rays, serves_surfaces
 from .material import Material, as_material
 
 if TYPE_CHECKING:
@@ -138,8 +138,9 @@ class Surface(Fixed):
         Parameters
         ----------
         origins, directions : (..., 3) arrays
-            They broadcast. Directions may have any length. If both are float32, so is the answer; and the computation,
-            where that keeps the digits of surface and origins (sizes from 1e-9 on, places up to 1e12).
+            They broadcast. Directions may have any length. If both are float32, so is the answer; the computation is
+            too where that keeps the digits of surface and origins: not for evolved surfaces, for others from sizes of
+            1e-9 on and up to places of 1e12.
         method : {"isolate", "companion", "sampled"}
             How roots on evolved surfaces are found: certain isolation on the polynomial of both branches; the
             companion matrix of the printed one; sign changes between samples.
@@ -155,10 +156,13 @@ class Surface(Fixed):
         samples = values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES)
         start, direction = ray_arrays(origins, directions)
         single = start.dtype == np.float32
-        bound, served = self._bound(method, samples, single)
-        if not single or (served and serves_rays(start)):
-            return Intersections(**bound.all(start, direction, threads))
+        if single and serves_kinds([self.program_kind]) and serves_rays(start):
+            bound, served = self._bound(method, samples, single=True)
+            if served:
+                return Intersections(**bound.all(start, direction, threads))
         wide, _ = self._bound(method, samples, single=False)
+        if not single:
+            return Intersections(**wide.all(start, direction, threads))
         return Intersections(**rounded_points(wide.all(start.astype(np.float64), direction, threads)))
 
     def mesh(

@@ -1,0 +1,109 @@
+"""Printed numba modules whose machine code is kept in the cache: a second process loads it, and compiles nothing.
+
+A text is executed as it was printed, never as the cache holds it; the file there is where numba keeps its code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import linecache
+import logging
+import os
+import shutil
+import sys
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from threading import RLock
+from types import FunctionType, ModuleType
+from typing import Any
+
+from .. import cache
+from .numba_run import numba
+
+#: As of all printed kernels (see numba_run), but functions are inlined only where LLVM finds it worth while.
+OPTIONS = {"error_model": "numpy", "fastmath": False, "nogil": True}
+_DIGITS = 24
+_log = logging.getLogger("bladesmith")
+
+
+class KeptModule:
+    """A printed module, of which some functions are called from outside.
+
+    Parameters
+    ----------
+    name : str
+        What messages call it.
+    source : str
+        Its text.
+    signatures : mapping of str to numba signature
+        Of the functions that are called from outside. Each is compiled when it is first asked for.
+
+    Raises
+    ------
+    MissingExtraError
+        If numba is not installed.
+    """
+
+    def __init__(self, name: str, source: str, signatures: Mapping[str, Any]) -> None:
+        self.name, self._signatures, self._lock = name, signatures, RLock()
+        njit, digest = numba().njit, hashlib.sha256(source.encode()).hexdigest()[:_DIGITS]
+        self._file, kept = _placed(f"numba_{name}_{digest}", source)
+        module = ModuleType(f"bladesmith_{self._file.stem}")
+        sys.modules[module.__name__] = module  # where kept machine code looks for what its functions name
+        exec(compile(source, str(self._file), "exec"), vars(module))
+        lines = source.splitlines(keepends=True)
+        linecache.cache[str(self._file)] = (len(source), None, lines, str(self._file))
+        for function, value in list(vars(module).items()):
+            if isinstance(value, FunctionType):
+                own = kept and function in signatures
+                vars(module)[function] = njit(**OPTIONS, cache=own)(value)
+        self._module = module
+        self._ready: dict[str, Any] = {}
+
+    def __getitem__(self, function: str) -> Any:
+        """A compiled function, from the cache or compiled now."""
+        ready = self._ready.get(function)
+        if ready is None:
+            with self._lock:
+                ready = self._ready.get(function) or self._compiled(function)
+                self._ready[function] = ready
+        return ready
+
+    def _compiled(self, function: str) -> Any:
+        start = time.perf_counter()
+        compiled, signature = getattr(self._module, function), self._signatures[function]
+        try:
+            compiled.compile(signature)
+        except Exception as error:  # what is kept is damaged; or numba refuses the text, which it then does again
+            _log.info("%s of %s is compiled anew: %s", function, self.name, error)
+            shutil.rmtree(self._file.parent / "__pycache__", ignore_errors=True)
+            compiled = numba().njit(**OPTIONS)(compiled.py_func)
+            compiled.compile(signature)
+        compiled.disable_compile()
+        if not compiled.stats.cache_hits:
+            _log.info("numba compiled %s of %s in %.2f s", function, self.name, time.perf_counter() - start)
+        return compiled
+
+
+def _placed(stem: str, source: str) -> tuple[Path, bool]:
+    """The file of a text in the cache, and whether it could be written; it is left alone where it is the same."""
+    folder = cache.directory() / stem
+    path = folder / f"{stem}.py"
+    try:
+        if not path.is_file() or path.read_text(encoding="utf-8") != source:
+            folder.mkdir(parents=True, exist_ok=True)
+            part = path.with_suffix(f".{os.getpid()}")
+            part.write_text(source, encoding="utf-8")
+            os.replace(part, path)
+        record = folder / cache.RECORD
+        if record.exists():
+            with suppress(OSError):
+                os.utime(record)
+        else:
+            record.write_text(json.dumps({"name": stem, "built": time.time()}), encoding="utf-8")
+    except OSError:
+        return path, False
+    return path, True

@@ -1,0 +1,185 @@
+"""The registration driver through numba: what `engine` does through C, with the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.programs.reform import DIRECTED, KINDS
+from ..codegen.programs.reform_numba import reform_numba
+from ..codegen.targets.numba_kept import KeptModule
+from ..codegen.targets.numba_run import numba
+from .engine import (
+    ELEMENT,
+    MATCHES,
+    MOTOR,
+    MOVES,
+    PAIRS,
+    RATES,
+    SAMPLES,
+    SETS,
+    Closeness,
+    Grid,
+    Side,
+    candidates_at_once,
+    grid_of,
+    share,
+)
+
+Array = NDArray[Any]
+#: Heads of a scene's arrays, as in templates/numba/reform.py.j2: of each kind among the integers; limits and grids.
+HEAD, LIMITS, GRID = 11, 6, 4
+#: Among a kind's numbers: where its rows, its elements, and its cells and their order begin; what follows.
+QUERY, REFERENCE, ELEMENTS, STARTS, ORDER, SIDES = range(6)
+
+
+@cache
+def numba_driver(kinds: tuple[str, ...]) -> KeptModule:
+    """The driver for these kinds, its functions from the cache or compiled as they are needed."""
+    return KeptModule("reform_" + "_".join(kinds), reform_numba(kinds), _signatures())
+
+
+def _signatures() -> dict[str, Any]:
+    """Read-only arrays in, so that writable ones serve as well; results are arrays that are written."""
+    types = numba().types
+    reals, integers, longs = (types.Array(t, 1, "C", readonly=True) for t in (types.f8, types.i4, types.i8))
+    found, counts = types.Array(types.f8, 1, "C"), types.Array(types.i4, 1, "C")
+    n, number = types.intp, types.f8
+    scene = types.Tuple((reals, longs, longs))
+    arguments = {
+        "elements": (n, reals, found, n),
+        "invariants": (n, n, n, n, reals, integers, n, n, reals, integers, found),
+        "step": (reals, reals, found),
+        "rates": (n, n, scene, n, integers, integers, reals, found),
+        "samples": (
+            n, n, scene, n, number, integers, integers, integers, reals, found, found, counts, counts,
+        ),
+        "stiffness": (n, n, scene, n, integers, integers, found),
+        "refine": (n, n, scene, n, number, found, found, counts, counts),
+        "match": (n, n, scene, reals, counts, found, found),
+    }  # fmt: skip
+    return {name: types.void(*given) for name, given in arguments.items()}
+
+
+class NumbaDriver:
+    """As `engine.Driver`."""
+
+    def __init__(self, kinds: tuple[str, ...], threads: int | None = None) -> None:
+        self._module = numba_driver(kinds)
+        self._threads = threads
+
+    def elements(self, kind: str, rows: Array) -> Array:
+        """Positions, directions and radii (n, 7) of unit objects."""
+        found = np.empty((len(rows), ELEMENT))
+        self._module["elements"](KINDS.index(kind), _reals(rows), found.reshape(-1), len(rows))
+        return found
+
+    def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
+        """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
+        run, found = self._module["invariants"], np.empty((len(places[0]), 4))
+        given: list[Any] = []
+        for kind, x, index in zip(kinds, rows, places, strict=True):
+            given += [KINDS.index(kind), x.shape[1], _reals(x), _integers(index)]
+        share(lambda begin, end: run(begin, end, *given, found.reshape(-1)), len(found), self._threads, PAIRS)
+        return found
+
+    def step(self, motor: Array, twist: Array) -> Array:
+        """The motor next to (1 + twist) motor."""
+        found = np.empty(MOTOR)
+        self._module["step"](_reals(motor), _reals(twist), found)
+        return found
+
+
+class NumbaScene:
+    """As `engine.Scene`."""
+
+    def __init__(
+        self, query: Side, reference: Side, asked_kinds: Array, asked_rows: Array, threads: int | None = None
+    ) -> None:
+        self._module = numba_driver(tuple(k for k in KINDS if k in query.rows))
+        self._threads = threads
+        self._heads, self._reals = np.zeros((len(KINDS), HEAD), np.int64), [np.zeros(LIMITS + GRID * len(KINDS))]
+        self._longs = [self._heads.reshape(-1)]
+        for kind, rows in query.rows.items():
+            self._place(kind, rows, reference.rows[kind], grid_of(reference.elements[kind]))
+        self._scene = (np.concatenate(self._reals), np.concatenate(self._longs))
+        self.ask(asked_kinds, asked_rows)
+
+    def _place(self, kind: str, query: Array, reference: Array, grid: Grid) -> None:
+        """One kind's arrays behind what there is, and where they begin."""
+        number = KINDS.index(kind)
+        head = self._heads[number]
+        for place, array in ((QUERY, query), (REFERENCE, reference), (ELEMENTS, grid.elements)):
+            head[place] = sum(map(len, self._reals))
+            self._reals.append(_reals(array))
+        for place, array in ((STARTS, grid.starts), (ORDER, grid.order)):
+            head[place] = sum(map(len, self._longs))
+            self._longs.append(array.astype(np.int64))
+        head[SIDES:] = (*grid.sides, len(reference), query.shape[1], kind in DIRECTED)
+        self._reals[0][LIMITS + GRID * number :][:GRID] = (*grid.corner, grid.scale)
+
+    def ask(self, kinds: Array, rows: Array) -> None:
+        """Look at other query objects."""
+        self.asked = len(kinds)
+        self._asked = np.concatenate([kinds, rows]).astype(np.int64)
+
+    def closeness(self, given: Closeness) -> None:
+        """From now on."""
+        self._scene[0][:LIMITS] = (*given.weights, given.limit, given.least, float(given.align))
+
+    def samples(
+        self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float
+    ) -> tuple[Array, Array, Array, Array]:
+        """Motors (n, 8), scores, hits and tested of samples, all (n, size) arrays; kind -1 leaves a pair out."""
+        n, size = kinds.shape
+        motors, scores = np.empty((n, MOTOR)), np.empty(n)
+        hits, tested = np.empty(n, np.int32), np.empty(n, np.int32)
+        given = (*map(_integers, (kinds, query, reference)), _reals(signs))
+        results = (motors.reshape(-1), scores, hits, tested)
+        self._share("samples", n, SAMPLES, size, float(residual), *given, *results)
+        return motors, scores, hits, tested
+
+    def stiffness(self, kinds: Array, query: Array) -> Array:
+        """How stiff sets of query objects, (n, size) arrays, are against the motion that they hinder least."""
+        found = np.empty(len(kinds))
+        self._share("stiffness", len(kinds), SETS, kinds.shape[1], _integers(kinds), _integers(query), found)
+        return found
+
+    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
+        """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
+        n = len(motors)
+        motors, scores = np.array(motors, np.float64, order="C"), np.empty(n)
+        hits, taken = np.empty(n, np.int32), np.empty(n, np.int32)
+        grain = candidates_at_once(rounds, self.asked)
+        self._share("refine", n, grain, rounds, settled, motors.reshape(-1), scores, hits, taken)
+        return motors, scores, hits, taken
+
+    def match(self, motor: Array) -> tuple[Array, Array, Array]:
+        """Of each asked object the row of its counterpart or -1, the weighted square, and the sign."""
+        indices, distances, signs = np.empty(self.asked, np.int32), np.empty(self.asked), np.empty(self.asked)
+        self._share("match", self.asked, MOVES, _reals(motor), indices, distances, signs)
+        return indices, distances, signs
+
+    def rates(self, kind: str, motor: Array, query: Array, reference: Array) -> Array:
+        """Of matches, by their rows: cost, gradient (6) and Gauss-Newton matrix (21) by the twist, (n, 28)."""
+        found = np.empty((len(query), RATES))
+        given = (KINDS.index(kind), _integers(query), _integers(reference), _reals(motor))
+        self._share("rates", len(query), MATCHES, *given, found.reshape(-1))
+        return found
+
+    def _share(self, name: str, n: int, grain: int, *arguments: Any) -> None:
+        run: Callable[..., None] = self._module[name]
+        scene = (*self._scene, self._asked)
+        share(lambda begin, end: run(begin, end, scene, *arguments), n, self._threads, grain)
+
+
+def _reals(array: Array) -> Array:
+    return np.ascontiguousarray(array, np.float64).reshape(-1)
+
+
+def _integers(array: Array) -> Array:
+    return np.ascontiguousarray(array, np.int32).reshape(-1)

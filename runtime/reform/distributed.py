@@ -1,0 +1,318 @@
+"""A registration's samples and refinements in pieces over the workers of an executor: threads, processes, a cluster.
+
+Workers find or compile the driver themselves, and keep the models that they were sent: a piece names them by a digest,
+and only to a worker that has not seen them does it go again, with them. Each piece gives what it gives here, bit for
+bit, so that neither the number of workers nor their order changes a result.
+"""
+
+from __future__ import annotations
+
+import pickle
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import parallel
+from ..codegen.programs.reform import in_order, reform_program
+from ..codegen.version import __version__
+from ..errors import BladesmithError, InputError
+from .backends import backend_of
+from .engine import Closeness, Side
+
+Array = NDArray[Any]
+#: Samples that are worth a call, some ten milliseconds; and objects to be laid on others, over all motors of a call.
+SAMPLES, OBJECTS = 1 << 11, 1 << 17
+#: Models of at most this many bytes go along with every piece: that is cheaper than to ask whether they are known.
+CARRIED = 1 << 16
+#: Pairs of models that each thread of a worker keeps.
+KEPT = 2
+#: Calls of a piece whose worker ended, at most.
+TRIES = 2
+REMEDY = "Give an open concurrent.futures.Executor"
+
+
+class WorkerError(BladesmithError):
+    """A worker of an executor failed or ended, and did so again."""
+
+
+# -- the worker's side -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Sent:
+    """Two models as numbers, without what computes with them.
+
+    Attributes
+    ----------
+    backend : str
+    threads : int
+        Of each worker.
+    query, reference : Side
+    kinds, rows : int32 arrays (n,)
+        Query objects that are looked at.
+    """
+
+    backend: str
+    threads: int
+    query: Side
+    reference: Side
+    kinds: Array
+    rows: Array
+
+    def packed(self) -> bytes:
+        """The same as bytes, which are cheap to send many times."""
+        program = _program_digest(tuple(self.query.rows))
+        return pickle.dumps((__version__, program, pickle.dumps(self)))
+
+    def scene(self) -> Any:
+        """What computes with them here."""
+        made = backend_of(self.backend)
+        return made.scene(self.query, self.reference, self.kinds, self.rows, self.threads)
+
+
+class _Known(threading.local):
+    """Models that this thread keeps: what computes with them has a state, which threads do not share."""
+
+    def __init__(self) -> None:
+        self.scenes: OrderedDict[str, Any] = OrderedDict()
+
+
+_known = _Known()
+
+
+def work(
+    digest: str, payload: bytes | None, closeness: Closeness, stage: str, arguments: tuple[Any, ...], _call: str = ""
+) -> tuple[Array, ...] | None:
+    """What a worker is called for: a stage of a scene on some of its items; None if it has to be sent the models.
+
+    Clusters take calls with equal arguments for one: the name of the call keeps those of two registrations apart, so
+    that neither is cancelled, or fails, with the other.
+    """
+    scenes = _known.scenes
+    if digest not in scenes:
+        if payload is None:
+            return None
+        scenes[digest] = _unpacked(payload).scene()
+        while len(scenes) > KEPT:
+            scenes.popitem(last=False)
+    scenes.move_to_end(digest)
+    scene = scenes[digest]
+    scene.closeness(closeness)
+    found: tuple[Array, ...] = getattr(scene, stage)(*arguments)
+    return found
+
+
+def _unpacked(payload: bytes) -> Sent:
+    version, program, content = pickle.loads(payload)
+    if version != __version__:
+        raise BladesmithError(f"a worker has bladesmith {__version__}, the models come from {version}.")
+    sent: Sent = pickle.loads(content)
+    if program != _program_digest(tuple(sent.query.rows)):
+        raise BladesmithError(f"a worker has another bladesmith {version} than the one that the models come from.")
+    return sent
+
+
+def _program_digest(kinds: tuple[str, ...]) -> str:
+    """What tells the formulas of two installations apart."""
+    return sha256(reform_program(in_order(kinds)).source.encode()).hexdigest()
+
+
+# -- this side -------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class _Piece:
+    """A call: its place among the others, its own items, and how often it was tried."""
+
+    place: int
+    arguments: tuple[Any, ...]
+    tries: int = 0
+    carries: bool = False
+
+
+@dataclass
+class SharedScene:
+    """A scene (see `engine.Scene`) whose samples and refinements are shared over an executor.
+
+    Attributes
+    ----------
+    local : Scene
+        The same here, which does what is too little to be shared.
+    sent : Sent
+    executor : concurrent.futures.Executor
+    """
+
+    local: Any
+    sent: Sent
+    executor: Executor
+    _closeness: Closeness | None = None
+    _packed: tuple[str, bytes] | None = field(default=None, repr=False)
+
+    @property
+    def asked(self) -> int:
+        """Query objects that are looked at."""
+        return int(self.local.asked)
+
+    def ask(self, kinds: Array, rows: Array) -> None:
+        """Look at other query objects."""
+        self.local.ask(kinds, rows)
+        sent = self.sent
+        self.sent = Sent(sent.backend, sent.threads, sent.query, sent.reference, kinds, rows)
+        self._packed = None
+
+    def closeness(self, given: Closeness) -> None:
+        """From now on."""
+        self.local.closeness(given)
+        self._closeness = given
+
+    def samples(
+        self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float
+    ) -> tuple[Array, Array, Array, Array]:
+        """As of `engine.Scene`."""
+        return self._shared("samples", (kinds, query, reference, signs), (residual,), SAMPLES)
+
+    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
+        """As of `engine.Scene`."""
+        grain = max(1, OBJECTS // max(self.asked * max(rounds, 1), 1))
+        return self._shared("refine", (motors,), (rounds, settled), grain)
+
+    def __getattr__(self, name: str) -> Any:
+        """Stages that are not shared."""
+        if name.startswith("_") or name == "local":
+            raise AttributeError(name)
+        return getattr(self.local, name)
+
+    def _shared(self, stage: str, arrays: tuple[Array, ...], others: tuple[Any, ...], grain: int) -> Any:
+        """A stage on items in pieces of at least ``grain``, joined in their order."""
+        n = len(arrays[0])
+        count = n // grain
+        if count < 2:
+            return getattr(self.local, stage)(*arrays, *others)
+        edges = [n * i // count for i in range(count + 1)]
+        pieces = [
+            _Piece(i, (*(a[begin:end] for a in arrays), *others))
+            for i, (begin, end) in enumerate(zip(edges[:-1], edges[1:], strict=True))
+        ]
+        found = _Calls(self, stage).run(pieces)
+        return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+
+    def payload(self) -> tuple[str, bytes]:
+        """Digest and bytes of the models."""
+        if self._packed is None:
+            packed = self.sent.packed()
+            self._packed = sha256(packed).hexdigest(), packed
+        return self._packed
+
+
+class _Calls:
+    """The calls of one stage: sent, waited for, and sent again where that helps."""
+
+    def __init__(self, scene: SharedScene, stage: str) -> None:
+        self._scene, self._stage, self._name = scene, stage, uuid4().hex
+        self._digest, self._payload = scene.payload()
+        self._pending: dict[Future[Any], _Piece] = {}
+
+    def run(self, pieces: list[_Piece]) -> list[tuple[Array, ...]]:
+        """What each piece gives, in their order."""
+        found: dict[int, tuple[Array, ...]] = {}
+        try:
+            for piece in pieces:
+                piece.carries = len(self._payload) <= CARRIED
+                self._send(piece)
+            while self._pending:
+                done, _ = wait(self._pending, timeout=parallel.POLL, return_when=FIRST_COMPLETED)
+                for future in done:
+                    piece = self._pending.pop(future)
+                    result = self._result(future, piece)
+                    if result is not None:
+                        found[piece.place] = result
+        finally:
+            for future in self._pending:
+                future.cancel()
+        return [found[i] for i in range(len(pieces))]
+
+    def _send(self, piece: _Piece) -> None:
+        payload = self._payload if piece.carries else None
+        name = f"{self._name} {piece.place} {piece.tries} {piece.carries}"
+        try:
+            future = self._scene.executor.submit(
+                work, self._digest, payload, self._scene._closeness, self._stage, piece.arguments, name
+            )
+        except Exception as error:  # shut down, or broken
+            if piece.tries or isinstance(error, BrokenExecutor):
+                raise _ended(error) from error
+            raise InputError(f"the executor takes no work: {_told(error)}.", remedy=REMEDY) from None
+        if not isinstance(future, Future):
+            raise InputError(f"the executor takes no work: submit gives a {type(future).__name__}.", remedy=REMEDY)
+        self._pending[future] = piece
+
+    def _result(self, future: Future[Any], piece: _Piece) -> tuple[Array, ...] | None:
+        """What a piece gave; None if it was sent again."""
+        try:
+            result: tuple[Array, ...] | None = future.result()
+        except BladesmithError:
+            raise
+        except Exception as error:  # whatever executors raise for workers that die
+            piece.tries += 1
+            if piece.tries >= TRIES:
+                raise _ended(error) from error
+            self._send(piece)
+            return None
+        if result is None:
+            piece.carries = True
+            self._send(piece)
+        return result
+
+
+def shared(
+    executor: Any, scene: Any, backend: str, sides: tuple[Side, Side], asked: tuple[Array, Array], threads: int | None
+) -> SharedScene:
+    """A scene that shares its work over an executor.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor
+    scene : Scene
+        Of these models, here.
+    backend : str
+    sides : (Side, Side)
+        Query and reference.
+    asked : (array, array)
+        Kinds and rows of the query objects that are looked at.
+    threads : int, optional
+        Of each worker. Default: one.
+
+    Raises
+    ------
+    InputError
+        If it is no executor.
+    """
+    submit: Callable[..., Any] | None = getattr(executor, "submit", None)
+    if isinstance(executor, type) or not callable(submit):
+        shown = executor.__name__ if isinstance(executor, type) else f"a {type(executor).__name__}"
+        raise InputError(f"the executor takes no work: it is {shown}.", remedy=REMEDY)
+    count = 1 if threads is None else parallel.thread_count(threads)
+    return SharedScene(scene, Sent(backend, count, *sides, *asked), executor)
+
+
+def _ended(error: Exception) -> WorkerError:
+    return WorkerError(
+        f"workers failed: {_told(error)}.",
+        remedy="See their own output; without executor= the registration runs here",
+    )
+
+
+def _told(error: Exception) -> str:
+    """An error on one line."""
+    return f"{type(error).__name__}{f': {error}' if str(error) else ''}".rstrip(".")
+
+
+__all__ = ["Sent", "SharedScene", "WorkerError", "shared", "work"]

@@ -1,0 +1,310 @@
+"""Pictures of registrations: the query where it stood and laid over the reference, and what was matched (figures 5.1
+to 5.6). matplotlib is imported by the first picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import plot
+from ..errors import InputError
+from ..files import replacing
+from ..multivector import Multivector
+from ..plot import backend, drawing, pages, palette
+from ..plot.outlines import Faces, Marks, Strokes
+from .model import Model
+from .parameters import PLURALS
+from .result import Registration
+from .similarities import similarity
+from .sketch import Sketch
+
+if TYPE_CHECKING:
+    from ..plot.backend import Axes3D
+
+Array = NDArray[Any]
+BLACK, RED, BLUE, GREEN = palette.INK, palette.RED, palette.BLUE, palette.GREEN
+PANELS = ("before", "after")
+#: Inches of a page with one panel, and with two.
+PAGES = {1: (8.0, 6.0), 2: (13.0, 6.2)}
+#: Part of the page below the panels, for the title.
+FOOT = 0.06
+#: Widths of lines in points, for few objects and for many; matched ones, under the query, and the query, over that.
+WIDTHS, FEW, MANY, WIDER, NARROWER = (1.5, 0.5), 40, 600, 2.6, 0.5
+#: More objects of a model than this are not drawn: what is, is every so-manieth.
+MOST = 3000
+#: A query that stands further from the reference than so many times the size of both is drawn nearer.
+FARTHEST, NEARER = 4.0, 2.0
+
+
+def picture(
+    result: Registration,
+    query: Model,
+    reference: Model,
+    path: str | PathLike[str] | None = None,
+    *,
+    show: str | Sequence[str] = PANELS,
+    title: str | None = None,
+    view: tuple[float, float] = pages.VIEW,
+    dpi: float = pages.DOTS_PER_INCH,
+) -> Any:
+    """Draw a registration.
+
+    Parameters
+    ----------
+    result : Registration
+    query, reference : Model
+        As they were registered.
+    path : optional
+        Where to save it; the suffix says the format.
+    show : "before", "after", or both
+        "before": the reference in black, the query where it stood in red. "after": the query moved in blue, over the
+        reference, whose matched objects are green and the others black.
+    title : str, optional
+        Default: how many were matched, and whether it converged.
+    view : (elevation, azimuth)
+        Where the eye is, in degrees.
+    dpi : float
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+
+    Raises
+    ------
+    InputError
+        If models and result do not belong together, or it cannot be saved under this name.
+    MissingExtraError
+        If matplotlib is not installed (extra `plot`).
+    """
+    shown = _panels(show)
+    if path is not None:
+        check_suffix(path)
+    _check(result, query, reference)
+    stages = plot.panels(1, len(shown), view, PAGES[len(shown)])
+    for ax, name in zip(stages, shown, strict=True):
+        x, y, across, high = vars(ax)[pages._HOME]
+        vars(ax)[pages._HOME] = (x, y + FOOT, across, high - FOOT)
+        {"before": _before, "after": _after}[name](ax, result, query, reference)
+    figure: Any = stages[0].figure
+    text = _title(result, query) if title is None else title
+    figure.text(0.5, 0.02, text, ha="center", fontsize=11, color=palette.INK)
+    if path is not None:
+        save(path, figure, dpi)
+    return figure
+
+
+def save(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_INCH) -> None:
+    """Write a picture, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If matplotlib does not know the suffix.
+    OSError
+        If it cannot be written.
+    """
+    place = Path(path)
+    with replacing(place) as temporary:
+        named = temporary.with_name(temporary.name + place.suffix)  # matplotlib goes by the suffix
+        try:
+            plot.save(named, figure, dpi)
+            named.replace(temporary)
+        finally:
+            named.unlink(missing_ok=True)
+
+
+def check_suffix(path: str | PathLike[str]) -> None:
+    """Refuse a name that no picture can be saved under, before there is one.
+
+    Raises
+    ------
+    InputError
+        If matplotlib does not know the suffix.
+    MissingExtraError
+        If matplotlib is not installed.
+    """
+    known = backend.figure_class()().canvas.get_supported_filetypes()
+    suffix = Path(path).suffix.removeprefix(".").lower()
+    if suffix not in known:
+        what = (
+            f"{suffix!r} is no format of pictures" if suffix else "a picture's format is its suffix, and there is none"
+        )
+        raise InputError(f"{what}.", where=str(path), remedy=f"Use one of {', '.join(sorted(known))}")
+
+
+def draw_model(
+    model: Model,
+    ax: Axes3D | None = None,
+    color: Any = BLACK,
+    label: str | None = None,
+    *,
+    motor: Multivector | None = None,
+    width: float | None = None,
+) -> Axes3D:
+    """Draw the objects of a model.
+
+    Parameters
+    ----------
+    model : Model
+    ax : Axes3D, optional
+        Where to draw; new axes by default.
+    color
+        A colour for all, or a mapping of kinds (plural) to a colour or a list with one for each object.
+    label : str, optional
+        An entry of the legend.
+    motor : Multivector, optional
+        Moves the model. What is drawn of lines and planes does not depend on it.
+    width : float, optional
+        Of lines, in points.
+
+    Returns
+    -------
+    Axes3D
+    """
+    ax = plot.axes() if ax is None else ax
+    return _drawn(ax, Sketch(model), color, label, _motion(motor), width)
+
+
+# -- panels ----------------------------------------------------------------------------------------------------
+
+
+def _before(ax: Axes3D, result: Registration, query: Model, reference: Model) -> None:
+    here, there = Sketch(query), Sketch(reference)
+    size = there.box.size + here.box.size
+    gap = here.box.center - there.box.center
+    distance = float(np.linalg.norm(gap))
+    shift, far = np.zeros(3), ""
+    if distance > FARTHEST * size:
+        shift, far = gap * (NEARER * size / distance - 1), f", {distance:.4g} away, drawn nearer"
+    _drawn(ax, there, BLACK, f"reference ({len(reference)})")
+    _drawn(ax, here, RED, f"query where it stood ({len(query)}){far}", (np.eye(3), shift))
+
+
+def _after(ax: Axes3D, result: Registration, query: Model, reference: Model) -> None:
+    taken = {kind: np.zeros(n, bool) for kind, n in reference.counts.items()}
+    for kind in taken:
+        if kind in query.counts:
+            rows = result.matches[kind]
+            taken[kind][rows[rows >= 0]] = True
+    matched = sum(int(x.sum()) for x in taken.values())
+    there, width = Sketch(reference), _width(len(reference))
+    for chosen, color, name, scale in ((False, BLACK, "without a match", 1.0), (True, GREEN, "matched", WIDER)):
+        count = matched if chosen else len(reference) - matched
+        if count:
+            colors = {kind: _masked(color, flags == chosen) for kind, flags in taken.items()}
+            _drawn(ax, there, colors, None, width=scale * width)
+            _entry(ax, color, f"reference, {name} ({count})")
+    here = Sketch(query.transformed(result.motor))
+    here.over(there, {kind: result.matches[kind] for kind in query.counts})
+    inside = int(np.asarray(result.inliers).sum())
+    rest = f", {len(query) - inside} without a match" if inside < len(query) else ""
+    _drawn(ax, here, BLUE, f"query, moved ({len(query)}{rest})", None, NARROWER * width)
+
+
+def _title(result: Registration, query: Model) -> str:
+    count = int(np.asarray(result.inliers).sum())
+    said = "converged" if result.converged else f"not converged: {result.message}" if result.message else "in doubt"
+    return f"{count} of {len(query)} objects matched, {said}"
+
+
+# -- drawing ---------------------------------------------------------------------------------------------------
+
+
+def _drawn(
+    ax: Axes3D, sketch: Sketch, color: Any, label: str | None, motion: Any = None, width: float | None = None
+) -> Axes3D:
+    """A sketch moved by a matrix and a shift."""
+    model = sketch.model
+    turn, shift = (np.eye(3), np.zeros(3)) if motion is None else motion
+    width = _width(len(model)) if width is None else width
+    step = max(1, -(-len(model) // MOST))
+    colors = {}
+    for kind, count in model.counts.items():
+        own = color.get(PLURALS[kind], color.get(kind, BLACK)) if isinstance(color, Mapping) else color
+        colors[kind] = palette.per_item(own, count, BLACK)
+    for part in sketch.parts(colors):
+        _artist(ax, part._replace(positions=part.positions @ turn.T + shift), width, step)
+    if label:
+        _entry(ax, next((c[0] for c in colors.values()), BLACK), label)
+    return ax
+
+
+def _artist(ax: Axes3D, part: Any, width: float, step: int) -> None:
+    """A part that is not all transparent; of very many, some."""
+    colors = np.broadcast_to(part.colors, (len(part.positions), 4))
+    chosen = np.flatnonzero(colors[:, 3] > 0)[::step]
+    if not len(chosen):
+        return
+    positions, colors = part.positions[chosen], colors[chosen]
+    if isinstance(part, Strokes):
+        drawing.paths(positions, ax, colors, width * part.width)
+    elif isinstance(part, Marks):
+        drawing.draw(positions, ax=ax, color=colors, size=width**0.5 * part.size)
+    elif isinstance(part, Faces):
+        polygons = backend.collections().Poly3DCollection(positions, facecolors=colors, edgecolors="none")
+        ax.add_collection3d(polygons)
+        polygons.set(zorder=drawing.ORDER[Faces], clip_on=False)
+
+
+def _entry(ax: Axes3D, color: Any, text: str) -> None:
+    """A line of the legend."""
+    shown = drawing.picture_of(ax)
+    shown.handles.append(backend.line_class()([], [], color=color, label=text))
+    pages.show_legend(ax, shown.handles)
+
+
+def _width(count: int) -> float:
+    """Of lines: thinner where there are many."""
+    share = (np.log(max(count, 1)) - np.log(FEW)) / (np.log(MANY) - np.log(FEW))
+    return float(np.interp(share, (0, 1), WIDTHS))
+
+
+def _masked(color: str, flags: Array) -> Array:
+    """A colour for some, nothing for the others."""
+    rows = np.tile(palette.per_item(color, 1, color), (len(flags), 1))
+    rows[~flags, 3] = 0.0
+    return rows
+
+
+def _motion(motor: Multivector | None) -> tuple[Array, Array]:
+    if motor is None:
+        return np.eye(3), np.zeros(3)
+    scale, rotation, translation = similarity(motor)
+    return scale * rotation, translation
+
+
+# -- arguments -------------------------------------------------------------------------------------------------
+
+
+def _panels(show: Any) -> list[str]:
+    names = [show] if isinstance(show, str) else list(show)
+    if not names or len(names) > len(PANELS) or any(name not in PANELS for name in names):
+        raise InputError(f"show is {show!r}; it is {PANELS[0]!r}, {PANELS[1]!r} or both.")
+    return names
+
+
+def _check(result: Any, query: Any, reference: Any) -> None:
+    for name, value, wanted in (
+        ("result", result, Registration),
+        ("query", query, Model),
+        ("reference", reference, Model),
+    ):
+        if not isinstance(value, wanted):
+            raise InputError(f"the {name} is a {type(value).__name__}; a reform.{wanted.__name__} is needed.")
+    for kind, count in query.counts.items():
+        known = result.matches[kind] if PLURALS[kind] in result.matches.keys() else np.empty(0)  # noqa: SIM118
+        most = int(known.max(initial=-1))
+        if len(known) != count or most >= reference.counts.get(kind, 0):
+            raise InputError(f"the {PLURALS[kind]} of the models are not those that were registered.")
+    if not len(query) or not len(reference):
+        raise InputError("an empty model has no picture.")
+
+
+__all__ = ["check_suffix", "draw_model", "picture", "save"]

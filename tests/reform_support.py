@@ -1,0 +1,168 @@
+"""Scenes for registration made with matrices and parameters alone: nothing of what registers them."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from bladesmith import cga3d
+from bladesmith.reform import Model
+
+#: The seeds of every bar are many more where this is set.
+FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
+
+
+def seeds(few, many):
+    return range(many if FULL else few)
+
+
+def rotation(axis, angle):
+    a = np.asarray(axis, float) / np.linalg.norm(axis)
+    k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+
+
+def unit(v):
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def fresh(kind, n, rng, size=1.0):
+    """Parameters of n random objects within a cube."""
+    along, radii = unit(rng.normal(size=(n, 3))), size * rng.uniform(0.1, 0.5, (n, 1))
+
+    def place(*shape):
+        return size * rng.uniform(-1, 1, shape)
+
+    return {
+        "points": lambda: place(n, 3),
+        "point_pairs": lambda: place(n, 2, 3),
+        "lines": lambda: np.stack([place(n, 3), along], 1),
+        "circles": lambda: np.concatenate([place(n, 3), along, radii], 1),
+        "planes": lambda: np.concatenate([along, place(n, 1)], 1),
+        "spheres": lambda: np.concatenate([place(n, 3), radii], 1),
+    }[kind]()
+
+
+def blocks(kind, n, rng, size=1.0):
+    """Lines or planes of a world of blocks: along three directions, at places of a grid."""
+    along, step = np.eye(3)[rng.integers(0, 3, n)], 0.25 * size
+    if kind == "planes":
+        return np.concatenate([along, step * rng.integers(-4, 5, (n, 1))], 1)
+    return np.stack([step * rng.integers(-4, 5, (n, 3)), along], 1)
+
+
+def table():
+    """The lines (22, 2, 3) of a table: a slab, legs and rungs. Half a turn leaves it as it is."""
+    a, b, rows = 1.0, 0.6, []
+    for z in (0.0, -0.05):
+        rows += [((0, s * b, z), (1, 0, 0)) for s in (-1, 1)] + [((s * a, 0, z), (0, 1, 0)) for s in (-1, 1)]
+    for x in (-1, 1):
+        for y in (-1, 1):
+            rows += [((x * a, y * b, 0), (0, 0, 1)), ((0.9 * x * a, 0.9 * y * b, 0), (0, 0, 1))]
+    for s in (-1, 1):
+        rows += [((0, 0.9 * s * b, -0.5), (1, 0, 0)), ((0.9 * s * a, 0, -0.5), (0, 1, 0))]
+    rows += [((0, 0, -0.5), (1, 0, 0)), ((0, 0, -0.5), (0, 1, 0))]
+    return np.array(rows, float)
+
+
+def moved(kind, x, turn, shift):
+    """Parameters after x -> turn x + shift."""
+    x = np.array(x, float)
+    if kind in ("points", "point_pairs"):
+        return x @ turn.T + shift
+    if kind == "lines":
+        return np.stack([x[:, 0] @ turn.T + shift, x[:, 1] @ turn.T], 1)
+    if kind == "planes":
+        normal = x[:, :3] @ turn.T
+        return np.concatenate([normal, (x[:, 3] + normal @ shift)[:, None]], 1)
+    place = x[:, :3] @ turn.T + shift
+    return np.concatenate([place, *([x[:, 3:6] @ turn.T] if kind == "circles" else []), x[:, -1:]], 1)
+
+
+def noisy(kind, x, noise, rng, size=1.0):
+    """Parameters with errors of this standard deviation: of positions by the size, of directions in radians."""
+    if not noise:
+        return x
+
+    def jitter(*shape):
+        return noise * size * rng.normal(size=shape)
+
+    def tilted(along):
+        return unit(along + noise * rng.normal(size=along.shape))
+
+    n = len(x)
+    if kind == "lines":
+        along = x[:, 1]
+        near = x[:, 0] - (x[:, 0] * along).sum(1, keepdims=True) * along
+        return np.stack([near + jitter(n, 3), tilted(along)], 1)
+    if kind == "planes":
+        return np.concatenate([tilted(x[:, :3]), x[:, 3:] + jitter(n, 1)], 1)
+    if kind == "circles":
+        return np.concatenate([x[:, :3] + jitter(n, 3), tilted(x[:, 3:6]), x[:, 6:] + jitter(n, 1)], 1)
+    return x + jitter(*x.shape)
+
+
+def turned(kind, x, rng):
+    """The same objects, some of them turned round."""
+    signs, x = rng.choice([-1.0, 1.0], len(x))[:, None], np.array(x)
+    if kind == "lines":
+        x[:, 1] *= signs
+    elif kind == "planes":
+        x *= signs
+    elif kind == "circles":
+        x[:, 3:6] *= signs
+    return x
+
+
+def pose(rng, size=1.0):
+    """A rotation of any angle and a shift of about the models' size: matrix, vector and motor."""
+    axis, angle, shift = rng.normal(size=3), rng.uniform(0, np.pi), size * rng.normal(size=3)
+    return rotation(axis, angle), shift, cga3d.translator(shift) * cga3d.rotor(axis, angle)
+
+
+def seen(reference, rng, noise=0.0, wrong=0.0, size=1.0, new=fresh):
+    """A query of a reference {kind: parameters}, some of its objects new ones; the motor; which ones are new."""
+    turn, shift, motor = pose(rng, size)
+    query, bad = {}, {}
+    for kind, x in reference.items():
+        y = noisy(kind, moved(kind, x, turn.T, -turn.T @ shift), noise, rng, size)
+        bad[kind] = rng.permutation(len(y))[: int(wrong * len(y))]
+        if len(bad[kind]):
+            y[bad[kind]] = moved(kind, new(kind, len(bad[kind]), rng, size), turn.T, -turn.T @ shift)
+        query[kind] = turned(kind, y, rng)
+    return query, motor, bad
+
+
+def scene(spec, seed, wrong=0.0, missing=0.0, noise=0.0, size=1.0, center=(0.0, 0.0, 0.0)):
+    """Query, reference, true motor and true matches {kind: rows}, with outliers and missing objects."""
+    rng = np.random.default_rng([seed, 77])
+    whole = {kind: fresh(kind, n, rng, size) for kind, n in spec.items()}
+    query, motor, bad = seen(whole, rng, noise, wrong, size)
+    reference, true = {}, {}
+    for kind, x in whole.items():
+        kept = rng.permutation(len(x))[int(missing * len(x)) :]
+        true[kind] = np.full(len(x), -1)
+        true[kind][kept] = np.arange(len(kept))
+        true[kind][bad[kind]] = -1
+        reference[kind] = x[kept]
+    c = np.asarray(center, float)
+    query, reference = ({k: moved(k, x, np.eye(3), c) for k, x in part.items()} for part in (query, reference))
+    return Model(**query), Model(**reference), cga3d.translator(c) * motor * cga3d.translator(-c), true
+
+
+def apart(a, b):
+    """Greatest difference of two motors' coefficients, whatever their signs."""
+    x, y = a.values.ravel(), b.values.ravel()
+    return min(np.abs(x - y).max(), np.abs(x + y).max())
+
+
+def twist(a, b):
+    """Coefficients (6,) of the twist t in a = exp(t) b."""
+    r = a * ~b
+    return (r if r.values.ravel()[0] >= 0 else -r).log().values.ravel()
+
+
+def right(found, true):
+    """Whether all matches are the true ones."""
+    return all(np.array_equal(found.matches[kind], rows) for kind, rows in true.items())

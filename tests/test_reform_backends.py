@@ -1,0 +1,286 @@
+"""The backends of `reform.register`: numba and CUDA compute the bits of C, stage by stage and as a whole.
+
+CUDA's text is compiled by NVRTC without a GPU; what would run on one runs here through the C compiler, thread by
+thread, behind a stand-in for the driver. The last test runs on a real GPU where there is one.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from itertools import combinations_with_replacement
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import cuda_support  # noqa: E402
+
+import bladesmith as bs
+from bladesmith import installed, reform
+from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
+from bladesmith.codegen.flags import compiled_files, source_hash
+from bladesmith.codegen.programs.reform import KINDS, reform_program
+from bladesmith.codegen.programs.reform_numba import reform_numba
+from bladesmith.codegen.targets import numba_kept, numba_run
+from bladesmith.codegen.targets.cuda import DRIVER_OPTIONS, compile_source, reform_source, self_contained
+from bladesmith.codegen.targets.cuda_run import Device, unavailable
+from bladesmith.reform import backend_cuda, backend_numba, engine
+from bladesmith.reform.backends import Backend, backend_of
+from bladesmith.reform.engine import Closeness, Side
+
+COUNT = 40
+#: Arguments of the launchers after the range of items.
+LAUNCHERS = {
+    "elements": ("int", "double *", "double *"),
+    "invariants": ("int", "double *", "int32_t *", "int", "double *", "int32_t *", "double *"),
+    "step": ("double *", "double *", "double *"),
+    **{stage: ("bs_reform", f"bs_{job}") for stage, job in (
+        ("rates", "rates"), ("samples", "samples"), ("stiffness", "sets"), ("refine", "refined"), ("match", "matching"),
+    )},
+}  # fmt: skip
+
+
+def objects_of(kind: str, count: int, rng: np.random.Generator) -> bs.Multivector:
+    """Random unit objects about the origin."""
+    places, directions = rng.uniform(-1, 1, (count, 3)), rng.normal(size=(count, 3))
+    sizes, others = rng.uniform(0.1, 0.5, count), rng.uniform(-1, 1, (count, 3))
+    makers: dict[str, Callable[[], bs.Multivector]] = {
+        "point": lambda: bs.cga3d.point(places),
+        "point_pair": lambda: bs.cga3d.point_pair(places, others),
+        "line": lambda: bs.cga3d.line(places, directions),
+        "circle": lambda: bs.cga3d.circle(places, directions, sizes),
+        "plane": lambda: bs.cga3d.plane(directions, sizes),
+        "sphere": lambda: bs.cga3d.sphere(places, sizes),
+    }
+    return makers[kind]()
+
+
+def models(kinds: tuple[str, ...], count: int = COUNT, seed: int = 3) -> tuple[reform.Model, reform.Model]:
+    """A reference, and a query that lacks some of its objects, has others, and stands elsewhere."""
+    rng = np.random.default_rng(seed)
+    pose = bs.cga3d.translator(rng.normal(size=3)) * bs.cga3d.rotor(rng.normal(size=3), 2.0)
+    shaken = bs.cga3d.translator(1e-3 * rng.normal(size=(count, 3)))
+    query, reference = {}, {}
+    for kind in kinds:
+        known, extra = objects_of(kind, count, rng), objects_of(kind, count // 4, rng)
+        moved = shaken >> (pose >> known)
+        query[f"{kind}s"] = [*(moved[i] for i in range(count // 4, count)), *extra]
+        reference[f"{kind}s"] = known
+    return reform.Model(**query), reform.Model(**reference)
+
+
+def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: int = 300) -> dict[str, list[Any]]:
+    """What every stage returns for random input, by its name: the same input for every backend."""
+    rng = np.random.default_rng(5)
+    driver = backend.driver(kinds, threads)
+    rows = [{k: np.asarray(objects_of(k, COUNT, rng)._data) for k in kinds} for _ in range(2)]
+    rows[0][kinds[0]][3] = np.nan
+    near = [rng.random(COUNT) < 0.5 for _ in kinds]
+    for kind, same in zip(kinds, near, strict=True):
+        rows[1][kind][same] = rows[0][kind][same]
+    found = {f"elements of {k}": [driver.elements(k, rows[0][k])] for k in kinds}
+    pairs = rng.integers(0, COUNT, (2, samples))
+    for a, b in combinations_with_replacement(kinds, 2):
+        found[f"invariants of {a}, {b}"] = [driver.invariants((a, b), (rows[0][a], rows[1][b]), tuple(pairs))]
+    motor = driver.step(np.eye(8)[0], rng.normal(size=6) / 8)
+    found["step"] = [motor]
+    sides = [Side(r, {k: driver.elements(k, x) for k, x in r.items()}) for r in rows]
+    asked_kinds = np.repeat([KINDS.index(k) for k in kinds], COUNT)
+    asked_rows = np.tile(np.arange(COUNT), len(kinds))
+    scene = backend.scene(*sides, asked_kinds, asked_rows, threads)
+    scene.closeness(Closeness((0.75, 0.25, 0.75), 0.2**2, 0.05))
+    sets = rng.integers(0, len(asked_rows), (samples, 3))
+    of, row = asked_kinds[sets], asked_rows[sets]
+    of[::7, 2] = -1
+    signs, others = rng.choice([-1.0, 1.0], (samples, 3)), rng.integers(0, COUNT, (samples, 3))
+    images = np.where(rng.random((samples, 1)) < 0.5, row, others)
+    found["stiffness"] = [scene.stiffness(of, row)]
+    found["samples"] = list(scene.samples(of, row, images, signs, 10.0))
+    starts = np.concatenate([motor[None], np.eye(8)[:1], found["samples"][0][:6]])
+    starts = starts[np.isfinite(starts).all(1)]
+    found["refine"] = list(scene.refine(starts, 10))
+    found["match"] = list(scene.match(np.eye(8)[0]))
+    found["rates"] = [scene.rates(k, motor, *pairs % COUNT) for k in kinds]
+    scene.ask(asked_kinds[::-2], asked_rows[::-2])
+    scene.closeness(Closeness((0.75, 0.5, 0.25), 0.3**2, 0.0, align=False))
+    found["match others"] = list(scene.match(motor))
+    return found
+
+
+def assert_same_bits(actual: dict[str, list[Any]], expected: dict[str, list[Any]]) -> None:
+    assert actual.keys() == expected.keys()
+    for name, results in expected.items():
+        for mine, theirs in zip(actual[name], results, strict=True):
+            assert mine.dtype == theirs.dtype and mine.shape == theirs.shape, name
+            different = (mine != theirs) & ~((mine != mine) & (theirs != theirs))
+            assert not different.any(), f"{name}: {mine[different][:3]} instead of {theirs[different][:3]}"
+
+
+def assert_same_answer(backend: str, kinds: tuple[str, ...]) -> None:
+    query, reference = models(kinds)
+    mine, theirs = (reform.register(query, reference, seed=2, backend=name) for name in (backend, "c"))
+    assert theirs.converged and np.asarray(theirs.matches).max() > 0
+    assert np.array_equal(np.asarray(mine.matches), np.asarray(theirs.matches))
+    assert np.array_equal(mine.motor.values, theirs.motor.values)
+    assert mine.converged and mine.cost == theirs.cost
+
+
+def test_stages_have_something_to_do() -> None:
+    found = stages(backend_of("c"), KINDS)
+    scores, hits, tested = found["samples"][1:]
+    assert (scores > 0).any() and (scores < 0).any() and (hits > 3).any() and len(set(tested)) > 2
+    assert (found["match"][0] >= 0).any() and (found["match"][0] < 0).any() and (found["match"][2] < 0).any()
+    assert (found["refine"][3] > 1).any() and (found["stiffness"][0] > 0).any() and (found["stiffness"][0] == 0).any()
+    assert np.isnan(found[f"elements of {KINDS[0]}"][0][3]).any()
+
+
+def test_an_unknown_backend_is_refused() -> None:
+    with pytest.raises(InputError, match="'opencl'.*c, numba, cuda"):
+        backend_of("opencl")
+
+
+# -- the program that is installed ---------------------------------------------------------------------
+
+
+def test_the_installed_driver_is_taken_where_it_is_fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    carried = object()
+    engine.driver.cache_clear()
+    monkeypatch.setattr(engine, "installed_program", lambda name: carried if name == "reform" else None)
+    assert engine.driver(("line",)) is carried
+    engine.driver.cache_clear()
+    monkeypatch.setattr(engine, "installed_program", lambda name: None)
+    assert hasattr(engine.driver(("line",)).lib, "bs_reform_samples")
+    engine.driver.cache_clear()
+
+
+def test_programs_older_than_their_sources_are_left(tmp_path: Path) -> None:
+    (tmp_path / "kernels.c").write_text('#include "platform.h"\n')
+    made_of = source_hash(compiled_files(tmp_path, installed.headers()))
+
+    def module(text: str) -> Any:
+        ffi = SimpleNamespace(string=str.encode)
+        return SimpleNamespace(ffi=ffi, lib=SimpleNamespace(bs_source_hash=lambda: text))
+
+    assert installed.is_fresh(module(made_of), tmp_path) and installed.is_fresh(module(""), tmp_path)
+    (tmp_path / "kernels.c").write_text('#include "instance.h"\n')
+    assert not installed.is_fresh(module(made_of), tmp_path)
+    assert installed.installed_program("absent") is None
+
+
+# -- numba ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_numba_computes_the_bits_of_c(threads: int) -> None:
+    assert_same_bits(stages(backend_of("numba"), ("line",), threads), stages(backend_of("c"), ("line",)))
+
+
+def test_numba_gives_the_answer_of_c() -> None:
+    assert_same_answer("numba", ("line",))
+
+
+def test_the_python_text_computes_the_bits_of_c_for_all_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run as it is, without numba: that takes 30 s to compile for all kinds."""
+    names: dict[str, Any] = {}
+    exec(reform_numba(KINDS), names)
+    monkeypatch.setattr(backend_numba, "numba_driver", lambda kinds: names)
+    with np.errstate(all="ignore"):
+        mine = stages(backend_of("numba"), KINDS, samples=20)
+    assert_same_bits(mine, stages(backend_of("c"), KINDS, samples=20))
+
+
+def test_machine_code_is_kept_and_other_text_is_not_trusted(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BLADESMITH_CACHE_DIR", str(tmp_path))
+    types = numba_run.numba().types
+    text = "def twice(x):\n    return helped(x) * 2.0\n\n\ndef helped(x):\n    return x\n"
+
+    def made() -> Any:
+        return numba_kept.KeptModule("twice", text, {"twice": types.f8(types.f8)})["twice"]
+
+    first, second = made(), made()
+    assert first(4.0) == second(4.0) == 8.0
+    assert not first.stats.cache_hits and second.stats.cache_hits
+    (file,) = tmp_path.glob("*/*.py")
+    file.write_text("def twice(x):\n    return 0.0\n")
+    assert made()(4.0) == 8.0 and file.read_text() == text
+    for code in tmp_path.glob("*/__pycache__/*.nbc"):
+        code.write_bytes(b"damaged")
+    assert made()(4.0) == 8.0
+
+
+def test_without_numba_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent() -> None:
+        raise MissingExtraError("numba", "This")
+
+    monkeypatch.setattr(backend_numba, "numba", absent)
+    backend_numba.numba_driver.cache_clear()
+    with pytest.raises(MissingExtraError, match=r"bladesmith\[numba\]"):
+        reform.register(*models(("plane",)), backend="numba")
+
+
+# -- CUDA ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
+def test_the_driver_compiles_for_a_gpu_without_a_warning(kinds: tuple[str, ...]) -> None:
+    compiled = compile_source(reform_source(reform_program(kinds).files), options=DRIVER_OPTIONS)
+    assert compiled.log == ""
+    ptx = compiled.image.decode()
+    assert set(re.findall(r"\.entry (\w+)\(", ptx)) == {f"reform_{stage}" for stage in LAUNCHERS}
+    assert not re.search(r"\bfma\.|\.approx|\.ftz", re.sub(r"//.*", "", ptx))
+
+
+@pytest.mark.skipif(not unavailable(), reason="there is a GPU")
+def test_without_a_gpu_the_error_says_what_to_do() -> None:
+    backend_cuda.gpu.cache_clear()
+    with pytest.raises(DeviceError, match=r'backend="cuda" needs a GPU.*backend="c"'):
+        reform.register(*models(("line",)), backend="cuda")
+
+
+def stand_in(kinds: tuple[str, ...]) -> str:
+    """Path of a library that looks like the GPU's driver and runs the launchers thread by thread."""
+    text = self_contained(reform_source(reform_program(kinds).files))
+    launchers = {f"reform_{stage}": ("long long", "long long", *types) for stage, types in LAUNCHERS.items()}
+    return cuda_support.stand_in("reform_stand_in", text, launchers)
+
+
+@pytest.fixture
+def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[tuple[str, ...]], Device]]:
+    """Puts a stand-in for some kinds in the GPU's place."""
+
+    def placed(kinds: tuple[str, ...]) -> Device:
+        made = Device(driver=stand_in(kinds))
+        backend_cuda.cuda_driver.cache_clear()
+        monkeypatch.setattr(backend_cuda, "gpu", lambda: made)
+        monkeypatch.setattr(backend_cuda, "compile_kept", lambda *_: b"no image")
+        return made
+
+    yield placed
+    backend_cuda.cuda_driver.cache_clear()
+
+
+@pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
+def test_the_cuda_text_computes_the_bits_of_c(
+    kinds: tuple[str, ...], device: Callable[[tuple[str, ...]], Device]
+) -> None:
+    used = device(kinds)
+    assert_same_bits(stages(backend_of("cuda"), kinds), stages(backend_of("c"), kinds))
+    used.call("bs_left_open")  # fails unless it returns zero: nothing stays allocated
+
+
+def test_cuda_gives_the_answer_of_c(device: Callable[[tuple[str, ...]], Device]) -> None:
+    kinds = ("line", "plane")
+    device(kinds)
+    assert_same_answer("cuda", kinds)
+
+
+@pytest.mark.skipif(bool(unavailable()), reason=f"no GPU to run on: {unavailable()}")
+@pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
+def test_a_gpu_computes_the_bits_of_c(kinds: tuple[str, ...]) -> None:
+    assert_same_bits(stages(backend_of("cuda"), kinds), stages(backend_of("c"), kinds))
+    assert_same_answer("cuda", kinds)
