@@ -12,11 +12,14 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import objects
+from bladesmith.calls import Numbers, call
+from bladesmith.codegen.build import compiler
 from bladesmith.codegen.formulas import costs, estimation, registration
 from bladesmith.codegen.formulas.blades import project_to_blade
 from bladesmith.codegen.multivector import Multivector, from_values
 from bladesmith.codegen.programs.reform import DIRECTED, KINDS
 from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.reform.engine import Closeness, Driver, Scene, Side
 
 from .formula_support import series_exp, stock
 
@@ -338,6 +341,8 @@ def close_pair(kind: str, seed: int) -> tuple[Multivector, Multivector]:
     r = registration.near_motor(number(3) + motor(seed))
     if kind in ("point", "line", "plane"):
         return x.x, moved(r, x.x)
+    if kind == "sphere":
+        return x.x, costs.aligned(moved(r, other.x), x.x)
     mixed = x.x + moved(r, other.x) * number(MP.mpf("0.1"))
     return x.x, costs.aligned(project_to_blade(mixed).grade(*x.x.grades), x.x)
 
@@ -404,7 +409,7 @@ def test_rates_of_an_exponential(size):
     rows = values(rates)
     for i, e in enumerate(twists()):
         slope = (series_exp(b + e * number(h)) - series_exp(b - e * number(h))) * number(1 / (2 * h))
-        twist = from_values(ALGEBRA, RING, ALGEBRA.kind("twist").blades, rows[6 * i : 6 * i + 6])
+        twist = from_values(ALGEBRA, RING, list(b.terms), rows[6 * i : 6 * i + 6])
         assert largest(slope - twist * motor_) < MP.mpf(10) ** -28
 
 
@@ -476,3 +481,250 @@ def test_the_change_of_a_motor_does_not_see_its_sign():
     for one, two in ((a, b), (-a, b), (a, -b)):
         assert abs(values(estimation.change(one, two))[0] - expected) < TINY
     assert values(estimation.change(a, -a))[0] < MP.mpf(10) ** -20
+
+
+# -- the compiled driver, against NumPy --------------------------------------------------------------------
+
+needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
+#: Objects of each kind of the query; the reference has two more.
+COUNT = 5
+WEIGHTS, LIMIT = (0.75, 0.25, 0.75), 0.5
+HALVES = [(i, j) for i in range(8) for j in range(i, 8)]
+
+
+def random_rows(kind: str, n: int, seed: int) -> np.ndarray:
+    random = np.random.default_rng([seed, KINDS.index(kind)])
+    p, d, r = random.uniform(-1, 1, (n, 3)), random.normal(size=(n, 3)), random.uniform(0.2, 0.6, n)
+    made = {
+        "point": lambda: cga.point(p),
+        "point_pair": lambda: cga.point_pair(p, p + d),
+        "line": lambda: cga.line(p, d),
+        "circle": lambda: cga.circle(p, d, r),
+        "plane": lambda: cga.plane(d, r),
+        "sphere": lambda: cga.sphere(p, r),
+    }[kind]()
+    return np.ascontiguousarray(made._data)
+
+
+def wrapped(kind: str, rows: np.ndarray):
+    return cga.wrap(cga.kind(kind), rows)
+
+
+def formula(name: str, *operands):
+    """Results of a formula by NumPy, as arrays."""
+    return [getattr(v, "_data", v) for v in call(cga, name, *operands).values]
+
+
+class World:
+    """A query, a reference with some more objects, and the motor between them, nearly."""
+
+    def __init__(self) -> None:
+        self.motor = np.array((cga.translator((0.2, -0.1, 0.1)) * cga.rotor((1, 2, 3), 0.4))._data)
+        self.query = {k: random_rows(k, COUNT, 1) for k in KINDS}
+        random = np.random.default_rng(5)  # each is a little off
+        shifts, axes = 0.02 * random.normal(size=(COUNT, 3)), random.normal(size=(COUNT, 3))
+        truth = cga.translator(shifts) * cga.rotor(axes, 0.03) * wrapped("motor", self.motor)
+        self.reference = {}
+        for kind, rows in self.query.items():
+            images = (truth >> wrapped(kind, rows)).as_kind(kind, check=False)._data
+            signs = np.where(np.arange(COUNT) % 2, -1.0, 1.0)[:, None] if kind in DIRECTED else 1.0
+            self.reference[kind] = np.concatenate([random_rows(kind, 2, 9), images * signs])
+        self.driver = Driver(KINDS, 1)
+        sides = [Side(m, {k: self.driver.elements(k, r) for k, r in m.items()}) for m in (self.query, self.reference)]
+        self.kinds = np.repeat(np.arange(6, dtype=np.int32), COUNT)
+        self.rows = np.tile(np.arange(COUNT, dtype=np.int32), 6)
+        self.scene = Scene(*sides, self.kinds, self.rows, 2)
+        self.elements = sides[1].elements
+
+    def moved_elements(self, motor: np.ndarray, kind: str) -> np.ndarray:
+        return formula("registration.moved_element", wrapped("motor", motor), wrapped(kind, self.query[kind]))[0]
+
+    def nearest(self, motor: np.ndarray, align: bool = True):
+        """Rows of counterparts or -1, squares, signs of all, by looking at all pairs."""
+        found = []
+        for kind in KINDS:
+            e, r = self.moved_elements(motor, kind)[:, None], self.elements[kind][None]
+            cosine = (e[..., 3:6] * r[..., 3:6]).sum(-1)
+            away = np.maximum((kind in DIRECTED) - (np.abs(cosine) if align else cosine), 0)
+            d = WEIGHTS[0] * ((e - r)[..., :3] ** 2).sum(-1) + 2 * WEIGHTS[1] * away + WEIGHTS[2] * (e - r)[..., 6] ** 2
+            best = d.argmin(1)
+            least, c = d[np.arange(COUNT), best], cosine[np.arange(COUNT), best]
+            near = least < LIMIT
+            sign = np.where(align & (c < 0) & near, -1.0, 1.0)
+            found.append((np.where(near, best, -1), np.where(near, least, LIMIT), sign))
+        return [np.concatenate(part) for part in zip(*found, strict=True)]
+
+    def form(self, kind: int, i: int, j: int, sign: float) -> np.ndarray:
+        """The 8 x 8 matrix of one pair."""
+        name = KINDS[kind]
+        operands = (wrapped(name, self.query[name][i]), wrapped(name, self.reference[name][j]))
+        return full(formula("registration.motor_form", *operands, Numbers(sign, 0, "sign"))[0])
+
+
+def full(upper: np.ndarray) -> np.ndarray:
+    matrix = np.zeros((8, 8))
+    for value, (i, j) in zip(upper, HALVES, strict=True):
+        matrix[i, j] = matrix[j, i] = value
+    return matrix
+
+
+def least_motor(matrix: np.ndarray) -> np.ndarray:
+    """The motor of the least form: q' eliminated, the least eigenvector, the next motor."""
+    inner, cross = matrix[4:, 4:], matrix[:4, 4:]
+    inverse = np.linalg.pinv(inner, rcond=1e-12, hermitian=True)
+    _, vectors = np.linalg.eigh(matrix[:4, :4] - cross @ inverse @ cross.T)
+    q = vectors[:, 0]
+    raw = np.zeros(8)
+    order = [cga.kind("motor").blades.index(b) for b in registration.motor_blades(ALGEBRA)]
+    raw[order] = np.concatenate([q, -inverse @ cross.T @ q])
+    return unit_motor(raw)
+
+
+def unit_motor(raw: np.ndarray) -> np.ndarray:
+    return formula("registration.near_motor", cga.wrap(cga.layout("motor"), raw))[0]
+
+
+def same_motor(a: np.ndarray, b: np.ndarray, tolerance: float = 1e-12) -> None:
+    assert min(np.abs(a - b).max(), np.abs(a + b).max()) < tolerance
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    made = World()
+    made.scene.closeness(Closeness(WEIGHTS, LIMIT, 0.0, True))
+    return made
+
+
+@needs_compiler
+def test_driver_elements_invariants_and_steps(world):
+    for kind, rows in world.query.items():
+        np.testing.assert_allclose(
+            world.driver.elements(kind, rows), formula("registration.element", wrapped(kind, rows))[0], atol=1e-13
+        )
+    i, j = np.indices((COUNT, COUNT)).reshape(2, -1)
+    for a, b in PAIRS:
+        found = world.driver.invariants((a, b), (world.query[a], world.query[b]), (i, j))
+        operands = wrapped(a, world.query[a][i]), wrapped(b, world.query[b][j])
+        np.testing.assert_allclose(found, formula("registration.pair_invariants", *operands)[0], atol=1e-12)
+    twist = np.array([0.1, -0.2, 0.05, 0.3, -0.1, 0.2])
+    expected = formula("registration.stepped", wrapped("motor", world.motor), wrapped("twist", twist))[0]
+    np.testing.assert_allclose(world.driver.step(world.motor, twist), expected, atol=1e-15)
+
+
+@needs_compiler
+@pytest.mark.parametrize("align", [True, False])
+def test_driver_finds_the_nearest_of_all(world, align):
+    world.scene.closeness(Closeness(WEIGHTS, LIMIT, 0.0, align))
+    try:
+        for found, expected in zip(world.scene.match(world.motor), world.nearest(world.motor, align), strict=True):
+            np.testing.assert_allclose(found, expected, atol=1e-13)
+    finally:
+        world.scene.closeness(Closeness(WEIGHTS, LIMIT, 0.0, True))
+
+
+@needs_compiler
+def test_driver_samples_are_the_least_eigenvectors_of_their_forms(world):
+    random = np.random.default_rng(2)
+    members = np.array([random.choice(len(world.kinds), 3, replace=False) for _ in range(40)])
+    kinds, query = world.kinds[members], world.rows[members]
+    signs = np.where((query % 2 == 1) & np.isin(kinds, [KINDS.index(k) for k in DIRECTED]), -1.0, 1.0)
+    motors, scores, hits, tested = world.scene.samples(kinds, query, query + 2, signs, np.inf)
+    compared = 0
+    for n in range(len(members)):
+        matrix = sum(world.form(*pair) for pair in zip(kinds[n], query[n], query[n] + 2, signs[n], strict=True))
+        sizes = np.linalg.eigvalsh(matrix[4:, 4:])
+        if sizes[0] < 1e-3 * sizes[-1] or scores[n] < 0:
+            continue  # a translation is nearly free
+        same_motor(motors[n], least_motor(matrix), 1e-8)
+        indices, squares, _ = world.nearest(motors[n])
+        assert hits[n] == (indices >= 0).sum() and tested[n] == len(indices)
+        np.testing.assert_allclose(scores[n], (1 - squares / LIMIT).sum(), atol=1e-10)
+        compared += 1
+    assert compared > 20
+
+
+@needs_compiler
+def test_driver_refines_by_matching_and_estimating(world):
+    start = world.driver.step(world.motor, np.array([0.02, -0.01, 0.02, 0.05, -0.02, 0.03]))
+    motors, scores, hits, taken = world.scene.refine(start[None], 4, 0.0)
+    motor = start
+    for _ in range(4):
+        indices, squares, signs = world.nearest(motor)
+        near = 1 - squares / LIMIT
+        matrix = sum(
+            near[n] ** 2 * world.form(world.kinds[n], world.rows[n], indices[n], signs[n])
+            for n in np.flatnonzero(indices >= 0)
+        )
+        motor = least_motor(matrix)
+    same_motor(motors[0], motor, 1e-11)
+    indices, squares, _ = world.nearest(motor)
+    assert taken[0] == 4 and hits[0] == (indices >= 0).sum()
+    np.testing.assert_allclose(scores[0], (1 - squares / LIMIT).sum(), atol=1e-10)
+
+
+@needs_compiler
+def test_driver_stiffness_is_the_least_pivot(world):
+    random = np.random.default_rng(4)
+    members = np.array([random.choice(len(world.kinds), 3, replace=False) for _ in range(30)])
+    found = world.scene.stiffness(world.kinds[members], world.rows[members])
+    for n, one in enumerate(members):
+        total = np.zeros((8, 8))
+        for k, i in zip(world.kinds[one], world.rows[one], strict=True):
+            x = wrapped(KINDS[k], world.query[KINDS[k]][i])
+            total += full(formula("registration.motor_form", x, x, Numbers(1.0, 0, "sign"))[0])
+        left, least = total[1:7, 1:7], np.inf  # without 1 and the pseudoscalar
+        while len(left):
+            t = int(np.diag(left).argmax())
+            least = min(least, left[t, t])
+            rest = [i for i in range(len(left)) if i != t]
+            left = left[np.ix_(rest, rest)] - np.outer(left[rest, t], left[t, rest]) / left[t, t]
+        np.testing.assert_allclose(found[n], least, rtol=1e-8, atol=1e-13)
+    assert (world.scene.stiffness(np.array([[2, 2]]), np.array([[0, 0]])) < 1e-13).all()  # one line twice
+
+
+@needs_compiler
+@pytest.mark.parametrize("kind", KINDS)
+def test_driver_rates_are_those_of_the_formula(world, kind):
+    i = np.arange(COUNT)
+    found = world.scene.rates(kind, world.motor, i, i + 2)
+    operands = wrapped(kind, world.query[kind]), wrapped(kind, world.reference[kind][2:])
+    expected = np.hstack(formula("registration.moved_rates", wrapped("motor", world.motor), *operands))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+@needs_compiler
+def test_driver_steps_half_way_in_turn(world):
+    """Algorithm 1, against its formulas one after the other; the middle of the last round where it has settled."""
+    signs = np.where((world.rows % 2 == 1) & np.isin(world.kinds, [KINDS.index(k) for k in DIRECTED]), -1.0, 1.0)
+    partners = np.where(np.isin(world.kinds, [0, 5]), np.roll(np.arange(30).reshape(6, 5), -1, 1).ravel(), -1)
+    pairs = (world.kinds, world.rows, world.rows + 2, partners, signs)
+
+    def pair(n: int):
+        name, i = KINDS[world.kinds[n]], world.rows[n]
+        return wrapped(name, world.query[name][i]), wrapped(name, world.reference[name][i + 2])
+
+    def once(motor: np.ndarray) -> list[np.ndarray]:
+        motors = [motor]
+        for n, other in enumerate(partners):
+            r = wrapped("motor", motors[-1])
+            if other >= 0:
+                step = formula("estimation.half_step_of_two", r, *pair(n), *pair(other))
+            else:
+                step = formula("estimation.half_step", r, *pair(n), Numbers(signs[n], 0, "sign"))
+            motors.append(step[0])
+        return motors
+
+    found, changes, skipped = world.scene.direct(np.eye(8)[0], pairs, 3, 0.0)
+    motor = np.eye(8)[0]
+    for change in changes:
+        before, motor = motor, once(motor)[-1]
+        same = formula("estimation.change", wrapped("motor", motor), wrapped("motor", before))[0]
+        np.testing.assert_allclose(change, same[..., 0], rtol=1e-9, atol=1e-12)
+    assert skipped == 0 and len(changes) == 3
+    same_motor(found, motor)
+    settled, changes, _ = world.scene.direct(np.eye(8)[0], pairs, 50, 1e-12)
+    assert 2 < len(changes) < 50 and changes[-1] < 1e-12
+    last = world.scene.direct(np.eye(8)[0], pairs, len(changes) - 1, 0.0)[0]
+    middle = np.mean(once(last)[1:], 0)
+    same_motor(settled, unit_motor(middle))
+    assert np.abs(settled - last).max() > 1e-6

@@ -213,7 +213,8 @@ def test_what_fails_is_not_claimed():
                 failed += 1
                 false += found.converged
     assert failed > (1000 if FULL else 120)
-    assert false <= max(0.01 * failed, 1), (false, failed)
+    most = 0.01 * failed if FULL else stats.binom.ppf(0.95, failed, 0.01)  # of few scenes, what chance allows
+    assert false <= most, (false, failed)
 
 
 def test_what_succeeds_is_claimed():

@@ -18,7 +18,7 @@ import pytest
 import bladesmith as bs
 from bladesmith import reform
 from bladesmith.errors import BladesmithError, InputError
-from bladesmith.reform import distributed, summary, unfinished
+from bladesmith.reform import distributed, summary, unfinished, worker
 from bladesmith.reform.sketch import Sketch
 
 CGA = bs.cga3d
@@ -291,7 +291,7 @@ def test_lines_end_where_others_pass_however_the_model_is_turned():
     np.testing.assert_allclose(*lengths, rtol=0.2)
 
 
-@pytest.mark.parametrize("n", [2, 60])
+@pytest.mark.parametrize("n", [2, 12])
 def test_pictures_of_all_kinds(n, tmp_path):
     from PIL import Image
 
@@ -380,10 +380,12 @@ class Counting(Executor):
         return self.pool.submit(os._exit, 3) if self.sent == self.deadly else self.pool.submit(function, *arguments)
 
 
-def test_threads_of_an_executor_give_the_same(models, expected, small_pieces):
+@pytest.mark.parametrize("start", ["global", "proximity"])
+def test_threads_of_an_executor_give_the_same(start, models, small_pieces):
+    expected = reform.register(*models, seed=7, start=start)
     with ThreadPoolExecutor(2) as pool:
         counting = Counting(pool)
-        same(reform.register(*models, seed=7, executor=counting), expected)
+        same(reform.register(*models, seed=7, start=start, executor=counting), expected)
     assert counting.sent > 20
 
 
@@ -444,14 +446,14 @@ def test_workers_of_another_version_say_so(models, small_pieces, monkeypatch):
             ("__version__", "0.0.1", "a worker has bladesmith 0.0.1, the models come from"),
             ("_program_digest", lambda kinds: "other", "a worker has another bladesmith"),
         ):
-            packed = distributed.Sent.packed
+            packed = worker.Sent.packed
 
             def swapped(self, packed=packed, name=name, value=value):
                 found = packed(self)
-                monkeypatch.setattr(distributed, name, value)
+                monkeypatch.setattr(worker, name, value)
                 return found
 
-            monkeypatch.setattr(distributed.Sent, "packed", swapped)
+            monkeypatch.setattr(worker.Sent, "packed", swapped)
             with pytest.raises(BladesmithError, match=message):
                 reform.register(*models, executor=pool)
             monkeypatch.undo()
@@ -461,16 +463,21 @@ def test_workers_of_another_version_say_so(models, small_pieces, monkeypatch):
 
 def test_a_failing_piece_is_tried_twice(models, expected, small_pieces):
     class Failing(Counting):
+        """The second piece of every stage fails, so often."""
+
         def submit(self, function, /, *arguments):
-            self.sent += 1
-            if self.sent in self.deadly:
+            _, place, tries, _ = arguments[-1].split()
+            if place == "1" and int(tries) < self.deadly:
+                self.sent += 1
                 return self.pool.submit(divmod, 1, 0)
             return self.pool.submit(function, *arguments)
 
     with ThreadPoolExecutor(2) as pool:
-        same(reform.register(*models, seed=7, executor=Failing(pool, {3, 9})), expected)
+        failing = Failing(pool, 1)
+        same(reform.register(*models, seed=7, executor=failing), expected)
+        assert failing.sent > 2
         with pytest.raises(distributed.WorkerError, match="workers failed: ZeroDivisionError") as caught:
-            reform.register(*models, seed=7, executor=Failing(pool, set(range(3, 1000))))
+            reform.register(*models, seed=7, executor=Failing(pool, 2))
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
 
 
@@ -508,6 +515,19 @@ def test_an_interrupt_returns_the_best_so_far(models, small_pieces):
     assert np.abs(np.abs(moved.values) - (np.arange(moved.values.shape[-1]) == 0)).max() < 1e-9
     with ThreadPoolExecutor(1) as pool:  # which is left alone from then on
         assert reform.register(*models, progress=stop, executor=pool).message == unfinished.INTERRUPTED
+
+
+def test_an_interrupt_of_a_search_from_nearby():
+    _, table = tables()
+    query = table.transformed(CGA.translator((0.02, 0, 0.01)) * CGA.rotor((0, 0, 1), 0.02))
+
+    def stop(step):
+        if step.hits == 22:
+            raise KeyboardInterrupt
+
+    found = reform.register(query, table, start="proximity", progress=stop)
+    assert (found.converged, found.message) == (False, unfinished.INTERRUPTED)
+    np.testing.assert_array_equal(np.asarray(found.matches), np.arange(22))
 
 
 def test_an_interrupt_before_anything_was_found(models):

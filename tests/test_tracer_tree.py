@@ -407,3 +407,49 @@ def test_what_is_farther_than_numbers_go_is_not_hit(dtype):
     for found in (hits, directly):
         assert not found.hit and np.isnan(found.t) and np.isnan(found.point).all()
     assert plane.intersect(*rays).count == 0
+
+
+def crowd(random, count, size, evolved):
+    """Small surfaces close together, and for each a place on it, its size, a normal and two axes across."""
+    made, frames = [], []
+    for i in range(count):
+        center, way = random.normal(size=3) * random.choice([1, 2 * size]), random.normal(size=(2, 3))
+        normal = way[0] / np.linalg.norm(way[0])
+        u = np.cross(normal, way[1])
+        u /= np.linalg.norm(u)
+        v, s = np.cross(normal, u), size * 10 ** random.uniform(-3, 0)
+        if i % 5 == 0:
+            made.append(tracer.Sphere(center, s))
+        elif i % 5 == 1 or (i % 5 > 2 and not evolved):
+            made.append(tracer.Disc(center, normal, s))
+        elif i % 5 == 2:
+            made.append(tracer.Facets(center + s * np.stack([u, v, -u - v]), [[0, 1, 2]]))
+        elif i % 5 == 3:
+            last = center + s * normal + 0.2 * s * u, normal + 0.2 * u, 0.7 * s
+            made.append(tracer.EvolvedCircles([(center, normal, s), last]))
+        else:
+            ends = [center - s * u, center + s * u]
+            moved = [ends[0] + s * (v + 0.1 * normal), ends[1] + s * (v - 0.2 * normal)]
+            made.append(tracer.EvolvedPointPairs([ends, moved]))
+        frames.append((center, [s] * 3, normal, u, v))
+    return made, np.array(frames)
+
+
+@pytest.mark.parametrize(("dtype", "seed"), [(np.float64, 3), (np.float64, 31), (np.float32, 2), (np.float32, 5)])
+def test_rays_from_a_million_sizes_away_that_graze(dtype, seed):
+    """Nearly in the planes of discs, triangles and circles: what is hit, and where, hangs on rounding."""
+    random = np.random.default_rng(seed)
+    count = 2500
+    for _ in range(16):
+        made, frames = crowd(random, 60, 10 ** random.uniform(-3, 0), dtype == np.float64)
+        center, size, normal, u, v = np.moveaxis(frames[random.integers(0, 60, count)], 1, 0)
+        turn = random.uniform(0, 2 * np.pi, (count, 1))
+        slope = 10 ** random.uniform(-17, 0, (count, 1)) * random.choice([-1, 0, 1], (count, 1))
+        aside = random.choice([0, 0.3, 0.5, 1], (count, 1)) * random.random((count, 1)) ** 0.2
+        along = np.where(random.random((count, 1)) < 0.4, u, np.cos(turn) * u + np.sin(turn) * v) + slope * normal
+        targets = center + size * (
+            random.choice([0, 1], (count, 1)) * random.uniform(-1, 1, (count, 1)) * u + aside * v
+        )
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        origins = targets - along / length * 10 ** random.uniform(-2, 6, (count, 1))
+        assert both(made, origins.astype(dtype), along.astype(dtype)).hit.mean() > 0.05

@@ -9,10 +9,14 @@ counts as inside. So no ray passes between two triangles.
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select
+from ..multivector import Multivector, absolute, select
 from ..trace import Result, named, row
 from .euclidean import cross
+from .outcome import epsilon, only_if, size
 from .rays import dot, line, line_direction, unit, zero
+
+#: Roundings, of the sums of coordinates, by which a point may be beside a ray: less than boxes are wider (boxes.py).
+BESIDE = 128
 
 
 def facet_sides(
@@ -35,15 +39,20 @@ def facet_hit(
     """Parameter t of the ray's point on the triangle, the shares of its corners, and the point relative to A.
 
     The sides over their sum are the shares; t is that mean of the corners' own, and cannot leave their range however
-    the ray grazes. NaN where all vanish: the ray lies in the plane of the triangle and meets no more of it.
+    the ray grazes. NaN where all vanish: the ray lies in the plane of the triangle and meets no more of it. And where
+    one does that should not, so nearly does the ray lie in the plane: then that point is beside the ray.
     """
     total = sides[0] + sides[1] + sides[2]
     shares = [side / total for side in sides]
     seen = zero(a)
     for share, corner in zip(shares, (a, b, c), strict=True):
         seen = seen + share * (corner - origin)
+    t = seen["e3"] / direction["e3"]
+    beside, noise = seen - t * direction, BESIDE * epsilon(origin) * (size(origin) + size(a))
+    inside = (absolute(sides[0]) > 0) & (absolute(sides[1]) > 0) & (absolute(sides[2]) > 0)
+    t = only_if(inside | (dot(beside, beside) <= noise * noise), t)
     local = shares[1] * (b - a) + shares[2] * (c - a)
-    return row([seen["e3"] / direction["e3"]], "t"), row(shares, "shares"), named("local", local)
+    return row([t], "t"), row(shares, "shares"), named("local", local)
 
 
 def facet_normal(a: Multivector, b: Multivector, c: Multivector) -> Multivector:

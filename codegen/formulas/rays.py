@@ -135,16 +135,27 @@ def disc_hit(
     """Where a ray is on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the centre.
 
     Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1). No point of it is further from the centre
-    than the radius: where a ray only grazes, this tells the place better than a slope that is mostly rounding.
+    than the radius: where a ray only grazes, and its slope is mostly rounding, this tells better whether (t is NaN if
+    it does not) and where.
     """
     relative = origin - center
     rim = (dual_sphere(zero(relative), radius * radius) ^ normal).undual()
     meet = line(relative, direction) & rim
     over = reciprocal(dot(direction, direction))
     middle, half = -dot(relative, direction) * over, radius * sqrt(over)
+    foot, reach = relative + middle * direction, radius + rim_noise(origin, center, radius)
     t = within(-dot(relative, normal) / dot(direction, normal), middle - half, middle + half)
     along = select(along_plane(direction, normal), t.constant(1), t.constant(0))
+    t = only_if(dot(foot, foot) <= reach * reach, t)
     return row([t, dot(meet, meet), along], "t_square_along"), named("local", relative + t * direction)
+
+
+def rim_noise(origin: Multivector, center: Multivector, radius: Multivector) -> Multivector:
+    """By how much a ray's distance from a disc may be off.
+
+    Twice that of `along_plane`: where the slope is below its noise, a point within the disc is below this one.
+    """
+    return 2 * FLAT * epsilon(origin) * (size(origin) + size(center) + radius)
 
 
 def rim_hit(
@@ -160,8 +171,7 @@ def rim_hit(
     relative = origin - center
     middle = -dot(relative, direction) / dot(direction, direction)
     foot = relative + middle * direction
-    # twice that of `along_plane`: where the slope is below its noise, a point within the disc is below this one
-    noise = 2 * FLAT * epsilon(origin) * (size(origin) + size(center) + radius)
+    noise = rim_noise(origin, center, radius)
     inside = along_plane(direction, normal) & (absolute(dot(foot, normal)) <= noise)
     distance = sqrt(dot(foot, foot))
     touches = absolute(distance - radius) <= noise

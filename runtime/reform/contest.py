@@ -37,7 +37,7 @@ SAME, SAME_POSE = 4.0, 1e-3
 CONTENDERS, MOST_EQUAL = 64, 24
 #: The best motor's lead over its rivals is believed if chance gives such a one with a smaller probability; and that
 #: of the last motor that serves as well.
-LEVEL, LAST_LEVEL = 0.02, 0.25
+LEVEL, LAST_LEVEL = 0.01, 0.2
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,6 @@ bit, so that neither the number of workers nor their order changes a result.
 
 from __future__ import annotations
 
-import pickle
-import threading
-from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field
@@ -21,19 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import parallel
-from ..codegen.programs.reform import in_order, reform_program
-from ..codegen.version import __version__
 from ..errors import BladesmithError, InputError
-from .backends import backend_of
 from .engine import Closeness, Side
+from .worker import Sent, work
 
 Array = NDArray[Any]
 #: Samples that are worth a call, some ten milliseconds; and objects to be laid on others, over all motors of a call.
 SAMPLES, OBJECTS = 1 << 11, 1 << 17
 #: Models of at most this many bytes go along with every piece: that is cheaper than to ask whether they are known.
 CARRIED = 1 << 16
-#: Pairs of models that each thread of a worker keeps.
-KEPT = 2
 #: Calls of a piece whose worker ended, at most.
 TRIES = 2
 REMEDY = "Give an open concurrent.futures.Executor"
@@ -41,91 +34,6 @@ REMEDY = "Give an open concurrent.futures.Executor"
 
 class WorkerError(BladesmithError):
     """A worker of an executor failed or ended, and did so again."""
-
-
-# -- the worker's side -----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Sent:
-    """Two models as numbers, without what computes with them.
-
-    Attributes
-    ----------
-    backend : str
-    threads : int
-        Of each worker.
-    query, reference : Side
-    kinds, rows : int32 arrays (n,)
-        Query objects that are looked at.
-    """
-
-    backend: str
-    threads: int
-    query: Side
-    reference: Side
-    kinds: Array
-    rows: Array
-
-    def packed(self) -> bytes:
-        """The same as bytes, which are cheap to send many times."""
-        program = _program_digest(tuple(self.query.rows))
-        return pickle.dumps((__version__, program, pickle.dumps(self)))
-
-    def scene(self) -> Any:
-        """What computes with them here."""
-        made = backend_of(self.backend)
-        return made.scene(self.query, self.reference, self.kinds, self.rows, self.threads)
-
-
-class _Known(threading.local):
-    """Models that this thread keeps: what computes with them has a state, which threads do not share."""
-
-    def __init__(self) -> None:
-        self.scenes: OrderedDict[str, Any] = OrderedDict()
-
-
-_known = _Known()
-
-
-def work(
-    digest: str, payload: bytes | None, closeness: Closeness, stage: str, arguments: tuple[Any, ...], _call: str = ""
-) -> tuple[Array, ...] | None:
-    """What a worker is called for: a stage of a scene on some of its items; None if it has to be sent the models.
-
-    Clusters take calls with equal arguments for one: the name of the call keeps those of two registrations apart, so
-    that neither is cancelled, or fails, with the other.
-    """
-    scenes = _known.scenes
-    if digest not in scenes:
-        if payload is None:
-            return None
-        scenes[digest] = _unpacked(payload).scene()
-        while len(scenes) > KEPT:
-            scenes.popitem(last=False)
-    scenes.move_to_end(digest)
-    scene = scenes[digest]
-    scene.closeness(closeness)
-    found: tuple[Array, ...] = getattr(scene, stage)(*arguments)
-    return found
-
-
-def _unpacked(payload: bytes) -> Sent:
-    version, program, content = pickle.loads(payload)
-    if version != __version__:
-        raise BladesmithError(f"a worker has bladesmith {__version__}, the models come from {version}.")
-    sent: Sent = pickle.loads(content)
-    if program != _program_digest(tuple(sent.query.rows)):
-        raise BladesmithError(f"a worker has another bladesmith {version} than the one that the models come from.")
-    return sent
-
-
-def _program_digest(kinds: tuple[str, ...]) -> str:
-    """What tells the formulas of two installations apart."""
-    return sha256(reform_program(in_order(kinds)).source.encode()).hexdigest()
-
-
-# -- this side -------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -153,7 +61,7 @@ class SharedScene:
     local: Any
     sent: Sent
     executor: Executor
-    _closeness: Closeness | None = None
+    _closeness: Closeness = field(default_factory=lambda: Closeness((0.0, 0.0, 0.0), 0.0))
     _packed: tuple[str, bytes] | None = field(default=None, repr=False)
 
     @property
@@ -173,13 +81,11 @@ class SharedScene:
         self.local.closeness(given)
         self._closeness = given
 
-    def samples(
-        self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float
-    ) -> tuple[Array, Array, Array, Array]:
+    def samples(self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float) -> Any:
         """As of `engine.Scene`."""
         return self._shared("samples", (kinds, query, reference, signs), (residual,), SAMPLES)
 
-    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
+    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> Any:
         """As of `engine.Scene`."""
         grain = max(1, OBJECTS // max(self.asked * max(rounds, 1), 1))
         return self._shared("refine", (motors,), (rounds, settled), grain)
@@ -315,4 +221,4 @@ def _told(error: Exception) -> str:
     return f"{type(error).__name__}{f': {error}' if str(error) else ''}".rstrip(".")
 
 
-__all__ = ["Sent", "SharedScene", "WorkerError", "shared", "work"]
+__all__ = ["SharedScene", "WorkerError", "shared"]

@@ -26,6 +26,8 @@ Array = NDArray[Any]
 SPREAD, LEAST_SPREAD = 4.0, 1e-7
 #: Rounds of matching, with a threshold that follows the distances, and descent.
 ROUNDS_OF_POLISH = 4
+#: A pose is doubtful if the descent leaves less than this share of the matches.
+LEFT = 0.7
 #: That threshold is at most so many times the reach of the search.
 MOST_GROWTH = 4.0
 
@@ -113,7 +115,7 @@ def _result(
     change = np.asarray(_world(np.eye(6), job.reference, job.algebra)._data).T
     undetermined = job.algebra.wrap(job.algebra.kind("twist"), free @ change.T)
     job.history.append(Step("polish", spread, found.candidates, int((indices >= 0).sum()), best.cost))
-    message = _message(job, found, undetermined)
+    message = _message(job, found, undetermined, int((indices >= 0).sum()))
     return Registration(
         motor=world[0], matches=PerItem(matches), inliers=PerItem({k: m >= 0 for k, m in matches.items()}),
         cost=best.cost, history=job.history, converged=not message, covariance=wider * (change @ inside @ change.T),
@@ -122,9 +124,11 @@ def _result(
     )  # fmt: skip
 
 
-def _message(job: Job, found: Found, undetermined: Multivector) -> str:
+def _message(job: Job, found: Found, undetermined: Multivector, matched: int) -> str:
     """Why the result is not to be relied on; empty if it is."""
     if found.doubt <= math.log10(CHANCE):
+        if matched < LEFT * found.hits[0]:
+            return "the descent lost matches: they are few, or noise is as large as what tells objects apart"
         free = f"the matches leave free, or nearly free, {in_words(undetermined)}"
         return free if len(undetermined) else ""
     if found.contest is not None and job.scene.asked <= found.contest.size:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from operator import index
 from typing import Any
 
@@ -18,6 +19,7 @@ from .model import Model
 from .progress import told
 from .result import Registration, Step
 from .sampling import sampled
+from .scale import similar
 from .search import CHANCE, TOLERANCES, Found, Search
 from .unfinished import unfinished
 
@@ -41,6 +43,7 @@ def register(
     start: str | Multivector = "global",
     align: bool = True,
     length: float = 1.0,
+    similarity: bool = False,
     executor: Any = None,
     progress: bool | Callable[[Step], None] = False,
 ) -> Registration:
@@ -71,6 +74,9 @@ def register(
         x and -x are one object. Otherwise orientations must agree.
     length : float
         What a rotation by a radian counts as, against translations, in units of the models' size.
+    similarity : bool
+        The reference may be larger or smaller than the query: the result's ``scale`` s is found too, and a point x goes
+        to motor (s x), scaled about the world's origin.
     executor : concurrent.futures.Executor, optional
         Shares the samples over its workers, for example a cluster's.
     progress : bool or callable
@@ -86,6 +92,8 @@ def register(
     ------
     InputError
         If a model is empty, the models have no kind in common, or an argument makes no sense.
+    UndeterminedError
+        If nothing is found because the objects leave a motion free: it names the motions, and has them as ``motions``.
 
     Notes
     -----
@@ -109,6 +117,13 @@ def register(
     True
     """
     _check_models(query, reference)
+    if truth(similarity, "similarity"):
+        same = partial(
+            register, reference=reference, samples=samples, sample_size=sample_size, iterations=iterations, seed=seed,
+            threads=threads, backend=backend, start=start, align=align, length=length, executor=executor,
+            progress=progress,
+        )  # fmt: skip
+        return similar(query, reference, same)
     samples = _count(samples, "samples", MOST_SAMPLES)
     sample_size = None if sample_size is None else _count(sample_size, "sample_size", 64)
     rounds = ROUNDS if iterations is None else _count(iterations, "iterations", MOST_SAMPLES)

@@ -35,8 +35,9 @@ KEPT, MOST_COMPARED = 64, 16
 LEAST = 0.1
 #: An answer is no chance if fewer than this many of that quality are expected among all motors that were tried.
 CHANCE = 1e-4
-#: Share of the sets that may have missed a right motor, when the search stops.
-MISSED = 1e-4
+#: Probability that a right motor, or one that serves as well, has been missed when the search stops; share of the right
+#: sets whose invariants noise leaves within a tolerance.
+MISSED, WITHIN = 1e-4, 0.4
 #: Objects that verify a motor while searching.
 VERIFIED = 512
 
@@ -188,6 +189,7 @@ class Search:
         if here.doubt > math.log10(CHANCE):
             return False
         right = (here.hits[0] / self.scene.asked * self.sets.tables.share) ** self.sets.size
+        right *= 1.0 if here.tolerance <= TOLERANCES[0] else WITHIN
         return bool(here.sets * math.log(max(1 - right, 1e-300)) <= math.log(MISSED))
 
     def _blocks(self, tolerance: float) -> Iterator[tuple[int, Samples]]:

@@ -130,7 +130,7 @@ class Sketch:
             return squares
         cut = shapes.planes_in(self.box, normal, offset)
         squares = np.concatenate([squares, np.repeat(squares[:, :1], cut.shape[1] - 4, 1)], 1)
-        missed = ~np.isfinite(cut).all((1, 2))
+        missed = ~np.asarray(np.isfinite(cut).all((1, 2)), bool)
         return np.where(missed[:, None, None], squares, cut)
 
     def parts(self, colors: dict[str, Rgba]) -> Iterator[Strokes | Faces | Marks]:

@@ -22,7 +22,7 @@ TIME_MARGIN, DECADES = 3.0, 2.0
 #: An axis shorter than this factor has labels between its decades.
 FEW_DECADES = 300.0
 #: Labels are tried at these places around their point, in points of the page: the first that is free wins.
-PLACES = [(x, y) for y in (4, -10, 13, -19, 22, -28) for x in (5, -5)]
+PLACES = [(x, y) for y in (4, -10, 13, -19, 22, -28, 31, -37) for x in (5, -5)]
 LABEL_SIZE, DOTS_PER_INCH = 7, 110
 #: Half the side of what a point's mark covers, in pixels.
 MARK = 4
@@ -71,14 +71,14 @@ def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
     for column, name in zip(grid.T, names, strict=True):
         panel, values = column[-1], [float(r.value or 0) for r in rows if r.sweep == name]
         panel.set(xscale="log", yscale="log", xlabel=name)
-        _ticks(panel.xaxis, max(values) / min(values))
+        _ticks(panel.xaxis, max(values) / min(values) / TIME_MARGIN**2)  # what is varied has short numbers
         for each in column:
             each.grid(True, which="major", alpha=0.3)
         for method, setting in lines:
             own = [r for r in rows if r.sweep == name and (r.method, r.setting) == (method, setting)]
             found = [r for r in own if not _all_lost(r)]
             style: Any = "--" if setting == "float32" else "-"
-            color = f"C{methods.index(method)}"
+            color, rank = f"C{methods.index(method)}", len(methods) - 1 - methods.index(method)
             label = f"{method} {setting}".strip()
             handles.setdefault(label, Line2D([], [], linestyle=style, color=color, label=label))
             panel.plot([r.value for r in found], [_height(r) for r in found], style, color=color)
@@ -89,7 +89,9 @@ def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
                     panel.plot([r.value], [TOP], "x", color=color, transform=panel.get_xaxis_transform())
             if study.shares:
                 kept = [1 - r.lost / r.count for r in own]
-                column[0].plot([r.value for r in own], kept, style, marker="o", ms=4, color=color)
+                column[0].plot(
+                    [r.value for r in own], kept, style, marker="o", ms=4 + 2 * rank, color=color
+                )  # seen behind each other
     grid[-1, 0].set_ylabel(f"largest error ({study.unit})")
     if study.shares:
         grid[0, 0].set(ylabel="share not lost", ylim=(-0.03, 1.03))

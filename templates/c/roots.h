@@ -20,7 +20,8 @@
    holds one root when f changes sign and p has at most two roots. Otherwise it is halved. So no tolerance tells
    true from false. One is needed where p drowns in its own rounding errors, because roots of p lie closer together
    than about the square root of the unit roundoff: there f is asked at its extremum (ROOTS(settle)), and where it is
-   zero to rounding, a touching root is reported once. */
+   zero to rounding, a touching root is reported once. And where [begin, end] begins or ends at a root: there the sign of
+   f is chance, and so the end is moved inwards to where it is certain (ROOTS(trim)). */
 
 #ifndef BS_ROOTS_CONSTANTS
 #define BS_ROOTS_CONSTANTS

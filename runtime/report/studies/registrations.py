@@ -16,8 +16,8 @@ from .poses import Scene, Scenes, describe, right_poses, scenes, true_poses
 
 Array = NDArray[Any]
 #: Values of the knobs; the setting at which sweeps are run.
-SAMPLES, TEXT_SAMPLES, RANSAC_SAMPLES, CLIFFORD_SAMPLES = (8, 16, 64, 256), (16, 64, 256), (10_000, 100_000), (5,)
-USUAL = {"register": 64, "proximity": 64, "anywhere": 100_000}
+SAMPLES, TEXT_SAMPLES, RANSAC_SAMPLES, CLIFFORD_SAMPLES = (8, 16, 64, 256), (64, 256), (10_000, 100_000), (5,)
+USUAL, USUAL_RANSAC = 64, 100_000
 #: Objects up to which methods that take long are run: by RANSAC and by `clifford`, by GICP. Scenes of a case for those
 #: that take long, and for `clifford`.
 FEW_OBJECTS, MOST_OBJECTS = 50, 100
@@ -36,7 +36,7 @@ def registered(inputs: Scenes, samples: int, start: str = "global") -> Array | N
     """`reform.register` on one thread, at the usual setting alone in sweeps."""
     from ... import reform
 
-    if inputs.is_swept and samples != USUAL["register"]:
+    if inputs.is_swept and samples != USUAL:
         return None
 
     def find(scene: Scene) -> Any:
@@ -46,12 +46,16 @@ def registered(inputs: Scenes, samples: int, start: str = "global") -> Array | N
 
 
 def by_proximity(inputs: Scenes, samples: int) -> Array | None:
-    """REFORM of the text (5.5): `reform.register` from where the query stands."""
+    """REFORM of the text (5.5): `reform.register` from where the query stands; of large models in sweeps alone."""
+    if inputs.size > MOST_OBJECTS and not inputs.is_swept:
+        return None
     return registered(inputs, samples, "proximity")
 
 
-def iterated(inputs: Scenes, _: None) -> Array:
-    """Iterative matching alone (5.4)."""
+def iterated(inputs: Scenes, _: None) -> Array | None:
+    """Iterative matching alone (5.4); of large models in sweeps alone."""
+    if inputs.size > MOST_OBJECTS and not inputs.is_swept:
+        return None
     from ...reform.iterate import iterate
 
     return poses_of(inputs, lambda scene: iterate(scene.query, scene.reference, threads=1).motor.to_matrix())
@@ -68,7 +72,7 @@ def points_anywhere(inputs: Scenes, samples: int) -> Array | None:
     """Points of lines, by features and RANSAC: of few lines, for it takes long."""
     if not inputs.is_of_lines or inputs.size > FEW_OBJECTS:
         return None
-    if inputs.is_swept and samples != USUAL["anywhere"]:
+    if inputs.is_swept and samples != USUAL_RANSAC:
         return None
     return poses_of(inputs, lambda scene: pose_peers.anywhere(scene, samples))
 

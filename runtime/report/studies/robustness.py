@@ -31,7 +31,7 @@ STUDY = replace(
     REGISTRATIONS,
     name="robustness",
     title="How often a pose is found",
-    methods=tuple(replace(m, most=EACH_SLOW) if m.slow else m for m in REGISTRATIONS.methods),
+    methods=tuple(replace(m, most=EACH_SLOW) if m.slow else m for m in REGISTRATIONS.methods if m.prepare is None),
     cases=(
         Case("20 lines, a tenth away, noise 0.001", scenes(LINES, True, displacement=NEAR, noise=1e-3), "ordinary",
              describe),
