@@ -7,6 +7,8 @@ stores the square of its distance, and subtracting two such squares loses every 
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from ..multivector import Mask, Multivector, absolute, exp, log, reciprocal, select, sqrt
 from ..status import Status
 from ..trace import Result, named, row
@@ -21,6 +23,8 @@ from .outcome import epsilon, is_finite, only_if, outcome, size
 
 #: A ray lies in a plane if its slope is below this many rounding errors: two or three come with its own numbers.
 FLAT = 8
+#: Slope below which a ray grazes: above, a point is off by less than boxes are wider for rounding (boxes.py).
+GRAZING = Fraction(1, 64)
 
 
 def zero(x: Multivector) -> Multivector:
@@ -134,20 +138,33 @@ def disc_hit(
 ) -> tuple[Result, Result]:
     """Where a ray is on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the centre.
 
-    Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1). No point of it is further from the centre
-    than the radius: where a ray only grazes, and its slope is mostly rounding, this tells better whether (t is NaN if
-    it does not) and where.
+    Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1). It runs along: 1, it grazes: -1.
     """
     relative = origin - center
     rim = (dual_sphere(zero(relative), radius * radius) ^ normal).undual()
     meet = line(relative, direction) & rim
+    slope = dot(direction, normal)
+    t = -dot(relative, normal) / slope
+    grazes = select(absolute(slope) <= GRAZING * size(direction), t.constant(-1), t.constant(0))
+    along = select(along_plane(direction, normal), t.constant(1), grazes)
+    return row([t, dot(meet, meet), along], "t_square_along"), named("local", relative + t * direction)
+
+
+def disc_graze(
+    origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
+) -> tuple[Result, Result]:
+    """The parameter, and the point from the centre, of a ray that grazes a disc: its slope may be mostly rounding.
+
+    No point of the disc is further from the centre than the radius: this tells better whether the ray meets it (t is
+    NaN if not) and where.
+    """
+    relative = origin - center
     over = reciprocal(dot(direction, direction))
     middle, half = -dot(relative, direction) * over, radius * sqrt(over)
     foot, reach = relative + middle * direction, radius + rim_noise(origin, center, radius)
-    t = within(-dot(relative, normal) / dot(direction, normal), middle - half, middle + half)
-    along = select(along_plane(direction, normal), t.constant(1), t.constant(0))
-    t = only_if(dot(foot, foot) <= reach * reach, t)
-    return row([t, dot(meet, meet), along], "t_square_along"), named("local", relative + t * direction)
+    near = within(-dot(relative, normal) / dot(direction, normal), middle - half, middle + half)
+    t = only_if(dot(foot, foot) <= reach * reach, near)
+    return row([t], "t"), named("local", relative + t * direction)
 
 
 def rim_noise(origin: Multivector, center: Multivector, radius: Multivector) -> Multivector:

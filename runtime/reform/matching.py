@@ -151,26 +151,35 @@ def cost_matrix(
     x, y, _, _ = _framed(query, reference, length)
     ending, turned = chosen(cost, COSTS, "cost"), truth(align, "align")
     rule = Rule(cost=ending, align=turned, threads=threads)
+    if ending == "distance":
+        common = tuple(k for k in x if k in y)
+        a, b = (_side(Driver(common, threads), part, common).elements for part in (x, y))
+        return {k: _distances(k, a[k], b[k], turned) for k in common}
     return {k: np.concatenate(list(_blocks(x[k], y[k], rule))) for k in x if k in y}
 
 
 def matched(x: Mapping[str, Multivector], y: Mapping[str, Multivector], rule: Rule) -> dict[str, Found]:
     """Matches of the kinds that both have, of objects in one frame."""
-    found = {}
     common = tuple(k for k in x if k in y)
-    driver = Driver(common, rule.threads)
+    query, reference = sides = [_side(Driver(common, rule.threads), part, common) for part in (x, y)]
+    near = _nearest_in_grid(*sides, rule) if rule.cost == "distance" else {}
+    found = {}
     for kind in common:
-        find = _nearest_in_grid if rule.cost == "distance" else _nearest
-        indices, costs = find(x[kind], y[kind], rule)
+        indices, costs = near[kind] if kind in near else _nearest(x[kind], y[kind], rule)
         signs = np.ones(len(indices))
         has = np.flatnonzero(indices >= 0)
-        first, second = (driver.elements(kind, part._data) for part in (x[kind][has], y[kind][indices[has]]))
+        first, second = query.elements[kind][has], reference.elements[kind][indices[has]]
         signs[has[(first[:, 3:6] * second[:, 3:6]).sum(1) < 0]] = -1  # of axes: rounds far apart agree by another sign
         if math.isfinite(rule.reach):
             far = has[squares(kind, first, second, rule.align) > rule.reach * rule.reach]
             indices[far], costs[far], signs[far] = -1, math.inf, 1
         found[kind] = indices, costs, signs
     return found
+
+
+def _side(driver: Driver, given: Mapping[str, Multivector], kinds: tuple[str, ...]) -> Side:
+    rows = {k: np.ascontiguousarray(given[k]._data, np.float64) for k in kinds}
+    return Side(rows, {k: driver.elements(k, part) for k, part in rows.items()})
 
 
 def _nearest(x: Multivector, y: Multivector, rule: Rule) -> tuple[Array, Array]:
@@ -195,39 +204,42 @@ def _nearest(x: Multivector, y: Multivector, rule: Rule) -> tuple[Array, Array]:
     return indices, costs
 
 
-def _nearest_in_grid(x: Multivector, y: Multivector, rule: Rule) -> tuple[Array, Array]:
-    """The same by distance, from the driver: no costs of far pairs are made where there is a threshold."""
-    kind, driver = x.kind.name, Driver((x.kind.name,), rule.threads)
-    sides = [Side({kind: part._data}, {kind: driver.elements(kind, part._data)}) for part in (x, y)]
+def _nearest_in_grid(query: Side, reference: Side, rule: Rule) -> dict[str, tuple[Array, Array]]:
+    """The same by distance, of all kinds, from the driver: far pairs are not looked at where there is a threshold."""
     limit = closeness_within(min(rule.reach, ANYWHERE), 0.0, rule.align)
-    there, costs = _driven(sides[0], sides[1], kind, limit, rule.threads)
+    found = _driven(query, reference, limit, rule.threads)
     if rule.assignment == "symmetric":
-        back, _ = _driven(sides[1], sides[0], kind, limit, rule.threads)
-        there[back[there] != np.arange(len(there))] = -1
-    costs[there < 0] = math.inf
-    return there, costs
+        for kind, (back, _) in _driven(reference, query, limit, rule.threads).items():
+            there = found[kind][0]
+            there[back[there] != np.arange(len(there))] = -1
+    for indices, costs in found.values():
+        costs[indices < 0] = math.inf
+    return found
 
 
-def _driven(query: Side, reference: Side, kind: str, limit: Closeness, threads: int | None) -> tuple[Array, Array]:
-    rows = np.arange(len(query.rows[kind]), dtype=np.int32)
-    scene = Scene(query, reference, np.full(len(rows), KINDS.index(kind), np.int32), rows, threads)
+def _driven(query: Side, reference: Side, limit: Closeness, threads: int | None) -> dict[str, tuple[Array, Array]]:
+    rows = [np.arange(len(part), dtype=np.int32) for part in query.rows.values()]
+    kinds = [np.full(len(part), KINDS.index(k), np.int32) for k, part in query.rows.items()]
+    scene = Scene(query, reference, np.concatenate(kinds), np.concatenate(rows), threads)
     scene.closeness(limit)
     indices, costs, _ = scene.match(np.eye(MOTOR)[0])
-    return indices.astype(np.int64), costs
+    ends = np.cumsum([len(part) for part in rows])[:-1]
+    parts = (np.split(values, ends) for values in (indices.astype(np.int64), costs))
+    return {k: (i.copy(), c.copy()) for k, i, c in zip(query.rows, *parts, strict=True)}
 
 
 def _blocks(x: Multivector, y: Multivector, rule: Rule) -> Iterator[Array]:
     """Costs of all pairs, some rows at a time; infinite where there is none."""
-    if rule.cost == "distance":
-        kind, driver = x.kind.name, Driver((x.kind.name,), rule.threads)
-        a, b = (driver.elements(kind, part._data) for part in (x, y))
-        step = max(1, BLOCK // (ELEMENT * len(b)))
-        yield from (squares(kind, a[i : i + step, None], b[None], rule.align) for i in range(0, len(a), step))
-        return
     step = max(1, BLOCK // y.shape[0])
     for i in range(0, x.shape[0], step):
         block = objects.cost_matrix(x[i : i + step], y, rule.cost, rule.align, rule.threads)
         yield np.where(np.isnan(block), math.inf, block)
+
+
+def _distances(kind: str, a: Array, b: Array, align: bool) -> Array:
+    """Squares of the distances of all pairs of elements."""
+    step = max(1, BLOCK // (ELEMENT * len(b)))
+    return np.concatenate([squares(kind, a[i : i + step, None], b[None], align) for i in range(0, len(a), step)])
 
 
 def squares(kind: str, a: Array, b: Array, align: bool = True, signs: Array | None = None) -> Array:

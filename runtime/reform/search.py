@@ -25,6 +25,8 @@ Array = NDArray[Any]
 TOLERANCES = (1e-6, 1e-3, 1e-2, 3e-2)
 #: Objects that a verified motor lays on each other may be off by this many tolerances.
 REACH = 3.0
+#: Pairs of a table that one call looks at.
+MOST_LOOKED_AT = 1 << 19
 #: Candidates of one call of the driver, at first and at most, of one tolerance; sets of the first call.
 FIRST_BLOCK, BLOCK, MOST_CANDIDATES, FIRST_SETS = 256, 1 << 16, 1 << 20, 16
 #: What rounding leaves of the form of a sample's motor.
@@ -196,8 +198,10 @@ class Search:
         """Samples for the driver, and how many sets they come from: few at first, for they may do."""
         chosen, expected = self.sets.in_order(tolerance)
         done = total = 0
+        share = 1.0  # of what is expected: a table is sorted by one invariant, and four must agree
         while done < len(chosen) and total < MOST_CANDIDATES:
-            within = np.searchsorted(np.cumsum(expected[done:]), min(max(total, FIRST_BLOCK), BLOCK))
+            few = min(min(max(total, FIRST_BLOCK), BLOCK) / share, MOST_LOOKED_AT)
+            within = np.searchsorted(np.cumsum(expected[done:]), few)
             end = done + min(max(int(within), 1), max(done, FIRST_SETS))
             parts = [
                 self.sets.samples_of(kinds, chosen[done:end][m], tolerance)
@@ -207,6 +211,7 @@ class Search:
             total += len(kinds)
             yield min(end, len(chosen)) - done, (kinds, query, rows, signs)
             done = end
+            share = min(1.0, (total + 1) / max(1, expected[:done].sum()))
 
 
 def _counted(found: Found, here: Found) -> Found:

@@ -15,12 +15,22 @@ BS_OWN void FN(disc_rim)(FN(search) *search, const S *k, const FN(ray) *ray)
   FN(offer)(search, t[1], k, last);
 }
 
+/* A ray that only grazes the disc. */
+BS_COLD void FN(disc_grazed)(FN(search) *search, const S *k, const FN(ray) *ray)
+{
+  S t[1], local[3];
+  FN(cga3d_disc_graze)(t, local, ray->origin, ray->direction, k, k + 3, k + 6);
+  FN(offer)(search, t[0], k, local);
+}
+
 BS_OWN void FN(disc_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t_square_along[3], local[3];
   FN(cga3d_disc_hit)(t_square_along, local, ray->origin, ray->direction, k, k + 3, k + 6);
   if (t_square_along[2] > 0) {
     FN(disc_rim)(search, k, ray);
+  } else if (t_square_along[1] <= 0 && t_square_along[2] < 0) {
+    FN(disc_grazed)(search, k, ray);
   } else if (t_square_along[1] <= 0) {
     FN(offer)(search, t_square_along[0], k, local);
   }

@@ -101,9 +101,8 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
     BS_SCENE_KINDS(BS_EACH)
 #undef BS_EACH
     const V distance = rays.t * SQRT(square);
-    const M found = AND(valid, GE(rays.id, SPLAT(0))), within = LE(distance + reach, SPLAT(BS_FAR));
-    const M told = AND(valid, OR(NOT(found), within)); /* as scene_rays.h has it */
-    const V id = SELECT(AND(found, within), rays.id, SPLAT(-1));
+    const V id = SELECT(AND(valid, LE(distance + reach, SPLAT(BS_FAR))), rays.id, SPLAT(-1));
+    const M told = AND(valid, EQ(id, rays.id)); /* nothing found is too far away: as scene_rays.h has it */
     const V t = SELECT(GE(id, SPLAT(0)), distance, SPLAT(BS_NOT_A_NUMBER));
     const FN(wide_ids) ids = __builtin_convertvector(id, FN(wide_ids));
     if (count == W && !ANY(NOT(told))) {
