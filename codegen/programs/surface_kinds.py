@@ -79,7 +79,9 @@ _FACET = (
     Declared(facets.facet_normal, _CORNERS),
 )
 _SMOOTH = Declared(facets.smooth_normal, ("position", *_CORNERS, "unit", "unit", "unit", "numbers3"))
-_DISC = tuple(Declared(f, (*_RAY, "position", "unit", "number")) for f in (rays.disc_hit, rays.disc_graze, rays.rim_hit))
+_DISC = tuple(
+    Declared(hit, (*_RAY, "position", "unit", "number")) for hit in (rays.disc_hit, rays.disc_graze, rays.rim_hit)
+)
 #: Kinds that are no family; programs number theirs in this order, families after them.
 PLAIN = {
     kind.name: kind

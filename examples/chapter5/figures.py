@@ -14,9 +14,6 @@ import numpy as np
 
 import bladesmith as bs
 from bladesmith import plot, reform
-from bladesmith.reform.estimate import estimate_rotor
-from bladesmith.reform.iterate import iterate
-from bladesmith.reform.matching import match
 
 HERE = Path(__file__).resolve().parent
 CGA = bs.cga3d
@@ -58,20 +55,20 @@ def tables(folder: Path) -> None:
     reform.draw_model(table, ax, BLACK, "reference")
     plot.save(folder / "figure_5_1.png", reform.draw_model(query, ax, RED, "query"))
 
-    matches = np.asarray(match(query, table, cost="thesis").indices)
+    matches = np.asarray(reform.match(query, table, cost="thesis").indices)
     ax = page("Proximity", int((matches == own).sum()), count)
     reform.draw_model(table, ax, by_match(matches == own))
     plot.save(folder / "figure_5_2.png", reform.draw_model(query, ax, RED, "query", width=0.8))
 
     for number, method in (("5_3", "optimize"), ("5_4", "direct")):
-        motor = estimate_rotor(query, table.subset({"lines": matches}), method)
+        motor = reform.estimate_rotor(query, table.subset({"lines": matches}), method)
         ax = page({"optimize": "Least cost over these matches", "direct": "Algorithm 1 on these matches"}[method])
         reform.draw_model(table, ax, BLACK, "reference")
         reform.draw_model(query, ax, BLUE, "query, moved", motor=motor)
         plot.save(folder / f"figure_{number}.png", reform.draw_model(query, ax, RED, "query", width=0.6))
 
     query = displaced(table, FAR, 0.5, (0.5, 1.6))
-    stuck = iterate(query, table, robust=False)
+    stuck = reform.iterate(query, table, robust=False)
     right = np.asarray(stuck.matches) == own
     ax = page("Iterative matching is stuck", int(right.sum()), count)
     reform.draw_model(table, ax, by_match(right))

@@ -48,7 +48,7 @@ class Estimate:
         after the descent.
     status : Status
         OK; NOT_CONVERGED: the iterations ended before it came to rest; NOT_UNIQUE: the objects leave motions free
-        (``undetermined``), one of many is returned; SINGULAR: no step could be made.
+        (``undetermined``), one of many is returned.
     inliers : PerItem of bool
         Pairs that count.
     signs : PerItem of float
@@ -246,8 +246,6 @@ def _result(ground: Ground, pairs: Pairs, motor: Array, keep: Array, last: Estim
     status = Status.OK if last.settled else Status.NOT_CONVERGED
     if len(free):
         status = Status.NOT_UNIQUE
-    elif how.method == "direct" and not last.settled and last.history[-1] == 0.0:
-        status = Status.SINGULAR  # every object faces its counterpart
     return Estimate(
         motor=world, cost=summed_rates(ground, good, motor, how.cost)[0], iterations=last.iterations,
         history=last.history, status=status, inliers=_per_item(pairs, keep), signs=_per_item(pairs, pairs.signs),

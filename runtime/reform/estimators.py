@@ -26,6 +26,8 @@ from .tables import sign_choices
 Array = NDArray[Any]
 #: Loops of Algorithm 1 at most, and the change of the motor in a loop that ends it: rounding, of long loops too.
 LOOPS, LOOP_SETTLED = 500, 1e-13
+#: Axis and angle of a turn that has nothing to do with any model.
+ELSEWHERE = ((0.36, 0.48, 0.8), 1.0)
 #: Iterations of the descent in bivectors at most, and the greatest rate of the cost that ends it.
 ITERATIONS, FLAT = 200, 1e-12
 #: Kinds between which rotors dilate.
@@ -162,9 +164,17 @@ def linear(ground: Ground, pairs: Pairs, start: Array, iterations: int | None = 
 def direct(
     ground: Ground, pairs: Pairs, start: Array, iterations: int | None = None, tolerance: float = LOOP_SETTLED
 ) -> Estimated:
-    """Algorithm 1: half of what is left, pair after pair, until a loop through all changes nothing."""
+    """Algorithm 1: half of what is left, pair after pair, until a loop through all changes nothing.
+
+    Where every object faces its counterpart, which leaves no step, it starts from elsewhere.
+    """
     given = (pairs.kinds, pairs.query, pairs.reference, _partners(ground, pairs), pairs.signs)
-    motor, changes, skipped = ground.scene.direct(start, given, LOOPS if iterations is None else iterations, tolerance)
+    loops = LOOPS if iterations is None else iterations
+    motor, changes, skipped = ground.scene.direct(start, given, loops, tolerance)
+    if skipped == len(pairs) > 0:
+        turn = ground.algebra.rotor(*ELSEWHERE)
+        away = np.array((ground.motors(start) * turn).as_kind("motor", check=False)._data, np.float64)
+        motor, changes, skipped = ground.scene.direct(away, given, loops, tolerance)
     settled = bool(len(changes)) and bool(changes[-1] < tolerance) and skipped < len(pairs)
     return Estimated(motor, len(changes), tuple(changes.tolist()), settled)
 

@@ -161,8 +161,8 @@ def cost_matrix(
 def matched(x: Mapping[str, Multivector], y: Mapping[str, Multivector], rule: Rule) -> dict[str, Found]:
     """Matches of the kinds that both have, of objects in one frame."""
     common = tuple(k for k in x if k in y)
-    query, reference = sides = [_side(Driver(common, rule.threads), part, common) for part in (x, y)]
-    near = _nearest_in_grid(*sides, rule) if rule.cost == "distance" else {}
+    query, reference = [_side(Driver(common, rule.threads), part, common) for part in (x, y)]
+    near = _nearest_in_grid(query, reference, rule) if rule.cost == "distance" else {}
     found = {}
     for kind in common:
         indices, costs = near[kind] if kind in near else _nearest(x[kind], y[kind], rule)

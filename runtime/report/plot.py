@@ -37,12 +37,13 @@ def draw(study: Study, rows: Sequence[Measurement]) -> Figure:
     figure = Figure(figsize=(4.6 * columns, 3.6 * lines + 0.8), dpi=DOTS_PER_INCH, layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False, sharey=True)
     heights = [_height(r) for r in rows if not _all_lost(r)] or [1.0]
+    above = DECADES * (2 if any(_all_lost(r) for r in rows) else 1)  # crosses and their labels stand there
     for panel, case in zip(axes.flat, cases, strict=False):
         own = [r for r in rows if r.case == case]
         times = [r.nanoseconds for r in own]
         panel.set(xscale="log", yscale="log", title=case, xlabel="ns per item")
         panel.set_xlim(min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
-        panel.set_ylim(min(heights) / 10**DECADES, max(heights) * 10**DECADES)
+        panel.set_ylim(min(heights) / 10**DECADES, max(heights) * 10**above)
         _ticks(panel.xaxis, max(times) / min(times))
         panel.grid(True, which="major", alpha=0.3)
         for number, method in enumerate(methods):
@@ -94,7 +95,7 @@ def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
                 )  # seen behind each other
     grid[-1, 0].set_ylabel(f"largest error ({study.unit})")
     if study.shares:
-        grid[0, 0].set(ylabel="share not lost", ylim=(-0.03, 1.03))
+        grid[0, 0].set(ylabel="share not lost", ylim=(-0.06, 1.06))
     figure.legend(handles=list(handles.values()), loc="outside upper center", ncols=3, frameon=False)
     return figure
 

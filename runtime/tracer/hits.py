@@ -40,8 +40,9 @@ class Hits:
     alpha : (...) array
         Parameter t of the surface's curve, where it has one.
     status : (...) array of `bladesmith.Status`
-        `INVALID` for a ray that is not finite or has no direction; `SINGULAR` for one that lies in an evolved
-        surface or meets all of its circles, of which no single point can be told.
+        `INVALID` for a ray that is not finite or has no direction, or whose point would be no number;
+        `SINGULAR` for one that lies in an evolved surface or meets all of its circles, of which no single point can be
+        told.
     """
 
     t: Array

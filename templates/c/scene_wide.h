@@ -91,8 +91,7 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
     seal += seal << 5;
     seal ^= seal >> (BS_BITS / 2 - 1);
     const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), reach = ABS(o[0]) + ABS(o[1]) + ABS(o[2]);
-    const V all = reach + square; /* a square cannot take a finite sum to infinity */
-    const M valid = AND(EQ(all - all, SPLAT(0)), GT(square, SPLAT(0)));
+    const M valid = AND(LE(reach + square, SPLAT(BS_FAR)), GT(square, SPLAT(0))); /* the square adds nothing to BS_FAR */
     rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
 #define BS_EACH(number, name, given_size, size) \
     for (ptrdiff_t k = 0; k < scene->surfaces[number].count; k++) \
