@@ -33,6 +33,10 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if path.exists() and not path.is_file():
+        with _beside_a_device(path) as temporary:
+            yield temporary
+        return
     try:
         handle, name = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
     except OSError as error:
@@ -48,6 +52,22 @@ def replacing(path: Path) -> Iterator[Path]:
         if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from None
         raise
+
+
+@contextmanager
+def _beside_a_device(path: Path) -> Iterator[Path]:
+    """What is no file (/dev/stdout, a pipe) is written to: a file in its place would be in everybody's way."""
+    with tempfile.TemporaryDirectory(prefix="bladesmith-") as folder:
+        temporary = Path(folder) / "whole"
+        temporary.touch()
+        yield temporary
+        try:
+            with open(path, "wb", buffering=0) as device:
+                data = memoryview(temporary.read_bytes())
+                while data:
+                    data = data[device.write(data) :]
+        except OSError as error:
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from None
 
 
 def _umask() -> int:

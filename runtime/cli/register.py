@@ -116,7 +116,7 @@ def _start(start: str) -> Any:
     from ..reform import load_registration
     from ..reform.register import STARTS
 
-    if start in STARTS or not (Path(start).exists() or start.endswith(".json")):
+    if start in STARTS or not start or not (Path(start).exists() or start.endswith(".json")):
         return start
     return load_registration(start).motor
 

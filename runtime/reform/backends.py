@@ -46,6 +46,6 @@ def backend_of(name: str) -> Backend:
     InputError
         If there is none.
     """
-    if name not in BACKENDS:
+    if not isinstance(name, str) or name not in BACKENDS:
         raise InputError(f"backend is {name!r}; there are: {', '.join(BACKENDS)}.")
     return BACKENDS[name]()

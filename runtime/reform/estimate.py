@@ -167,7 +167,7 @@ def estimate_rotor(
     most = None if iterations is None else count(iterations, "iterations")
     how = How(way, ending, most, truth(robust, "robust"), reach)
     first = None if start is None else inward(as_motor(start, "start"), ground.query, ground.reference)
-    pairs, first = _prepared(ground, truth(align, "align"), how, first, seed)
+    pairs, first = _prepared(ground, truth(align, "align"), how, first, count(seed, "seed", 0))
     motor, keep, last = estimated(ground, pairs, how, first)
     found = _result(ground, pairs, motor, keep, last, how)
     return found if truth(details, "details") else found.motor

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from operator import index
 from typing import Any
+
+import numpy as np
 
 from ..codegen.errors import InputError
 from ..codegen.programs.reform import KINDS
@@ -16,13 +18,15 @@ from .parameters import PLURALS
 
 
 def as_model(x: Any, what: str) -> Model:
-    """A model of a model, of a plain batch, or of batches by kind.
+    """A model of a model, of a plain batch, of batches by kind, or of a list of objects of any kinds.
 
     Raises
     ------
     InputError
         If it is none, or empty.
     """
+    if isinstance(x, list | tuple) and len({o.kind for o in x if isinstance(o, Multivector)}) > 1:
+        x = _by_kind(x, what)
     if isinstance(x, Mapping):
         names = {name: plural for kind, plural in PLURALS.items() for name in (kind, plural)}
         if unknown := [key for key in x if key not in names]:
@@ -41,6 +45,17 @@ def as_model(x: Any, what: str) -> Model:
     if not len(model):
         raise InputError(f"{what} are empty; there is nothing to match.")
     return model
+
+
+def _by_kind(objects: Sequence[Any], what: str) -> dict[str, list[Multivector]]:
+    """Objects of several kinds, those of each kind in their order."""
+    found: dict[str, list[Multivector]] = {}
+    for i, x in enumerate(objects):
+        kind = as_objects(x, f"{what}[{i}]").kind.name
+        if kind not in PLURALS:
+            raise InputError(f"{what}[{i}] is a {kind}, which is no kind of a model.")
+        found.setdefault(kind, []).append(x)
+    return found
 
 
 def both(query: Any, reference: Any) -> tuple[Model, Model]:
@@ -65,14 +80,16 @@ def positive(value: Any, name: str) -> float:
     ------
     InputError
     """
+    if isinstance(value, bool | np.bool_ | str | bytes):
+        raise InputError(f"{name} is {value!r}; a positive number is needed.")
     found = number(value, name)
     if not 0 < found < math.inf:
         raise InputError(f"{name} is {found:g}; a positive number is needed.")
     return found
 
 
-def count(value: Any, name: str) -> int:
-    """A positive whole number.
+def count(value: Any, name: str, least: int = 1) -> int:
+    """A positive whole number, or one that is not less than ``least``.
 
     Raises
     ------
@@ -81,9 +98,10 @@ def count(value: Any, name: str) -> int:
     try:
         found = index(value)
     except TypeError:
-        found = 0
-    if found < 1 or isinstance(value, bool):
-        raise InputError(f"{name} is {value!r}; a positive whole number is needed.")
+        found = least - 1
+    if found < least or isinstance(value, bool):
+        wanted = "a positive whole number" if least == 1 else f"a whole number of at least {least}"
+        raise InputError(f"{name} is {value!r}; {wanted} is needed.")
     return found
 
 
@@ -96,4 +114,7 @@ def as_motor(x: Any, name: str) -> Multivector:
     """
     if not isinstance(x, Multivector) or "ni" not in x.algebra.vectors or x.shape != ():
         raise InputError(f"{name} is {type(x).__name__}; one motor of cga3d is needed.")
-    return x.as_kind("motor")
+    found = x.as_kind("motor")
+    if not np.isfinite(found._data).all():
+        raise InputError(f"{name} is not finite; one motor of cga3d is needed.")
+    return found

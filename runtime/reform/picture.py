@@ -80,6 +80,8 @@ def picture(
     ------
     InputError
         If models and result do not belong together, or it cannot be saved under this name.
+    OSError
+        If it cannot be written.
     MissingExtraError
         If matplotlib is not installed (extra `plot`).
     """
@@ -167,8 +169,17 @@ def draw_model(
     Returns
     -------
     Axes3D
+
+    Raises
+    ------
+    InputError
+        If it is no model.
     """
+    if not isinstance(model, Model):
+        raise InputError(f"the model is a {type(model).__name__}; a reform.Model is needed.")
     ax = plot.axes() if ax is None else ax
+    if not len(model):
+        return ax
     return _drawn(ax, Sketch(model), color, label, _motion(motor), width)
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from ..codegen.errors import InputError
 from ..multivector import Multivector
-from ..objects.inputs import chosen, number, truth
+from ..objects.inputs import chosen, truth
 from .challenge import challenged
 from .finish import finish
-from .given import as_motor
+from .given import as_motor, positive
 from .job import Job
 from .model import Model
 from .progress import told
@@ -129,11 +129,10 @@ def register(
     rounds = ROUNDS if iterations is None else _count(iterations, "iterations", MOST_SAMPLES)
     motor = as_motor(start, "start") if isinstance(start, Multivector) else None
     near = motor is not None or chosen(start, STARTS, "start") == "proximity"
-    if not number(length, "length") > 0:
-        raise InputError(f"length is {length}; a rotation counts as a positive length.")
+    length = positive(length, "length")
     job = Job(
         query.objects, reference.objects, seed=_count(seed, "seed", None, 0), threads=threads, backend=backend,
-        executor=executor, align=truth(align, "align"), length=float(length),
+        executor=executor, align=truth(align, "align"), length=length,
     )  # fmt: skip
     with told(progress) as job.progress:
         try:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
 from ..multivector import Multivector
@@ -14,8 +15,10 @@ from ..multivector import Multivector
 Array = NDArray[Any]
 
 
-class PerItem:
+class PerItem(NDArrayOperatorsMixin):
     """One value for each object of a model, by its number over all kinds, or by kind: ``matches["lines"]``.
+
+    Otherwise it is used as the array over all objects, which is not changed: ``matches >= 0``, ``inliers.mean()``.
 
     Parameters
     ----------
@@ -26,6 +29,7 @@ class PerItem:
     def __init__(self, values: Mapping[str, Array]) -> None:
         self._values = dict(values)
         self._all = np.concatenate(list(self._values.values())) if self._values else np.empty(0, np.int64)
+        self._all.setflags(write=False)
 
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):
@@ -44,18 +48,28 @@ class PerItem:
     def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
         return np.array(self._all, dtype) if copy is not False else np.asarray(self._all, dtype)
 
-    def __eq__(self, other: object) -> Any:
-        return self._all == np.asarray(other)
+    def __array_ufunc__(self, ufunc: Any, method: str, *given: Any, **options: Any) -> Any:
+        if any(isinstance(x, PerItem) for x in options.get("out", ())):
+            return NotImplemented
+        return getattr(ufunc, method)(*(x._all if isinstance(x, PerItem) else x for x in given), **options)
 
-    __hash__ = None  # type: ignore[assignment]
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or not hasattr(np.ndarray, name):
+            raise AttributeError(f"a {type(self).__name__} has no attribute {name!r}")
+        return getattr(self._all, name)
 
-    def keys(self) -> Any:
+    def __contains__(self, item: Any) -> bool:
+        return item in self._values or item in self.keys() if isinstance(item, str) else bool((self._all == item).any())
+
+    __hash__ = None
+
+    def keys(self) -> list[str]:
         """Kinds, plural."""
         return [f"{kind}s" for kind in self._values]
 
-    def sum(self) -> Any:
-        """Sum over all objects."""
-        return self._all.sum()
+    def items(self) -> list[tuple[str, Array]]:
+        """Kinds, plural, each with its own values."""
+        return [(f"{kind}s", values) for kind, values in self._values.items()]
 
     def __repr__(self) -> str:
         return f"PerItem({', '.join(f'{k}s={v!r}' for k, v in self._values.items())})"

@@ -19,6 +19,7 @@ from .model import Model
 from .result import Registration
 from .similarities import similarity
 from .tables import COSINE
+from .unfinished import INTERRUPTED
 
 Array = NDArray[Any]
 #: Pairs of either model that vote, of each two kinds.
@@ -55,6 +56,8 @@ def similar(query: Model, reference: Model, run: Callable[[Model], Registration]
         here = run(_scaled(query, scale))
         if found is None or here.doubt < found.doubt:
             found = replace(here, scale=float(scale))
+        if here.message == INTERRUPTED:
+            return replace(found, converged=False, message=INTERRUPTED)
         if found.converged:
             break
     if found is None:
@@ -66,7 +69,10 @@ def similar(query: Model, reference: Model, run: Callable[[Model], Registration]
         if not np.isfinite(ratio) or abs(ratio - 1) < SETTLED:
             break
         scale = found.scale * ratio
-        found = replace(run(_scaled(query, scale)), scale=scale)
+        here = run(_scaled(query, scale))
+        if here.message == INTERRUPTED:
+            return replace(found, converged=False, message=INTERRUPTED)
+        found = replace(here, scale=scale)
     return found
 
 
