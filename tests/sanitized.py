@@ -1,4 +1,5 @@
-"""Run by test_sanitizers.py in a process of its own, under sanitizers: scenes of every kind, bad rays among good ones.
+"""Run by test_sanitizers.py in a process of its own, under sanitizers: scenes of every kind, bad rays among good
+ones; models, bad objects among good ones.
 
 Nothing is asserted about results, which other tests do: every access to memory, shift and conversion is watched.
 """
@@ -11,9 +12,11 @@ import sys
 
 import numpy as np
 
-from bladesmith import curves, tracer
+from bladesmith import cga3d, curves, tracer
 from bladesmith.codegen.build import ExtensionSource, load
+from bladesmith.codegen.programs.reform import KINDS
 from bladesmith.codegen.programs.scene import needs
+from bladesmith.reform import engine as reform_engine
 from bladesmith.tracer.driver import BoundScene
 from bladesmith.tracer.engine import engine_for
 from bladesmith.tracer.hits import first_hits
@@ -22,6 +25,8 @@ from bladesmith.tracer.rows import gathered
 RAYS = 150
 #: What becomes infinite, nothing, or no number on the way, in either precision.
 EXTREME = (0.0, -0.0, 1.0, -1.0, np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 1e-300, 1e38, 1e-45, 1e20, 0.5)
+#: Those of which models are made: what is not finite has no place, and coordinates are bounded.
+BOUNDED = tuple(x for x in EXTREME if not abs(x) > 1e30)
 LAYERS = ("color", "normal", "depth", "alpha", "cost")
 CAMERA = tracer.Camera.look_at((0, -9, 2), (0, 0, 0))
 
@@ -100,13 +105,62 @@ def all_points(random):
     assert found.count.max() > 2
 
 
+def a_registration(random):
+    """Lines, circles and spheres: none of a kind, one, many; with coefficients such as no object has."""
+    reform_engine.installed_program = lambda name: None  # that one was made without sanitizers
+    kinds = ("line", "circle", "sphere")
+    numbers = np.array([KINDS.index(kind) for kind in kinds])
+    for counts in ((0, 1, 9), (1, 0, 1), (30, 30, 30)):
+        for others in ((9, 0, 1), (30, 30, 30)):
+            sides = [registered(kinds, n, random) for n in (counts, others)]
+            rows = np.concatenate([np.arange(n) for n in counts])
+            scene = reform_engine.Scene(*sides, np.repeat(numbers, counts), rows, 2)
+            motors = np.concatenate([np.eye(8)[:1], random.normal(size=(4, 8)), random.choice(EXTREME, (9, 8))])
+            for weights, limit, least in (((0.75, 0.25, 0.75), 0.1, 0.1), ((0.0, 1e300, 1.0), np.inf, 0.0)):
+                scene.closeness(reform_engine.Closeness(weights, limit, least))
+                scene.refine(motors, 3)
+                scene.match(motors[-1])
+                common = np.flatnonzero(np.minimum(counts, others))
+                if len(common):
+                    stages(scene, kinds, np.array([counts, others]), random.choice(common, (40, 3)), motors, random)
+
+
+def registered(kinds, counts, random):
+    """Objects as the driver reads them, every other one spoilt."""
+    rows = {}
+    for kind, n in zip(kinds, counts, strict=True):
+        places, along = random.normal(size=(2, n, 3))
+        made = {"line": (places, along), "circle": (places, along, np.ones(n)), "sphere": (places, np.ones(n))}[kind]
+        rows[kind] = np.array(getattr(cga3d, kind)(*made)._data)
+        rows[kind][1::2] = random.choice(BOUNDED, rows[kind][1::2].shape)
+    driver = reform_engine.Driver(kinds, 1)
+    return reform_engine.Side(rows, {kind: driver.elements(kind, x) for kind, x in rows.items()})
+
+
+def stages(scene, kinds, counts, chosen, motors, random):
+    """What goes by pairs of objects: of these kinds, by their places in a list."""
+    numbers = np.array([KINDS.index(kind) for kind in kinds])[chosen]
+    query, reference = ((random.random(chosen.shape) * n[chosen]).astype(np.int32) for n in counts)
+    numbers[::5, 2] = -1
+    scene.samples(numbers, query, reference, random.choice([-1.0, 1.0], chosen.shape), np.inf)
+    scene.stiffness(numbers, query)
+    one = chosen[:, 0] == chosen[0, 0]
+    first, second = query[one, 0], reference[one, 0]
+    partners = np.where(random.random(len(first)) < 0.5, -1, random.integers(0, len(first), len(first)))
+    for motor in motors:
+        scene.rates(kinds[chosen[0, 0]], motor, first, second)
+        scene.direct(motor, (numbers[one, 0], first, second, partners, np.ones(len(first))), 9, 1e-13)
+
+
 def a_mistake(random):
     """What must be found, or nothing would be."""
     text = "int wrong(int n) { int numbers[4] = {1, 2, 3, 4}; return numbers[n]; }"
     load(ExtensionSource("wrong", "int wrong(int n);", text)).lib.wrong(4)
 
 
-PARTS = {part.__name__: part for part in (a_tree_of_everything, several_rays_at_once, all_points, a_mistake)}
+PARTS = {
+    part.__name__: part for part in (a_tree_of_everything, several_rays_at_once, all_points, a_registration, a_mistake)
+}
 
 if __name__ == "__main__":
     for name in sys.argv[1:]:

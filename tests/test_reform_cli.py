@@ -104,7 +104,7 @@ def test_motions_that_are_left_free_are_a_failure_in_words(tmp_path, capsys):
         ([QUERY, TABLE, "--samples", "0"], "InputError: samples is 0; a whole number from 1 to"),
         ([QUERY, TABLE, "--samples", "many"], "Invalid value for '--samples'"),
         ([QUERY, TABLE, "--seed", "-1"], "InputError: seed is -1; a whole number of at least 0"),
-        ([QUERY, TABLE, "--length", "0"], "InputError: length is 0.0; "),
+        ([QUERY, TABLE, "--length", "0"], "InputError: length is 0; "),
         ([QUERY, TABLE, "--threads", "0"], "Invalid value for '--threads'"),
         ([QUERY, TABLE, "--backend", "fortran"], "Invalid value for '--backend'"),
         ([QUERY, TABLE, "--start", "nearby"], "InputError: start is 'nearby'; it is one of global, proximity"),

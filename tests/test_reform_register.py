@@ -279,6 +279,44 @@ def test_far_small_and_large_models(size, center, error, kind):
     assert np.abs(gone - wanted).max() < error * size
 
 
+@pytest.mark.parametrize("kind", ["points", "spheres", "lines", "planes"])
+@pytest.mark.parametrize("far", [1e2, 1e6])
+def test_a_few_objects_far_away_place_no_frame(kind, far):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        reference = {kind: fresh(kind, 20, rng)}
+        query, motor, _ = seen(reference, rng, 1e-3)
+        away = {"points": np.s_[:3], "spheres": np.s_[:3, :3], "lines": np.s_[:3, 0], "planes": np.s_[:3, 3]}[kind]
+        query[kind][away] += far * rng.normal(size=query[kind][away].shape)
+        found = register(Model(**query), Model(**reference), threads=1)
+        assert found.converged and apart(found.motor, motor) < 0.02
+
+
+def test_motors_have_a_scalar_part_that_is_not_negative():
+    for seed in range(12):
+        query, reference, _, _ = scene({"lines": 8, "points": 6}, seed)
+        found = register(query, reference, threads=1)
+        assert all(float(r.grade(0).values.ravel()[0]) >= 0 for r in (found.motor, *found.ambiguous))
+    found = register(Model(lines=table()), Model(lines=table()), threads=1)
+    assert all(float(r.grade(0).values.ravel()[0]) >= 0 for r in (found.motor, *found.ambiguous))
+
+
+def test_what_is_there_many_times_is_found_among_other_things():
+    """One of six windows, and twice as many lines that are nowhere: pairs of the window are never the rarest."""
+    window = np.array([((0, 0, 0), (1, 0, 0)), ((0, 0.2, 0), (1, 0, 0)), ((0, 0, 0), (0, 1, 0)),
+                       ((0.13, 0, 0), (0, 1, 0)), ((0.06, 0.1, 0), (0, 0, 1))])  # fmt: skip
+    right = 0
+    for seed in range(30):
+        rng = np.random.default_rng([seed, 5])
+        front = [window + np.stack([rng.uniform(-1, 1, 3), np.zeros(3)]) for _ in range(6)]
+        part = np.concatenate([front[rng.integers(6)], fresh("lines", 10, rng)])
+        query, motor, _ = seen({"lines": part}, rng, 1e-3)
+        reference = np.concatenate([*front, fresh("lines", 5, rng)])
+        found = register(Model(**query), Model(lines=reference), threads=1)
+        right += min(apart(r, motor) for r in (found.motor, *found.ambiguous)) < 0.1
+    assert right >= 27  # 24 of 30 where only the rarest vote
+
+
 def test_a_part_of_a_model_ten_times_larger():
     rng = np.random.default_rng(9)
     part = fresh("lines", 30, rng)

@@ -273,15 +273,18 @@ def test_another_unit_of_length_scales_the_motion_and_nothing_else(method, scale
 
 
 def test_length_balances_translations_and_rotations():
-    """Against lines that are turned, positions decide where a radian counts little, directions where it counts much."""
+    """Directions turned where positions stay: directions decide where a radian counts much, and not where little."""
     rng = np.random.default_rng(4)
-    lines = np.stack([rng.uniform(-1, 1, (30, 3)), rng.normal(size=(30, 3))], 1)
-    other = lines + np.stack([np.zeros((30, 3)), 0.3 * rng.normal(size=(30, 3))], 1)
+    angle, axis = 0.3, (0.0, 0.0, 1.0)
+    places, along = rng.uniform(-1, 1, (30, 3)), rng.normal(size=(30, 3))
+    turned = cga.rotor(axis, angle) >> cga.line(np.zeros((30, 3)), along)
+    query, reference = cga.line(places, along), cga.line(places, turned.parameters()[1])
     angles = []
-    for length in (0.01, 100.0):
-        found = estimate_rotor(reform.Model(lines=lines), reform.Model(lines=other), "linear", length=length)
-        angles.append(apart(found, cga.translator((0, 0, 0))))
-    assert angles[0] != angles[1] and abs(angles[0] - angles[1]) > 1e-3
+    for length in (0.01, 1.0, 100.0):
+        found = estimate_rotor(query, reference, "linear", length=length)
+        angles.append(2 * np.arccos(min(1.0, float(found.grade(0).values.ravel()[0]))))
+    assert abs(angles[2] - angle) < 1e-3 and angles == sorted(angles)
+    assert angles[0] < 0.6 * angle  # what the lines' positions say, which turn with their directions
 
 
 def test_far_from_the_origin_no_digits_are_lost():

@@ -1,4 +1,4 @@
-"""The tracer's compiled programs under gcc's sanitizers: no access beyond an array, no overflow, no bad conversion."""
+"""The compiled programs of tracer and registration under gcc's sanitizers: no access beyond an array, no overflow."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 SCRIPT = Path(__file__).with_name("sanitized.py")
 #: Conversions of numbers that do not fit are not among the undefined ones of gcc.
 FLAGS = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
-PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points")
+PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points", "a_registration")
 PATIENCE = 600.0  # seconds, on a busy machine
 
 

@@ -24,6 +24,8 @@ from .polish import Matches, polish, rates
 from .tables import sign_choices
 
 Array = NDArray[Any]
+#: Axes that spread by less, as a share of their length, are parallel.
+PARALLEL = 0.1
 #: Loops of Algorithm 1 at most, and the change of the motor in a loop that ends it: rounding, of long loops too.
 LOOPS, LOOP_SETTLED = 500, 1e-13
 #: Axis and angle of a turn that has nothing to do with any model.
@@ -166,10 +168,14 @@ def direct(
 ) -> Estimated:
     """Algorithm 1: half of what is left, pair after pair, until a loop through all changes nothing.
 
+    Where all axes are parallel, which turns nothing about them, it starts from the linear motor.
     Where every object faces its counterpart, which leaves no step, it starts from elsewhere.
     """
     given = (pairs.kinds, pairs.query, pairs.reference, _partners(ground, pairs), pairs.signs)
     loops = LOOPS if iterations is None else iterations
+    if _parallel(ground, pairs):
+        near = linear(ground, pairs, start, 0).motor
+        start = near if np.isfinite(near).all() else start
     motor, changes, skipped = ground.scene.direct(start, given, loops, tolerance)
     if skipped == len(pairs) > 0:
         turn = ground.algebra.rotor(*ELSEWHERE)
@@ -177,6 +183,16 @@ def direct(
         motor, changes, skipped = ground.scene.direct(away, given, loops, tolerance)
     settled = bool(len(changes)) and bool(changes[-1] < tolerance) and skipped < len(pairs)
     return Estimated(motor, len(changes), tuple(changes.tolist()), settled)
+
+
+def _parallel(ground: Ground, pairs: Pairs) -> bool:
+    """Whether there are several objects, not planes alone, whose axes are all parallel, or nearly."""
+    kinds = {kind: pairs.kinds == number for number, kind in enumerate(KINDS) if (pairs.kinds == number).any()}
+    if len(pairs) < 2 or not set(kinds) <= DIRECTED or set(kinds) == {"plane"}:
+        return False
+    axes = [ground.query.side.elements[kind][pairs.query[own], 3:6] for kind, own in kinds.items()]
+    sizes = np.linalg.svd(np.concatenate(axes), compute_uv=False)
+    return bool(sizes[1] <= PARALLEL * sizes[0])
 
 
 def _partners(ground: Ground, pairs: Pairs) -> Array:

@@ -25,6 +25,8 @@ LOOSE = 1e-6
 ROUNDING = 1e-12
 #: A model is as large as this quantile of its objects' distances from the centre: a few far ones do not count.
 SIZE_QUANTILE = 0.75
+#: Objects more than so many times as far from the centre as that do not place it; rounds of leaving them out, at most.
+FAR, ROUNDS = 3.0, 8
 
 
 @dataclass(frozen=True)
@@ -55,17 +57,32 @@ class Local:
 
 
 def middle(elements: Mapping[str, Array]) -> Array:
-    """The point (3,) nearest to all objects together, in the sense of least squares."""
+    """The point (3,) nearest to all objects together but for a few far ones, in the sense of least squares."""
     places = np.concatenate([e[:, :3] for e in elements.values()])
+    weights = np.concatenate([_across(kind, e[:, 3:6]) for kind, e in elements.items()])
+    near, least = np.ones(len(places), bool), ROUNDING * float(np.abs(places).max(initial=0.0))
+    for _ in range(ROUNDS):
+        found: Array = _nearest_point(places[near], weights[near])
+        apart = places - found
+        squares = np.einsum("ni,nij,nj->n", apart, weights, apart)
+        before, near = near, squares <= FAR * FAR * max(_quantile(squares, SIZE_QUANTILE), least * least)
+        if np.array_equal(near, before):
+            break
+    return found
+
+
+def _across(kind: str, along: Array) -> Array:
+    """Projectors (n, 3, 3) to the directions in which objects place a point."""
+    if kind not in ("line", "plane"):
+        return np.tile(np.eye(3), (len(along), 1, 1))
+    own = np.einsum("ni,nj->nij", along, along)
+    return own if kind == "plane" else np.eye(3) - own
+
+
+def _nearest_point(places: Array, weights: Array) -> Array:
     about = places.mean(0)
-    total, moment = np.zeros((3, 3)), np.zeros(3)
-    for kind, e in elements.items():
-        along = e[:, 3:6]
-        across = np.einsum("ni,nj->nij", along, along) if kind in ("line", "plane") else np.zeros((len(e), 3, 3))
-        weight = across if kind == "plane" else np.eye(3) - across
-        total += weight.sum(0)
-        moment += np.einsum("nij,nj->i", weight, e[:, :3] - about)
-    values, vectors = np.linalg.eigh(total)
+    moment = np.einsum("nij,nj->i", weights, places - about)
+    values, vectors = np.linalg.eigh(weights.sum(0))
     told = values > LOOSE * values[-1]
     found: Array = about + (vectors[:, told] / values[told]) @ (vectors[:, told].T @ moment)
     return found
@@ -122,8 +139,10 @@ def scaled(x: Multivector, scale: float) -> Multivector:
 
 
 def outward(motors: Array, query: Local, reference: Local, algebra: Algebra) -> Multivector:
-    """World motors (n,) of motors (n, 8) from the query's frame to the reference's."""
+    """World motors (n,), with <R>_0 >= 0, of motors (n, 8) from the query's frame to the reference's."""
     inside = algebra.wrap(algebra.kind("motor"), motors)
     to, back = algebra.translator(np.stack([reference.center, -query.center]))
-    found: Multivector = to * scaled(inside, query.unit) * back
-    return found
+    found: Multivector = (to * scaled(inside, query.unit) * back).as_kind("motor", check=False)
+    first = (found._data != 0).argmax(-1)[..., None]  # where <R>_0 is 0, the next coefficient decides
+    signs = np.where(np.take_along_axis(found._data, first, -1) < 0, -1.0, 1.0)
+    return found._make(found._type, signs * found._data, found.shape, found._status)

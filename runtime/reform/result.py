@@ -61,7 +61,7 @@ class PerItem(NDArrayOperatorsMixin):
     def __contains__(self, item: Any) -> bool:
         return item in self._values or item in self.keys() if isinstance(item, str) else bool((self._all == item).any())
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
     def keys(self) -> list[str]:
         """Kinds, plural."""
@@ -93,7 +93,7 @@ class Registration:
     Attributes
     ----------
     motor : Multivector
-        Takes the query to the reference.
+        Takes the query to the reference; <R>_0 >= 0.
     matches : PerItem of int
         For each query object the row of its counterpart among the reference's of the same kind, -1 for none. The
         nearest one counts: objects that the query has twice have the same counterpart.

@@ -32,6 +32,8 @@ REFINED, STEPS = 4, 5
 APART = 0.1
 #: Motors that do less than this share of the best one are given up early.
 RIVAL = 0.4
+#: Random numbers that are drawn at once.
+BLOCK = 1 << 20
 #: A score is better by more than rounding, and none is better than this share of all objects.
 ROUNDING, ALL = 1e-9, 1 - 1e-9
 
@@ -78,6 +80,7 @@ def sampled(
     found = Found(tolerance=WIDE / REACH, contest=contest, chance=float(contest.meetings.within(WIDE)))
     motor, waited = inward(start, job.query, job.reference), 0
     _keep(found, *_refined(job, motor[None], found, 0))
+    job.found = found  # what an interrupt of the first round returns
     for _ in range(ROUNDS if iterations is None else iterations):
         lots, images, signs = _lots(job, motor, samples, size)
         job.scene.closeness(closeness_within(WIDE, _share(job, found), job.align, job.length))
@@ -106,7 +109,12 @@ def _lots(job: Job, motor: Array, samples: int, size: int) -> tuple[Array, Array
             f"sample_size is {size}, and there are {len(members)} matches.",
             remedy="Choose a smaller one, or add objects",
         )
-    lots = members[np.argsort(job.random.random((samples, len(members))), axis=1)[:, :size]]
+    step = max(1, BLOCK // len(members))
+    blocks = (
+        np.argsort(job.random.random((min(step, samples - i), len(members))), axis=1)[:, :size]
+        for i in range(0, samples, step)
+    )
+    lots = members[np.concatenate(list(blocks))]
     return lots, indices[lots], signs[lots]
 
 

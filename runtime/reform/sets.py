@@ -28,6 +28,8 @@ SIZES = (2, 3)
 #: Sets that are drawn for each that is used: the stiffest and rarest are taken. Of sets of more than two objects,
 #: which are right less often, so many times as many are used.
 DRAWN, MOST_DRAWN, LARGER = 4, 1 << 17, 4
+#: Share of the sets that are used however many images are possible.
+COMMON = 0.5
 #: Bits of a row or of a set's number where several are made one integer; so many of them at most.
 CODE_BITS, CODED = 21, 3
 #: Candidates of one set of query objects: of a set with more, some are left out.
@@ -112,14 +114,26 @@ class Sets:
         return drawn, self._scene.stiffness(self._of[drawn], self._row[drawn])
 
     def in_order(self, tolerance: float) -> tuple[Array, Array]:
-        """The sets of which the fewest images are possible, first; and about how many samples each makes."""
+        """The sets to use, those of which the fewest images are possible first; about how many samples each makes."""
         count = np.zeros(len(self.members), np.int64)
         for kinds, members in self.by_kinds(self.members):
             invariants = self._invariants(kinds[:2], self.members[members, :2])
             count[members] = self.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
         able = np.flatnonzero(count)
-        order = able[np.argsort(count[able], kind="stable")][: self._most()]
+        order = self._some(able[np.argsort(count[able], kind="stable")])
         return self.members[order], count[order]
+
+    def _some(self, order: Array) -> Array:
+        """As many as are used: the first ones, and others of all that come later.
+
+        What a model has several times is never rare: without those a query of one of many windows is not found.
+        """
+        most = self._most()
+        if len(order) <= most:
+            return order
+        first = most - int(COMMON * most)
+        later = first + np.sort(self._random.permutation(len(order) - first)[: most - first])
+        return np.concatenate([order[:first], order[later]])
 
     def _most(self) -> int:
         return int(self._samples * (1 if self.size == 2 else LARGER) / self.tables.share**2)
