@@ -60,9 +60,10 @@ def middle(elements: Mapping[str, Array]) -> Array:
     """The point (3,) nearest to all objects together but for a few far ones, in the sense of least squares."""
     places = np.concatenate([e[:, :3] for e in elements.values()])
     weights = np.concatenate([_across(kind, e[:, 3:6]) for kind, e in elements.items()])
+    found: Array = np.zeros(3)
     near, least = np.ones(len(places), bool), ROUNDING * float(np.abs(places).max(initial=0.0))
     for _ in range(ROUNDS):
-        found: Array = _nearest_point(places[near], weights[near])
+        found = _nearest_point(places[near], weights[near])
         apart = places - found
         squares = np.einsum("ni,nij,nj->n", apart, weights, apart)
         before, near = near, squares <= FAR * FAR * max(_quantile(squares, SIZE_QUANTILE), least * least)
