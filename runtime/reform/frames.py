@@ -60,7 +60,6 @@ def middle(elements: Mapping[str, Array]) -> Array:
     """The point (3,) nearest to all objects together but for a few far ones, in the sense of least squares."""
     places = np.concatenate([e[:, :3] for e in elements.values()])
     weights = np.concatenate([_across(kind, e[:, 3:6]) for kind, e in elements.items()])
-    found: Array = np.zeros(3)
     near, least = np.ones(len(places), bool), ROUNDING * float(np.abs(places).max(initial=0.0))
     for _ in range(ROUNDS):
         found = _nearest_point(places[near], weights[near])
@@ -76,7 +75,7 @@ def _across(kind: str, along: Array) -> Array:
     """Projectors (n, 3, 3) to the directions in which objects place a point."""
     if kind not in ("line", "plane"):
         return np.tile(np.eye(3), (len(along), 1, 1))
-    own = np.einsum("ni,nj->nij", along, along)
+    own: Array = np.einsum("ni,nj->nij", along, along)
     return own if kind == "plane" else np.eye(3) - own
 
 
