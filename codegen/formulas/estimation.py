@@ -9,10 +9,10 @@ from ..multivector import Multivector, select, sqrt
 from ..trace import Result, row
 from .blades import norm_squared
 from .conformal import infinity, point
-from .costs import aligned, any_rotor, is_plain, magnitude, parallel
+from .costs import any_rotor, is_plain, magnitude, parallel
 from .exponentials import exp_bivector
 from .outcome import only_if
-from .registration import carriers, center, near_motor
+from .registration import carriers, center, near_motor, rotor_rates
 
 # -- Algorithm 1 -------------------------------------------------------------------------------------------
 
@@ -76,13 +76,7 @@ def motor_rates(b: Multivector) -> tuple[Multivector, Result]:
 
 def printed_rates(r: Multivector, x: Multivector, y: Multivector) -> tuple[Result, Result]:
     """The printed cost (5.1) from R x ~R to y or -y, and its gradient by the twist b in exp(b) R."""
-    moved = (r >> x).grade(*x.grades)
-    near = aligned(y, moved)
-    plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(moved, near), x.constant(1))
-    rotor = plain * any_rotor(moved, near)
-    basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in x.algebra.kind("twist").blades]
-    rate_of = derivative_formula(any_rotor, ["x", "y"], "x", is_scalar=False)
-    rates = [rate_of(moved, near, (e * moved - moved * e).grade(*x.grades))[0].values[0] for e in basis]
+    rotor, rates = rotor_rates((r >> x).grade(*x.grades), y)
     error, along = rotor - 1, parallel(rotor)
     cost = norm_squared(error) + norm_squared(along)
     gradient = [2 * (error.scalar_product(~d) + along.scalar_product(~parallel(d))) for d in rates]

@@ -160,12 +160,7 @@ def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
 
     The cost is a sum of squares, of R - 1 and of R . e_+; so its matrix is twice that of their rates.
     """
-    basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in x.algebra.kind("twist").blades]
-    near = aligned(y, x)
-    plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(x, near), x.constant(1))
-    rotor = plain * any_rotor(x, near)
-    rate_of = derivative_formula(any_rotor, ["x", "y"], "x", is_scalar=False)
-    rates = [rate_of(x, near, (e * x - x * e).grade(*x.grades))[0].values[0] for e in basis]
+    rotor, rates = rotor_rates(x, y)
     error = rotor - 1
     cost = positive_product(error, error) + positive_product(parallel(rotor), parallel(rotor))
     gradient = [2 * (positive_product(error, d) + positive_product(parallel(rotor), parallel(d))) for d in rates]
@@ -175,3 +170,13 @@ def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
         for q in rates[i:]
     ]
     return row([cost], "cost"), row(gradient, "gradient"), row(matrix, "matrix")
+
+
+def rotor_rates(x: Multivector, y: Multivector) -> tuple[Multivector, list[Multivector]]:
+    """The rotor from x to y or -y, NaN where it needs care, and its rates by the twist b in exp(b) x exp(-b)."""
+    basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in x.algebra.kind("twist").blades]
+    near = aligned(y, x)
+    plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(x, near), x.constant(1))
+    rotor = plain * any_rotor(x, near)
+    rate_of = derivative_formula(any_rotor, ["x", "y"], "x", is_scalar=False)
+    return rotor, [rate_of(x, near, (e * x - x * e).grade(*x.grades))[0].values[0] for e in basis]

@@ -19,7 +19,7 @@ from ..codegen.programs.reform import KINDS, in_order, reform_program
 from ..codegen.targets.cuda import DRIVER_OPTIONS, compile_kept, device_arch, reform_source
 from ..codegen.targets.cuda_run import CudaModule, Device, DeviceArrays
 from ..codegen.templating import template_text
-from .engine import ELEMENT, MOTOR, RATES, Closeness, Side, grid_of
+from .engine import ELEMENT, MOTOR, RATES, SETTLED, Closeness, Side, grid_of
 
 Array = NDArray[Any]
 Arguments = Callable[[list[ctypes.c_uint64]], list[Any]]
@@ -194,7 +194,7 @@ class CudaScene:
         self._run("stiffness", "bs_sets", len(kinds), given, found, {"size": kinds.shape[1]})
         return found["stiffness"]
 
-    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
+    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> tuple[Array, Array, Array, Array]:
         """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
         n = len(motors)
         found = {"motors": np.array(motors, np.float64, order="C"), "scores": np.empty(n)}

@@ -22,6 +22,7 @@ from .engine import (
     RATES,
     SAMPLES,
     SETS,
+    SETTLED,
     Closeness,
     Grid,
     Side,
@@ -149,7 +150,7 @@ class NumbaScene:
         self._share("stiffness", len(kinds), SETS, kinds.shape[1], _integers(kinds), _integers(query), found)
         return found
 
-    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
+    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> tuple[Array, Array, Array, Array]:
         """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
         n = len(motors)
         motors, scores = np.array(motors, np.float64, order="C"), np.empty(n)

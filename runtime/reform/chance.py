@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebras import Algebra
+from .engine import Scene
+from .frames import closeness_within
 
 Array = NDArray[Any]
 #: Random motors by which it is measured how often objects meet by chance, and at which distance (in units of the
@@ -32,6 +34,13 @@ def random_motors(algebra: Algebra) -> Array:
     axes, angles = random.normal(size=(RANDOM_MOTORS, 3)), random.uniform(0, math.pi, RANDOM_MOTORS)
     motors = algebra.translator(SHIFT * random.normal(size=(RANDOM_MOTORS, 3))) * algebra.rotor(axes, angles)
     return np.ascontiguousarray(motors._data, np.float64)
+
+
+def meetings_of(scene: Scene, algebra: Algebra, align: bool, length: float) -> Meetings:
+    """How often the objects that are asked meet under random motors."""
+    scene.closeness(closeness_within(CHANCE_REACH, 0.0, align, length))
+    hits = scene.refine(random_motors(algebra), 0)[2]
+    return Meetings(float((hits.sum() + 1) / (len(hits) * scene.asked + 1)))
 
 
 @dataclass(frozen=True)

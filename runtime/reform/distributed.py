@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .. import parallel
 from ..errors import BladesmithError, InputError
-from .engine import Closeness, Side
+from .engine import SETTLED, Closeness, Side
 from .worker import Sent, work
 
 Array = NDArray[Any]
@@ -85,7 +85,7 @@ class SharedScene:
         """As of `engine.Scene`."""
         return self._shared("samples", (kinds, query, reference, signs), (residual,), SAMPLES)
 
-    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> Any:
+    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> Any:
         """As of `engine.Scene`."""
         grain = max(1, OBJECTS // max(self.asked * max(rounds, 1), 1))
         return self._shared("refine", (motors,), (rounds, settled), grain)

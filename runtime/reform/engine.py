@@ -23,6 +23,8 @@ Array = NDArray[Any]
 ELEMENT = 7
 #: Coefficients of a motor.
 MOTOR = 8
+#: A candidate stays where the square of its motor's change is less: rounding.
+SETTLED = 1e-28
 #: Numbers of a match's rates: cost, gradient, upper half of a matrix.
 RATES = 28
 #: Objects moved and matched that are worth another thread: about a millisecond of work, and starting one takes 0.1 ms.
@@ -246,7 +248,7 @@ class Scene:
         self._share(self._lib.bs_reform_stiffness, job, len(kinds), SETS)
         return found
 
-    def refine(self, motors: Array, rounds: int, settled: float = 1e-28) -> tuple[Array, Array, Array, Array]:
+    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> tuple[Array, Array, Array, Array]:
         """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
         n = len(motors)
         job = self._ffi.new("bs_refined *")

@@ -67,10 +67,20 @@ def both(query: Any, reference: Any) -> tuple[Model, Model]:
         If a model is empty, or they have none.
     """
     first, second = as_model(query, "the query's objects"), as_model(reference, "the reference's objects")
-    if not set(first.counts) & set(second.counts):
-        names = (", ".join(PLURALS[k] for k in model.counts) for model in (first, second))
-        raise InputError("the models have no kind of object in common: {} and {}.".format(*names))
+    check_common(first, second)
     return first, second
+
+
+def check_common(query: Model, reference: Model) -> None:
+    """Whether two models have a kind of object in common.
+
+    Raises
+    ------
+    InputError
+    """
+    if not set(query.counts) & set(reference.counts):
+        names = (", ".join(PLURALS[k] for k in model.counts) for model in (query, reference))
+        raise InputError("the models have no kind of object in common: {} and {}.".format(*names))
 
 
 def positive(value: Any, name: str) -> float:
@@ -88,8 +98,8 @@ def positive(value: Any, name: str) -> float:
     return found
 
 
-def count(value: Any, name: str, least: int = 1) -> int:
-    """A positive whole number, or one that is not less than ``least``.
+def count(value: Any, name: str, least: int = 1, most: int | None = None) -> int:
+    """A positive whole number, or one that is not less than ``least``, nor more than ``most``.
 
     Raises
     ------
@@ -99,8 +109,9 @@ def count(value: Any, name: str, least: int = 1) -> int:
         found = index(value)
     except TypeError:
         found = least - 1
-    if found < least or isinstance(value, bool):
+    if found < least or isinstance(value, bool) or (most is not None and found > most):
         wanted = "a positive whole number" if least == 1 else f"a whole number of at least {least}"
+        wanted = wanted if most is None else f"a whole number from {least} to {most}"
         raise InputError(f"{name} is {value!r}; {wanted} is needed.")
     return found
 

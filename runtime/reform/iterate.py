@@ -12,12 +12,12 @@ from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
 from ..objects.inputs import chosen, truth
 from .challenge import challenged
-from .chance import CHANCE_REACH, Meetings, random_motors
+from .chance import meetings_of
 from .contest import Contest
 from .estimate import METHODS, How, estimated
 from .estimators import SET_SIZE, Ground, Pairs, inward
 from .finish import finish
-from .frames import closeness_within, outward
+from .frames import outward
 from .given import as_motor, both, count, positive
 from .job import Job
 from .matching import ASSIGNMENTS, COSTS, Rule, matched
@@ -91,9 +91,10 @@ def iterate(
     job.history.extend(history)
     world = outward(motor[None], ground.query, ground.reference, ground.algebra)[0]
     best = inward(world, job.query, job.reference)
+    meetings = meetings_of(job.scene, job.algebra, job.align, job.length)
     found = Found(
         motors=best[None], scores=np.zeros(1), hits=np.zeros(1, np.int32), tolerance=TOLERANCES[-1],
-        candidates=len(history), contest=Contest(job.scene, meetings(job), SET_SIZE, job.align, job.length),
+        candidates=len(history), contest=Contest(job.scene, meetings, SET_SIZE, job.align, job.length),
     )  # fmt: skip
     return challenged(job, finish(job, found, FINAL_ROUNDS, first.counts))
 
@@ -128,13 +129,6 @@ def _matched(ground: Ground, rule: Rule, motor: Array) -> tuple[Pairs, float]:
         parts.append((np.full(len(rows), KINDS.index(kind)), rows, indices[rows], signs[rows]))
     kinds, query, reference, signs = (np.concatenate(p) for p in zip(*parts, strict=True))
     return Pairs(kinds.astype(np.int32), query.astype(np.int32), reference.astype(np.int32), signs), total
-
-
-def meetings(job: Job) -> Meetings:
-    """How often objects of a job meet under random motors."""
-    job.scene.closeness(closeness_within(CHANCE_REACH, 0.0, job.align, job.length))
-    hits = job.scene.refine(random_motors(job.algebra), 0)[2]
-    return Meetings(float((hits.sum() + 1) / (len(hits) * job.scene.asked + 1)))
 
 
 __all__ = ["iterate"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from operator import index
 from typing import Any
 
 from ..codegen.errors import InputError
@@ -13,7 +12,7 @@ from ..multivector import Multivector
 from ..objects.inputs import chosen, truth
 from .challenge import challenged
 from .finish import finish
-from .given import as_motor, positive
+from .given import as_motor, check_common, count, positive
 from .job import Job
 from .model import Model
 from .progress import told
@@ -25,8 +24,8 @@ from .unfinished import unfinished
 
 #: Rounds of iterative matching of a candidate, unless asked otherwise.
 ROUNDS = 30
-#: More sets than any search can use.
-MOST_SAMPLES = 1 << 20
+#: More sets than any search can use, and more objects than any set needs.
+MOST_SAMPLES, MOST_SIZE = 1 << 20, 64
 STARTS = ("global", "proximity")
 
 
@@ -124,14 +123,14 @@ def register(
             progress=progress,
         )  # fmt: skip
         return similar(query, reference, same)
-    samples = _count(samples, "samples", MOST_SAMPLES)
-    sample_size = None if sample_size is None else _count(sample_size, "sample_size", 64)
-    rounds = ROUNDS if iterations is None else _count(iterations, "iterations", MOST_SAMPLES)
+    samples = count(samples, "samples", most=MOST_SAMPLES)
+    sample_size = None if sample_size is None else count(sample_size, "sample_size", most=MOST_SIZE)
+    rounds = ROUNDS if iterations is None else count(iterations, "iterations", most=MOST_SAMPLES)
     motor = as_motor(start, "start") if isinstance(start, Multivector) else None
     near = motor is not None or chosen(start, STARTS, "start") == "proximity"
     length = positive(length, "length")
     job = Job(
-        query.objects, reference.objects, seed=_count(seed, "seed", None, 0), threads=threads, backend=backend,
+        query.objects, reference.objects, seed=count(seed, "seed", 0), threads=threads, backend=backend,
         executor=executor, align=truth(align, "align"), length=length,
     )  # fmt: skip
     with told(progress) as job.progress:
@@ -151,20 +150,7 @@ def _check_models(query: Model, reference: Model) -> None:
             raise InputError(f"the {name} is {type(model).__name__}; a reform.Model is needed.")
         if not len(model):
             raise InputError(f"the {name} is empty; a pose needs objects.")
-    if not set(query.objects) & set(reference.objects):
-        both = (", ".join(f"{k}s" for k in m.objects) for m in (query, reference))
-        raise InputError("the models have no kind of object in common: {} and {}.".format(*both))
-
-
-def _count(value: Any, name: str, most: int | None, least: int = 1) -> int:
-    try:
-        count = None if isinstance(value, bool) else index(value)
-    except TypeError:
-        count = None
-    if count is None or count < least or (most is not None and count > most):
-        limit = f"from {least} to {most}" if most is not None else f"of at least {least}"
-        raise InputError(f"{name} is {value!r}; a whole number {limit} is needed.")
-    return count
+    check_common(query, reference)
 
 
 def searched(job: Job, samples: int, sample_size: int | None) -> Found:

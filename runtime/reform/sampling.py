@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
 from ..multivector import Multivector
-from .chance import doubt
+from .chance import doubt, meetings_of
 from .contest import Contest, distinct
 from .estimators import SET_SIZE, inward
 from .frames import closeness_within
-from .iterate import meetings
 from .job import Job
 from .result import Step
 from .search import KEPT, REACH, VERIFIED, Found
@@ -76,7 +75,8 @@ def sampled(
     some = job.random.permutation(len(job.rows))[:VERIFIED]
     kinds, rows = job.kinds[some], job.rows[some]
     job.scene.ask(kinds, rows)
-    contest = Contest(job.scene, meetings(job), size, job.align, job.length)
+    meetings = meetings_of(job.scene, job.algebra, job.align, job.length)
+    contest = Contest(job.scene, meetings, size, job.align, job.length)
     found = Found(tolerance=WIDE / REACH, contest=contest, chance=float(contest.meetings.within(WIDE)))
     motor, waited = inward(start, job.query, job.reference), 0
     _keep(found, *_refined(job, motor[None], found, 0))

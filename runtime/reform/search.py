@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .chance import CHANCE_REACH, Meetings, doubt, random_motors
+from .chance import doubt, meetings_of
 from .contest import LEVEL, SAME, SAME_POSE, Contest, distinct
 from .engine import Closeness, Driver, Scene
 from .frames import Local, closeness_within
@@ -135,15 +135,9 @@ class Search:
         self.scene, self.query, self.align, self.length = scene, query, align, length
         self.tell: Callable[[Found], None] = lambda found: None
         self.sets = Sets(scene, driver, query, reference, samples, sample_size, random, align)
-        self._meetings = self._random_meetings()
+        algebra = next(iter(query.objects.values())).algebra
+        self._meetings = meetings_of(scene, algebra, align, length)
         self._contest = Contest(scene, self._meetings, self.sets.size, align, length)
-
-    def _random_meetings(self) -> Meetings:
-        """How often objects meet under random motors."""
-        algebra = next(iter(self.query.objects.values())).algebra
-        self.scene.closeness(closeness_within(CHANCE_REACH, 0.0, self.align, self.length))
-        hits = self.scene.refine(random_motors(algebra), 0)[2]
-        return Meetings(float((hits.sum() + 1) / (len(hits) * self.scene.asked + 1)))
 
     # -- one tolerance --
 
