@@ -15,6 +15,8 @@ from .study import Study
 
 #: Errors below this are drawn on this line: a logarithmic axis has no zero.
 SMALLEST_DRAWN = 1e-18
+#: Inches that a column of a legend takes.
+LEGEND_WIDTH = 2.4
 #: Where in a panel's height methods stand that lost every answer.
 TOP = 0.96
 #: Room around the points, for their labels: a factor of time, and decades of error.
@@ -138,7 +140,8 @@ def _legend(figure: Figure, methods: Sequence[str], rows: Sequence[Measurement])
     if any(_all_lost(r) for r in rows):
         label = "cross at the top: lost, no error to show"
         handles.append(Line2D([], [], color="gray", marker="x", linestyle="", label=label))
-    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 3), frameon=False)
+    columns = max(1, min(len(handles), 3, int(figure.get_figwidth() // LEGEND_WIDTH)))
+    figure.legend(handles=handles, loc="outside upper center", ncols=columns, frameon=False)
 
 
 def _label(panel: Any, rows: Sequence[Measurement]) -> None:
