@@ -308,8 +308,8 @@ def test_a_moved_inertia_moves_the_momentum(place: list[float], t: list[float], 
     r = dynamics.map_motor(dynamics.screw_from_coordinates(place, algebra=algebra))
     omega = dynamics.screw_from_coordinates(t, algebra=algebra)
     q = dynamics.Inertia(1.5, [[2.0, 0.1, 0], [0.1, 1.5, 0.2], [0, 0.2, 1.0]], algebra=algebra)
-    moved = q.transformed(r)((r >> omega).grade(2))
-    assert np.abs((moved - (r >> q(omega)).grade(2)).values).max() < 1e-11
+    moved = q.transformed(r)(r >> omega)
+    assert np.abs((moved - (r >> q(omega))).values).max() < 1e-11
 
 
 def test_precision_is_that_of_the_screws() -> None:

@@ -155,8 +155,7 @@ def twist_in(frame: Multivector, mass: Multivector, moments: Multivector, psi: M
 def principal_momentum(mass: Multivector, moments: Multivector, omega: Multivector) -> Multivector:
     """m v I3 + (I w) n along the principal axes at the centre of mass."""
     w, v = direction_part(omega), attached_part(omega)
-    angular = moments.sum(moments.scalar_product(e) * w.scalar_product(e) * e for e in axes(omega))
-    return mass * v * space(omega) + angular * null_vector(omega)
+    return mass * v * space(omega) + _scaled(moments, w) * null_vector(omega)
 
 
 def bracket(a: Multivector, b: Multivector) -> Multivector:
@@ -217,6 +216,51 @@ def drag(omega: Multivector, center: Multivector, angular: Multivector, linear: 
     force = -linear * velocity_at(omega, center)
     couple = -angular * direction_part(omega) * null_vector(omega)
     return row(covector(wrench_at(force, center) + couple), "drag")
+
+
+# -- a free body in a field that is the same everywhere ----------------------------------------------------
+#
+# Place and turn part there: R = (1 - x n/2) q, and the centre of mass goes its own way.
+
+
+def rotor_rate(q: Multivector, w: Multivector) -> Multivector:
+    """dq = -q w I3/2, w along the body's axes."""
+    return -(q * w * space(q)) / 2
+
+
+def spin_rate(w: Multivector, moments: Multivector, inverse: Multivector) -> Multivector:
+    """dw with I dw = (I w) x w, along the principal axes."""
+    turning = cross(_scaled(moments, w), w)
+    return _scaled(inverse, turning)
+
+
+def _scaled(a: Multivector, b: Multivector) -> Multivector:
+    """Products of coordinates."""
+    return a.sum(a.scalar_product(e) * b.scalar_product(e) * e for e in axes(b))
+
+
+def nudged(q: Multivector) -> Multivector:
+    """q (3 - q ~q)/2: of a rotor that is nearly one, the one next to it, to second order."""
+    return q * ((3 - q.scalar_product(~q)) / 2)
+
+
+def flight(r: Multivector, omega: Multivector) -> tuple[Result, Result, Result, Result]:
+    """Rotor, place, velocity in the world and spin of a state."""
+    turn = euclidean_part(r)
+    velocity = (turn >> attached_part(omega)).grade(1)
+    return (
+        named("rotor", turn),
+        named("place", translation_of(r)),
+        named("velocity", velocity),
+        named("spin", direction_part(omega)),
+    )
+
+
+def landed(q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector) -> tuple[Result, Result]:
+    """The state that `flight` takes apart; the rotor need not quite be one."""
+    turn = q / sqrt(q.scalar_product(~q))
+    omega = spin * space(q) + (~turn >> velocity).grade(1) * null_vector(q)
+    return named("motor", translator(place) * turn), named("twist", omega)
 
 
 # -- flows of a split Hamiltonian --------------------------------------------------------------------------

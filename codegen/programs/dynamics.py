@@ -13,7 +13,7 @@ ALGEBRAS = ("cga3d", "pga3d")
 #: Loads that have kernels of their own; "user" are functions that the driver calls.
 LOADS = ("gravity", "body_wrench", "world_wrench", "drag", "spring", "user")
 METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive")
-CHARTS = ("exponential", "cayley", "outer")
+CHARTS = ("exponential", "bortz", "cayley", "outer")
 MODES = ("free", "subspace", "constrained")
 _HEADERS = ("platform.h", "instance.h", "instance_end.h", "elementary.h", "dynamics_types.h", "dynamics_solve.h")
 _USER = """
@@ -65,6 +65,12 @@ class Needs:
     chart: str = "exponential"
     callbacks: bool = False
 
+    @property
+    def in_flight(self) -> bool:
+        """Whether nothing but gravity acts on one free body, and its turning can be stepped by itself."""
+        alone = self.bodies == 1 and self.mode == "free" and self.method == "rk4"
+        return alone and set(self.loads) <= {"gravity"}
+
     def check(self) -> None:
         """Raise `InputError` for what no driver has."""
         for what, value, known in (
@@ -102,6 +108,7 @@ def dynamics_program(needs: Needs) -> Program:
         "methods": methods,
         "callbacks": needs.callbacks,
         "elementary": True,
+        "flight": needs.in_flight,
     }
     return program(
         _name(needs), _declared(needs), "c/dynamics.c.j2", "c/dynamics_types.h", _HEADERS, values,
@@ -131,7 +138,13 @@ def _declared(needs: Needs) -> list[Declared]:
         add(mechanics.drag, "twist, position, number, number")
     if "spring" in needs.loads:
         add(mechanics.spring, "motor, twist, position, motor, twist, position, numbers3")
-    if needs.method == "rk4":
+    if needs.in_flight:
+        add(mechanics.flight, "motor, twist")
+        add(mechanics.landed, "layout rotor, position, position, position")
+        add(mechanics.rotor_rate, "layout rotor, position")
+        add(mechanics.spin_rate, "position, position, position")
+        add(mechanics.nudged, "layout rotor")
+    elif needs.method == "rk4":
         add(mechanics.motor_rate, "layout motor, twist")
     if needs.method in ("chart", "adaptive"):
         add(getattr(maps, f"moved_{needs.chart}"), "motor, twist", "moved_chart")

@@ -35,6 +35,21 @@ _HOMES = {
     "mass_properties": "solids",
     "map_motor": "maps",
     "map_rate": "maps",
+    "RigidBody": "bodies",
+    "Gravity": "loads",
+    "BodyWrench": "loads",
+    "WorldWrench": "loads",
+    "Spring": "loads",
+    "Damper": "loads",
+    "Pin": "constraints",
+    "PinPath": "constraints",
+    "PinLinear": "constraints",
+    "Incidence": "constraints",
+    "VirtualPower": "constraints",
+    "allowed_twists": "freedom",
+    "Simulation": "simulation",
+    "System": "system",
+    "Trajectory": "trajectory",
 }
 
 __all__ = sorted(_HOMES)

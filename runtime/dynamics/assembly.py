@@ -29,10 +29,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 #: Numbers of a body, and where they stand: as in templates/c/dynamics_rates.j2.
-BODY = 120
+BODY = 122
 PLACES = {
     "metric": (0, 6), "inverse": (6, 6), "roots": (12, 6), "weight": (18, 3), "center": (21, 3), "world": (24, 6),
     "wrench": (30, 6), "drag": (36, 2), "mass": (38, 36), "compliance": (74, 36), "flows": (110, 9),
+    "moments": (119, 3),
 }  # fmt: skip
 SPRING = 9
 
@@ -280,6 +281,7 @@ def _store_bodies(made: Assembly, loads: Sequence[Any]) -> None:
         put("weight", np.asarray(body.mass)[..., None] * gravity)
         put("center", algebra.matrix(~frame.own)[..., :3, 3])
         put("flows", flows(frame.moments))
+        put("moments", frame.moments)
         put("world", _wrenches(made, i, loads, kinds_of_load.WorldWrench, lambda w: made.local(w)))
         in_body = _wrenches(made, i, loads, kinds_of_load.BodyWrench, lambda w, own=frame.own: ~own >> w)
         put("wrench", call(algebra, "mechanics.covector_of", algebra.wrap(algebra.kind("twist"), in_body)).value)

@@ -11,49 +11,13 @@ from ..calls import Numbers, call
 from ..codegen.errors import InputError, ShapeError
 from ..loading import stock_algebra
 from ..multivector import Multivector
-from .given import MATRIX_TOLERANCE, finite, of_algebra, positive, vectors
+from .given import finite, of_algebra, positive, vectors
+from .principal import principal
 
 if TYPE_CHECKING:
     from ..algebras import Algebra
 
 Array = NDArray[Any]
-
-
-def principal(inertia: Any) -> tuple[Array, Array]:
-    """Principal moments (..., 3), and the principal axes as columns (..., 3, 3), of moments or of symmetric tensors.
-
-    Raises
-    ------
-    InputError
-        If a moment is not positive, one is larger than the other two together, or a tensor is not symmetric.
-    """
-    found = finite(inertia, "the inertia")
-    if found.shape[-2:] == (3, 3):
-        size = np.abs(found).max((-1, -2), keepdims=True)
-        skew = np.abs(found - np.swapaxes(found, -1, -2)).max()
-        if (np.abs(found - np.swapaxes(found, -1, -2)) > MATRIX_TOLERANCE * size).any():
-            raise InputError(f"the inertia is not symmetric: it differs from its transpose by up to {skew:.3g}.")
-        found = (found + np.swapaxes(found, -1, -2)) / 2
-        diagonal = found * np.eye(3)
-        if (found == diagonal).all():
-            moments, axes = found.diagonal(axis1=-2, axis2=-1).copy(), np.broadcast_to(np.eye(3), found.shape)
-        else:
-            moments, axes = np.linalg.eigh(found)
-            axes = axes * np.sign(np.linalg.det(axes))[..., None, None]
-    elif found.shape[-1:] == (3,):
-        moments, axes = found, np.broadcast_to(np.eye(3), (*found.shape, 3))
-    else:
-        raise ShapeError(f"the inertia has shape {found.shape}; it ends in 3 (moments) or (3, 3) (a tensor).")
-    if (moments <= 0).any():
-        raise InputError(f"a principal moment of inertia is {moments.min():.3g}; they are positive.")
-    excess = 2 * moments.max(-1) - moments.sum(-1)
-    if (excess > MATRIX_TOLERANCE * moments.max(-1)).any():
-        raise InputError(
-            f"the largest principal moment exceeds the sum of the others by {excess.max():.3g}: no body has such an "
-            "inertia.",
-            remedy="Give moments of inertia about the centre of mass, mass included",
-        )
-    return moments, np.ascontiguousarray(axes)
 
 
 class RigidBody:
