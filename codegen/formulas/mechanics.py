@@ -84,6 +84,11 @@ def seen(r: Multivector, screw: Multivector) -> Multivector:
     return (~r >> screw).grade(2)
 
 
+def place_of(r: Multivector) -> Multivector:
+    """Where the frame's origin is."""
+    return translation_of(r)
+
+
 def adjoint(r: Multivector) -> Result:
     """The matrix of S -> ~R S R on coefficients, row by row."""
     columns = [(~r >> e).grade(2) for e in basis_twists(r)]

@@ -88,6 +88,7 @@ class Assembly:
     origin: Array
     mode: str
     loads: tuple[str, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
     called: Called = field(default_factory=Called)
     rows: list[Row] = field(default_factory=list)
     springs: list[tuple[int, int]] = field(default_factory=list)
@@ -182,6 +183,7 @@ def assemble(
         mode = "constrained" if constraints else "free"
     size = shape[0] if shape else 1
     made = Assembly(algebra, tuple(bodies), tuple(names), size, frames, origin, mode)
+    made.constraints = tuple(constraints)
     _store_bodies(made, loads)
     _store_springs(made, loads)
     _store_functions(made, loads)
@@ -276,7 +278,7 @@ def _store_bodies(made: Assembly, loads: Sequence[Any]) -> None:
             put("compliance", compliance.reshape(*matrix.shape[:-2], 36))
         put("metric", metric)
         put("inverse", inverse)
-        put("roots", np.sqrt(inverse))
+        put("roots", np.sqrt(1 / metric))
         put("mass", matrix.reshape(*matrix.shape[:-2], 36))
         put("weight", np.asarray(body.mass)[..., None] * gravity)
         put("center", algebra.matrix(~frame.own)[..., :3, 3])

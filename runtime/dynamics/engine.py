@@ -22,6 +22,8 @@ from .methods import NUMBERS, Method
 Array = NDArray[Any]
 #: Status of a simulation, as in templates/c/dynamics_rates.j2.
 OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED = range(8)
+#: Steps of a simulation between two looks at interrupts and progress; of user's functions fewer are asked at once.
+STEPS, STEPS_OF_FUNCTIONS = 16384, 256
 #: A row of which less than this share is new, by energy, is redundant. Rows of a pose that is off differ by about as
 #: much as it is: far from the constraints more is left out at first.
 TOLERANCE, COARSE = 1e-7, 1e-3
@@ -50,14 +52,16 @@ def driver(needs: Needs) -> Any:
 class Driver:
     """An assembly and a method, ready to run."""
 
-    def __init__(self, made: Assembly, method: Method, chart: str, project: bool, baumgarte: float) -> None:
-        self.made, self.method = made, method
+    def __init__(
+        self, made: Assembly, method: Method, chart: str, project: bool, baumgarte: float, part: slice = slice(None)
+    ) -> None:
+        self.made, self.method, self.part = made, method, part
         module = driver(made.needs(method.driver, chart))
         self._lib, self._ffi = module.lib, module.ffi
         self._kept: list[Any] = []
         self._model = self._new_model(project, baumgarte)
         self._method = self._new_method()
-        self.size, self.bodies = made.size, len(made.bodies)
+        self.size, self.bodies = len(range(made.size)[part]), len(made.bodies)
 
     def _doubles(self, values: Any) -> Any:
         array = np.ascontiguousarray(values, np.float64)
@@ -67,8 +71,8 @@ class Driver:
 
     def _new_model(self, project: bool, baumgarte: float) -> Any:
         made, model = self.made, self._ffi.new("bs_dynamics *")
-        numbers = made.numbers
-        model.numbers, model.stride = self._doubles(numbers), numbers.shape[1] if made.size > 1 else 0
+        numbers = made.numbers[self.part]
+        model.numbers, model.stride = self._doubles(numbers), numbers.shape[1]
         model.bodies, model.springs = 0, made.spring_place
         model.spring_count, model.constraint_count = len(made.springs), len(made.rows)
         model.load_count = len(made.user_loads)
@@ -114,7 +118,7 @@ class Driver:
         given = [self._ffi.from_buffer("double[]", np.ascontiguousarray(x, np.float64)) for x in (motors, twists)]
         to = [self._ffi.from_buffer("double[]", x) for x in found.values()]
         rank = self._lib.bs_dynamics_look(self._model, t, *given, *to)
-        self._raise()
+        self.raise_error()
         return {**found, "rank": rank}
 
     def project(self, t: float, motors: Array, twists: Array) -> tuple[Array, Array]:
@@ -123,46 +127,77 @@ class Driver:
         for tolerance in (COARSE, TOLERANCE):
             given = (self._ffi.from_buffer("double[]", x) for x in moved)
             self._lib.bs_dynamics_project(self._model, t, tolerance, *given)
-            self._raise()
+            self.raise_error()
         return moved[0], moved[1]
 
-    def _raise(self) -> None:
+    def raise_error(self) -> None:
+        """Raise what a user's function raised."""
         error, self.made.called.error = self.made.called.error, None
         if error is not None:
             raise error
 
 
 class Run:
-    """A run under way: states at times, from one to another."""
+    """A run under way: states at times, from one to another.
 
-    def __init__(self, driver: Driver, times: Array, motors: Array, twists: Array, threads: int | None) -> None:
+    Attributes
+    ----------
+    motors, twists, reactions : array (simulations, stores, bodies, 8 or 6)
+    violations : array (simulations, stores)
+    status, reached, steps, stored : array (simulations,)
+        How it stands, the time of the last state, steps taken and states stored.
+    start, start_rows : array (simulations, 2)
+        Largest errors of poses and of rates at the start, as shares of what they are made of, and the rows.
+    """
+
+    def __init__(
+        self, driver: Driver, times: Array, motors: Array, twists: Array, threads: int | None = 1, project: bool = False
+    ) -> None:
         self.driver, self.times, self._threads = driver, np.ascontiguousarray(times, np.float64), threads
-        ffi, n, stores, bodies = driver._ffi, driver.size, len(times), driver.bodies
+        n, stores, bodies = driver.size, len(times), driver.bodies
         self.motors, self.twists = np.full((n, stores, bodies, 8), np.nan), np.full((n, stores, bodies, 6), np.nan)
         self.reactions, self.violations = np.full((n, stores, bodies, 6), np.nan), np.full((n, stores), np.nan)
         self.status, self.reached = np.zeros(n, np.int32), np.full(n, self.times[0])
         self.steps, self.stored = np.zeros(n, np.int64), np.zeros(n, np.int64)
+        self.start, self.start_rows = np.zeros((n, 2)), np.zeros((n, 2), np.int32)
         self._stop = np.zeros(1, np.int32)
-        memory = np.zeros((n, driver._lib.bs_dynamics_memory(driver._method)))
-        self._run = run = ffi.new("bs_run *")
-        self._kept = [memory]
-        for name, array in (
-            ("times", self.times), ("memory", memory), ("motors", self.motors), ("twists", self.twists),
-            ("reactions", self.reactions), ("violations", self.violations), ("reached", self.reached),
-        ):  # fmt: skip
-            setattr(run, name, ffi.from_buffer("double[]", array))
-        run.status, run.stop = ffi.from_buffer("int32_t[]", self.status), ffi.from_buffer("int32_t[]", self._stop)
-        run.steps, run.stored = ffi.from_buffer("int64_t[]", self.steps), ffi.from_buffer("int64_t[]", self.stored)
-        run.stores = stores
+        self._memory = np.zeros((n, driver._lib.bs_dynamics_memory(driver._method)))
+        self._run = self._new_run(project)
         start = [np.ascontiguousarray(np.broadcast_to(x, (n, bodies, x.shape[-1]))) for x in (motors, twists)]
-        given = [ffi.from_buffer("double[]", x) for x in start]
-        self._share(lambda a, b: driver._lib.bs_dynamics_start(driver._model, driver._method, run, *given, a, b))
+        given = [driver._ffi.from_buffer("double[]", x) for x in start]
+        self._share(lambda a, b: driver._lib.bs_dynamics_start(driver._model, driver._method, self._run, *given, a, b))
 
-    def to(self, first: int, last: int) -> None:
-        """Compute the states at these times, which follow those computed before."""
+    def _new_run(self, project: bool) -> Any:
+        ffi, run = self.driver._ffi, self.driver._ffi.new("bs_run *")
+        for type_, arrays in (
+            ("double[]", {"times": self.times, "memory": self._memory, "motors": self.motors, "twists": self.twists,
+                          "reactions": self.reactions, "violations": self.violations, "reached": self.reached,
+                          "start": self.start}),
+            ("int32_t[]", {"status": self.status, "stop": self._stop, "start_rows": self.start_rows}),
+            ("int64_t[]", {"steps": self.steps, "stored": self.stored}),
+        ):  # fmt: skip
+            for name, array in arrays.items():
+                setattr(run, name, ffi.from_buffer(type_, array))
+        run.stores, run.project_start = len(self.times), int(project)
+        steps = STEPS_OF_FUNCTIONS if self.driver.made.called.functions else STEPS
+        run.budget = max(16, steps // self.driver.bodies**2)
+        return run
+
+    def go_on(self, last: int) -> bool:
+        """Some steps more towards the states before the last one; whether there is more to do."""
         driver, run = self.driver, self._run
-        run.first, run.last = first, last
+        run.last = last
         self._share(lambda a, b: driver._lib.bs_dynamics_run(driver._model, driver._method, run, a, b))
+        return bool(((self.stored < last) & (self.status == OK)).any())
+
+    def to(self, last: int) -> None:
+        """All states before the last one."""
+        while self.go_on(last):
+            pass
+
+    def stop(self) -> None:
+        """Mark what is not done as stopped."""
+        self.status[(self.stored < len(self.times)) & (self.status == OK)] = STOPPED
 
     def _share(self, part: Callable[[int, int], None]) -> None:
         threads = 1 if self.driver.made.called.functions else self._threads

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, InputError
+from ..codegen.errors import InputError
 
 Array = NDArray[Any]
 #: Coefficients of a motor.
@@ -90,20 +90,21 @@ class Called:
         """The value, or None where the function failed."""
         try:
             value = self.functions[which](item, t, state)
-            if np.isfinite(value).all():
-                return value
-            raise InputError(
-                f"{self.names[which]} returned {value[~np.isfinite(value)][0]} at time {t:.6g}.",
+            if not np.isfinite(value).all():
+                raise InputError(f"it returned {value[~np.isfinite(value)][0]}")
+            return value
+        except Exception as error:  # a user's function may raise anything
+            told = InputError(
+                f"{self.names[which]} failed at time {t:.6g}: {type(error).__name__}: {error}",
                 where=None if item == 0 else f"simulation {item}",
-                remedy=f"The state was: motor {np.round(state[:MOTOR], 6).tolist()}, twist "
-                f"{np.round(state[MOTOR:], 6).tolist()}",
+                remedy=f"The body was at motor {_rounded(state[:MOTOR])} with twist {_rounded(state[MOTOR:])}",
             )
-        except BladesmithError as error:
-            self.error = self.error or error
-        except Exception as error:  # a user's function may raise anything; it is told as what it is, with the time
-            told = InputError(f"{self.names[which]} failed at time {t:.6g}: {type(error).__name__}: {error}")
             told.__cause__ = error
             self.error = self.error or told
         except BaseException as error:  # an interrupt inside the function
             self.error = error
         return None
+
+
+def _rounded(values: Array) -> str:
+    return "[" + ", ".join(f"{v:.6g}" for v in values) + "]"

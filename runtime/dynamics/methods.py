@@ -19,6 +19,8 @@ INTEGRATORS = {
 }  # fmt: skip
 #: As in templates/c/dynamics_run.j2.
 NUMBERS = {"chart": 0, "rk4": 1, "cf4": 2, "midpoint": 3, "composition": 4, "adaptive": 5}
+#: Those whose steps are all of one size.
+FIXED = ("chart", "rk4", "cf4", "midpoint", "composition")
 MAPS = ("exponential", "bortz", "cayley", "outer")
 STABILIZATIONS = ("auto", "null-space", "projection", "baumgarte", "none")
 #: Step of methods that do not choose their own, in seconds; error of those that do, by step.

@@ -6,6 +6,8 @@ typedef struct {
   int rows, rank;
   double matrix[BS_ROWS][BS_SIZE];   /* on twists */
   double right[BS_ROWS], errors[BS_ROWS], rates[BS_ROWS];
+  double sizes[BS_ROWS];             /* of what errors are made of */
+  int bodies[BS_ROWS];               /* which body a row is of */
   double scale[BS_ROWS];             /* of each row, by energy */
   double direction[BS_RANK][BS_SIZE];
   double upper[BS_RANK][BS_RANK];

@@ -47,7 +47,7 @@ typedef struct {
 
 typedef struct {
   const double *times;       /* (stores) */
-  ptrdiff_t stores, first, last; /* of them those from first to last are computed now */
+  ptrdiff_t stores, last;    /* of them those before last are computed now */
   double *memory;            /* (simulations, what bs_dynamics_memory says) */
   double *motors;            /* (simulations, stores, bodies, 8) */
   double *twists;            /* (simulations, stores, bodies, 6): in the bodies' frames */
@@ -57,6 +57,11 @@ typedef struct {
   double *reached;           /* (simulations): time of the last state */
   int64_t *steps;            /* (simulations) */
   int64_t *stored;           /* (simulations): stores that were written */
+  int64_t budget;            /* steps of a simulation in one call: what is left is for the next */
+  double *start;             /* (simulations, 2): how far the start is off the constraints: poses, as shares of the bodies'
+                                sizes and distances or in radians, and rates, as shares of the bodies' own */
+  int32_t *start_rows;       /* (simulations, 2): and of which row */
+  int32_t project_start;     /* bring the start to the constraints */
   const int32_t *stop;       /* not 0: give up */
 } bs_run;
 
