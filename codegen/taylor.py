@@ -146,6 +146,8 @@ class SeriesFunction:
     name : str
     texts : mapping of str to str
         By the names of `WIDTHS`.
+    inputs, outputs : mapping of str to int
+        Its arguments after the order and the work space, outputs first: numbers of each.
     work : int
         Numbers that it keeps from order to order.
     products : int
@@ -156,6 +158,8 @@ class SeriesFunction:
 
     name: str
     texts: Mapping[str, str]
+    inputs: Mapping[str, int]
+    outputs: Mapping[str, int]
     work: int
     products: int
     elementary: bool
@@ -185,14 +189,16 @@ def series_function(name: str, kernels: Sequence[Kernel], still: Sequence[str] =
         flat = [ring.input(i.name, j, i.name not in still) for i in kernel.inputs for j in range(i.kind.size)]
         inputs.update({i.name: i.kind.size for i in kernel.inputs})
         for output, values in zip(kernel.outputs, kernel.evaluate_flat(flat, ring), strict=True):
-            own = output.name if len(kernels) == 1 else f"{kernel.name}_{output.name}"
+            several = f"{kernel.name}_{output.name}" if len(kernel.outputs) > 1 else kernel.name
+            own = output.name if len(kernels) == 1 else several
             outputs.append((own, tuple(values)))
     texts = {}
     for width, tag in WIDTHS.items():
         printer = _Printer(ring, outputs, width)
         texts[tag] = printer.function(f"{name}_{tag}", list(inputs), [i for i in inputs if i in still])
     needed = {item.op for item in printer.order}
-    return SeriesFunction(name, texts, printer.size, printer.products, bool(needed & ELEMENTARY))
+    sizes = {output: len(items) for output, items in outputs}
+    return SeriesFunction(name, texts, inputs, sizes, printer.size, printer.products, bool(needed & ELEMENTARY))
 
 
 class _Printer:
@@ -226,7 +232,7 @@ class _Printer:
         unused = [f"(void){i}_in;" for i in inputs] + ["(void)work;"]
         opening = ["if (!k) {", *(f"  {line}" for line in self.kept), "}"] if self.kept else []
         body = "\n".join(f"  {line}" for line in (*unused, *opening, *self.lines, *stores))
-        return f"static inline void FN({name})({', '.join(arguments)})\n{{\n{body}\n}}\n"
+        return f"BS_INLINE void FN({name})({', '.join(arguments)})\n{{\n{body}\n}}\n"
 
     def _room(self, count: int) -> int:
         self.size += count

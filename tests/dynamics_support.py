@@ -62,6 +62,14 @@ def single(s, i):
     return State(*(getattr(s, name)[i : i + 1] for name in ("mass", "tensor", "x", "turn", "v", "w")))
 
 
+def _item(body):
+    """The only body of a batch of one."""
+    return dynamics.RigidBody(
+        float(body.mass[0]), body.axes[0] @ np.diag(body.moments[0]) @ body.axes[0].T, body.position[0], body.rotation[0],
+        body.velocity[0], body.angular_velocity[0], algebra=body.algebra,
+    )  # fmt: skip
+
+
 def screws(algebra, rows):
     """Vectors a and b of a I3 + b n."""
     found = call(algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(rows)))
@@ -82,9 +90,11 @@ class Looked:
     mode : str
     """
 
-    def __init__(self, s, algebra, loads, constraints, null_space, bodies=None):
-        self.body = body_of(s, algebra) if bodies is None else bodies
-        self.made = made = assemble([self.body], ["body"], loads, constraints, 1.0, null_space)
+    def __init__(self, s, algebra, loads, constraints, null_space, alone=False, before=None):
+        """Alone: one simulation serves all states, which are of one body; `before(i)` prepares what constraints read."""
+        body = body_of(single(s, 0) if alone else s, algebra)
+        self.made = made = assemble([_item(body) if alone else body], ["body"], loads, constraints, 1.0, null_space)
+        self.before = before or (lambda i: None)
         made.__class__ = Wide
         self.mode = made.mode
         self.driver = engine.Driver(made, methods.Method("rk4", 1.0, 1e-12, 0.0), "exponential", False, 0.0)
@@ -94,8 +104,10 @@ class Looked:
 
     def _all(self, s, algebra):
         n, model = len(s.mass), self.driver._model
-        motors = np.broadcast_to(self.frame.pose.as_kind("motor", check=False).values, (n, 8))
-        twists = np.broadcast_to((~self.frame.own >> self.body.twist_in_body).values, (n, 6))
+        own, state = self.frame.own, body_of(s, algebra)
+        place = algebra.translator(s.x - self.made.origin) * algebra.motor_from_matrix(state.rotation) * own
+        motors = place.as_kind("motor", check=False).values
+        twists = (~own >> state.twist_in_body).values
         if self.frame.allowed is not None:
             twists = np.where(self.frame.allowed, twists, 0.0)
         first, stride = model.numbers, self.made.width if self.made.size > 1 else 0
@@ -107,9 +119,6 @@ class Looked:
             rates[i], rows[i], rank[i] = found["accelerations"][0], found["reactions"][0], found["rank"]
         self.rank, self.twists = rank, twists
         return rates, rows
-
-    def before(self, i):
-        """What a test prepares for a state."""
 
     def _to_world(self, s, algebra, rates, rows):
         """The driver's frame is another than the body's: its origin is a point of the body, its axes are turned."""

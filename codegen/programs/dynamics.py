@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from functools import cache
 
 from ..errors import InputError
-from ..formulas import maps, mechanics, registration
+from ..formulas import maps, mechanics, motion_tangents, registration
 from . import Declared, Program, program, stock_algebra
+from .dynamics_series import series_values
 
 ALGEBRAS = ("cga3d", "pga3d")
 #: Loads that have kernels of their own; "user" are functions that the driver calls.
 LOADS = ("gravity", "body_wrench", "world_wrench", "drag", "spring", "user")
-METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive")
+METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive", "taylor")
 CHARTS = ("exponential", "bortz", "cayley", "outer")
 MODES = ("free", "subspace", "constrained")
-_HEADERS = ("platform.h", "instance.h", "instance_end.h", "elementary.h", "dynamics_types.h", "dynamics_solve.h")
+_HEADERS = (
+    "platform.h", "instance.h", "instance_end.h", "elementary.h", "dynamics_types.h", "dynamics_solve.h", "series.h",
+)  # fmt: skip
 _USER = """
 extern "Python" int bs_dynamics_user(void *handle, int32_t which, ptrdiff_t item, double t, const double *state,
                                      double *out);
@@ -53,6 +56,10 @@ class Needs:
         Of `CHARTS`.
     callbacks : bool
         Whether functions of users are called.
+    tangents : int
+        Directions of parameters along which the trajectory is differentiated.
+    springs : int
+        How many there are; of methods alone that keep something for each.
     """
 
     algebra: str = "cga3d"
@@ -64,11 +71,13 @@ class Needs:
     method: str = "rk4"
     chart: str = "exponential"
     callbacks: bool = False
+    tangents: int = 0
+    springs: int = 0
 
     @property
     def in_flight(self) -> bool:
         """Whether nothing but gravity acts on one free body, and its turning can be stepped by itself."""
-        alone = self.bodies == 1 and self.mode == "free" and self.method == "rk4"
+        alone = self.bodies == 1 and self.mode == "free" and self.method in ("rk4", "taylor")
         return alone and set(self.loads) <= {"gravity"}
 
     def check(self) -> None:
@@ -109,6 +118,8 @@ def dynamics_program(needs: Needs) -> Program:
         "callbacks": needs.callbacks,
         "elementary": True,
         "flight": needs.in_flight,
+        "tangents": needs.tangents,
+        **(series_values(needs) if needs.method == "taylor" else {}),
     }
     return program(
         _name(needs), _declared(needs), "c/dynamics.c.j2", "c/dynamics_types.h", _HEADERS, values,
@@ -166,4 +177,39 @@ def _declared(needs: Needs) -> list[Declared]:
         add(mechanics.moved_rates, v, f"moved_rates_{name}")
         add(mechanics.turned_rate, f"{v}, twist", f"turned_rate_{name}")
         add(mechanics.path_rates, f"motor, twist, {v}, {v}, {v}", f"path_rates_{name}")
+    return [*found, *(_tangents(needs) if needs.tangents else ())]
+
+
+def _tangents(needs: Needs) -> list[Declared]:
+    """The same with tangents: directions behind the arguments."""
+    found: list[Declared] = []
+
+    def add(formula: str, kinds: str, named: str = "") -> None:
+        made = getattr(motion_tangents, formula)
+        found.append(Declared(made, tuple(kinds.split(", ")), named or f"{formula}_tangent", needs.algebra))
+
+    moves = "layout motor"
+    add("gyroscopic", "twist, numbers6, twist, numbers6")
+    add("carried", f"motor, twist, {moves}, twist")
+    add(f"moved_{needs.chart}", "motor, twist, twist", "moved_chart_tangent")
+    add(f"chart_rate_{needs.chart}", "twist, twist, twist, twist", "chart_rate_tangent")
+    add("twist_of", f"motor, {moves}", "twist_of")
+    add("moved_off", "motor, twist", "moved_off")
+    if "gravity" in needs.loads:
+        add("pull", f"motor, position, position, {moves}, position")
+    if "drag" in needs.loads:
+        add("drag", "twist, position, number, number, twist, number, number")
+    if "spring" in needs.loads:
+        end, moved_end = "motor, twist, position", f"{moves}, twist, position"
+        add("spring", f"{end}, {end}, numbers3, {moved_end}, {moved_end}, numbers3")
+    if needs.mode == "constrained":
+        add("relative", f"motor, motor, {moves}, {moves}")
+        add("adjoint", f"motor, {moves}")
+        add("bracket", "twist, twist, twist, twist")
+        for name in needs.layouts:
+            v = f"layout {name}"
+            add("pinned", f"motor, {v}, {moves}, {v}", f"pinned_{name}_tangent")
+            add("moved_rates", f"{v}, {v}", f"moved_rates_{name}_tangent")
+            add("turned_rate", f"{v}, twist, {v}, twist", f"turned_rate_{name}_tangent")
+            add("path_rates", f"motor, twist, {v}, {v}, {v}, {moves}, twist", f"path_rates_{name}_tangent")
     return found

@@ -121,6 +121,7 @@ class Assembly:
         return Needs(
             self.algebra.name, len(self.bodies), self.mode, self.loads, self.layouts,
             sum(row.rows for row in self.rows), method, chart, bool(self.called.functions),
+            springs=len(self.springs) if method == "taylor" else 0,
         )  # fmt: skip
 
     @property

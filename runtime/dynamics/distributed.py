@@ -28,11 +28,11 @@ def run_part(
     begin: int, end: int,
 ) -> dict[str, Array]:  # fmt: skip
     """Simulations begin to end - 1 of a batch; what a worker does."""
-    from .simulation import _start
+    from .simulation import start_of
 
     made, method = simulation._prepared(*settings)
     driver = simulation._driver(made, method, slice(begin, end))
-    motors, twists = _start(made, project)
+    motors, twists = simulation._projected(made, settings[0]) if project else start_of(made)
     run = engine.Run(driver, times, motors[begin:end], twists[begin:end], 1, project)
     run.to(len(times))
     driver.raise_error()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError, suggest
+from ..codegen.taylor import HIGHEST_ORDER
 from .assembly import Assembly
 from .tableaus import CLASSICAL, COMPOSITIONS, ORDER8, Scheme
 
@@ -15,10 +16,10 @@ Array = NDArray[np.float64]
 #: Names of users, and the method of the driver behind each.
 INTEGRATORS = {
     "rk4": "rk4", "rkmk4": "chart", "cf4": "cf4", "midpoint": "midpoint", "strang": "composition",
-    "blanes-moan": "composition", "yoshida6": "composition", "adaptive": "adaptive",
+    "blanes-moan": "composition", "yoshida6": "composition", "adaptive": "adaptive", "taylor": "taylor",
 }  # fmt: skip
 #: As in templates/c/dynamics_run.j2.
-NUMBERS = {"chart": 0, "rk4": 1, "cf4": 2, "midpoint": 3, "composition": 4, "adaptive": 5}
+NUMBERS = {"chart": 0, "rk4": 1, "cf4": 2, "midpoint": 3, "composition": 4, "adaptive": 5, "taylor": 6}
 #: Those whose steps are all of one size.
 FIXED = ("chart", "rk4", "cf4", "midpoint", "composition")
 MAPS = ("exponential", "bortz", "cayley", "outer")
@@ -45,12 +46,19 @@ class Method:
     @property
     def scheme(self) -> Scheme:
         """Its Runge-Kutta coefficients, where it has any."""
+        if self.driver == "taylor":
+            return replace(CLASSICAL, order=order_of(self.rtol))
         return ORDER8 if self.driver == "adaptive" else CLASSICAL
 
     @property
     def composition(self) -> Array:
         """Its shares of a step, where it is made of flows."""
         return COMPOSITIONS[self.name][0] if self.driver == "composition" else _NOTHING
+
+
+def order_of(rtol: float) -> int:
+    """Order of the Taylor series that serves a tolerance with the least work (Jorba and Zou 2005)."""
+    return int(np.clip(np.ceil(1 - np.log(rtol) / 2), 4, HIGHEST_ORDER))
 
 
 def check(value: str, known: tuple[str, ...], what: str) -> str:

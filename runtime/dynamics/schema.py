@@ -188,8 +188,8 @@ class BodyTable(Table):
     shape: AnyShape | None = None
     center: Vector | None = None
     points: dict[Name, Vector] = {}
-    position: Vector | None = None
-    origin: Vector | None = None
+    position: Vector = (0.0, 0.0, 0.0)
+    position_point: Place | None = None
     orientation: OrientationTable | None = None
     velocity: Vector = (0.0, 0.0, 0.0)
     velocity_point: Place | None = None
@@ -200,7 +200,6 @@ class BodyTable(Table):
     def _inertia(self) -> BodyTable:
         _exactly_one(self, "mass", "density")
         _one_at_most(self, "moments", "tensor")
-        _one_at_most(self, "position", "origin")
         if not given(self, "moments", "tensor", "shape"):
             raise ValueError("has neither moments nor tensor nor shape; one of them gives its inertia")
         if self.density is not None and (self.shape is None or given(self, "moments", "tensor")):

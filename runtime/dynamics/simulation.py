@@ -18,6 +18,7 @@ from .events import Event, first_event
 from .given import finite, positive
 from .progress import told
 from .starts import check_pinned_twist, check_start
+from .system import System
 from .trajectory import Trajectory
 
 Array = NDArray[Any]
@@ -26,11 +27,11 @@ BAUMGARTE = 10.0
 
 
 class Simulation:
-    """A body with loads and constraints.
+    """A body, or a system of bodies, with loads and constraints.
 
     Parameters
     ----------
-    body : RigidBody
+    body : RigidBody or System
         One, or a batch of n that differ in their numbers: n simulations side by side.
     loads : sequence
         `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper`.
@@ -52,7 +53,7 @@ class Simulation:
 
     def __init__(
         self,
-        body: RigidBody,
+        body: RigidBody | System,
         loads: Sequence[Any] = (),
         constraints: Sequence[Constraint] = (),
         integrator: str = "auto",
@@ -61,19 +62,21 @@ class Simulation:
         baumgarte: float = BAUMGARTE,
         stabilisation: str | None = None,
     ) -> None:
-        if not isinstance(body, RigidBody):
-            raise InputError(f"the body is a {type(body).__name__}; a dynamics.RigidBody is needed.")
-        self._set((body,), ("body",), loads, constraints, integrator, map, stabilisation or stabilization, baumgarte)
-
-    def _set(
-        self, bodies: Sequence[RigidBody], names: Sequence[str], loads: Sequence[Any], constraints: Sequence[Constraint],
-        integrator: str, chart: str, stabilization: str, baumgarte: float,
-    ) -> None:  # fmt: skip
-        self.bodies, self.names = tuple(bodies), tuple(names)
-        self.loads, self.constraints = tuple(loads), tuple(constraints)
+        self.bodies: tuple[RigidBody, ...]
+        self.names: tuple[str, ...]
+        self.constraints: tuple[Constraint, ...]
+        match body:
+            case RigidBody():
+                self.bodies, self.names, self.constraints = (body,), ("body",), tuple(constraints)
+            case System():
+                self.bodies, self.names = tuple(body.bodies.values()), tuple(body.bodies)
+                self.constraints = (*body.constraints(), *constraints)
+            case _:
+                raise InputError(f"the body is a {type(body).__name__}; a RigidBody or a System is needed.")
+        self.loads = tuple(loads)
         self.integrator = methods.check(integrator, ("auto", *methods.INTEGRATORS), "integrator")
-        self.map = methods.check(chart, methods.MAPS, "map")
-        self.stabilization = methods.check(stabilization, methods.STABILIZATIONS, "stabilization")
+        self.map = methods.check(map, methods.MAPS, "map")
+        self.stabilization = methods.check(stabilisation or stabilization, methods.STABILIZATIONS, "stabilization")
         self.baumgarte = float(positive(baumgarte, "the rate of Baumgarte's terms"))
 
     def run(
@@ -135,7 +138,7 @@ class Simulation:
         stores = _times(duration, step, times)
         made, method = self._prepared(duration, step, rtol, atol)
         driver = self._driver(made, method)
-        motors, twists = _start(made, project)
+        motors, twists = self._projected(made, duration) if project else start_of(made)
         if executor is not None:
             from .distributed import shared
 
@@ -169,6 +172,21 @@ class Simulation:
         adaptive = methods.INTEGRATORS[name] not in methods.FIXED
         return made, methods.Method(name, duration if adaptive else step, tolerance, least)
 
+    def _projected(self, made: Assembly, duration: float) -> tuple[Array, Array]:
+        """The start nearest to the given one that obeys the constraints; drivers do it but for those of a subspace."""
+        if made.mode != "subspace":
+            return start_of(made)
+        whole = assemble(self.bodies, self.names, self.loads, self.constraints, duration, null_space=False)
+        driver = self._driver(whole, methods.Method("rk4", 1.0, methods.RTOL, 0.0))
+        run = engine.Run(driver, np.zeros(1), *start_of(whole), project=True)
+        check_start(run, True)
+        run.to(1)
+        motor, twist = whole.to_user(0, run.motors[:, 0, 0], run.twists[:, 0, 0])
+        frame = made.frames[0]
+        motors = (~made.shift * motor * frame.own).as_kind("motor", check=False).values
+        twists = (~frame.own >> twist).values
+        return motors[:, None], np.where(frame.allowed, twists, 0.0)[:, None]
+
     def _driver(self, made: Assembly, method: methods.Method, part: slice = slice(None)) -> engine.Driver:
         project = made.mode == "constrained" and self.stabilization in ("auto", "projection")
         rate = self.baumgarte if self.stabilization == "baumgarte" else 0.0
@@ -191,7 +209,7 @@ def _times(duration: float, step: float, times: Any) -> Array:
     return found if found[0] == 0 else np.concatenate([[0.0], found])
 
 
-def _start(made: Assembly, project: bool) -> tuple[Array, Array]:
+def start_of(made: Assembly) -> tuple[Array, Array]:
     """Motors (n, bodies, 8) and twists (n, bodies, 6) in the driver's frames."""
     motors = np.empty((made.size, len(made.bodies), 8))
     twists = np.empty((made.size, len(made.bodies), 6))
@@ -200,8 +218,7 @@ def _start(made: Assembly, project: bool) -> tuple[Array, Array]:
         twists[:, i] = (~frame.own >> body.twist_in_body).values
         if frame.allowed is not None:
             kept = np.where(frame.allowed, twists[:, i], 0.0)
-            if not project:
-                check_pinned_twist(twists[:, i], kept)
+            check_pinned_twist(twists[:, i], kept)
             twists[:, i] = kept
     return motors, twists
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..calls import call
+from ..codegen.errors import InputError, suggest
 from ..multivector import Multivector
 from . import engine
 from .bodies import RigidBody
@@ -196,6 +197,12 @@ class Trajectory:
         names = np.array(["ok", "not finite", "step underflow", "rank changed", "function failed", "stopped", "event", "not solved"])
         found = names[self._run.status]
         return str(found[0]) if self._single else found
+
+    def __getitem__(self, name: str) -> Trajectory:
+        """That of one body of a system."""
+        if name not in self._made.names:
+            raise InputError(f"there is no body {name!r}; there are: {', '.join(self._made.names)}.{suggest(name, self._made.names)}")
+        return Trajectory(self._simulation, self._run, self._made.names.index(name))
 
     def __len__(self) -> int:
         return len(self.time)

@@ -18,7 +18,7 @@ typedef struct {
 static void FN(factor)(FN(system) *s, const double *weights, double tolerance)
 {
   static const int most = BS_SIZE < BS_ROWS ? BS_SIZE : BS_ROWS;
-  double left[BS_ROWS][BS_SIZE], share[BS_ROWS][BS_RANK], norms[BS_ROWS];
+  double left[BS_ROWS][BS_SIZE], share[BS_ROWS][BS_RANK], norms[BS_ROWS], most_of_all = 0;
   for (int i = 0; i < s->rows; i++) {
     double square = 0;
     for (int j = 0; j < BS_SIZE; j++) {
@@ -26,8 +26,11 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance)
       square += left[i][j] * left[i][j];
     }
     s->scale[i] = sqrt(square);
-    norms[i] = square > 0;
-    for (int j = 0; square > 0 && j < BS_SIZE; j++) left[i][j] /= s->scale[i];
+    most_of_all = fmax(most_of_all, s->scale[i]);
+  }
+  for (int i = 0; i < s->rows; i++) { /* what is left of a row by rounding is none */
+    norms[i] = s->scale[i] > BS_NO_MOTION * most_of_all;
+    for (int j = 0; norms[i] > 0 && j < BS_SIZE; j++) left[i][j] /= s->scale[i];
   }
   s->rank = 0;
   while (s->rank < most) {

@@ -29,6 +29,7 @@ typedef struct {
   double baumgarte;          /* rate at which errors of constraints are made to decay; 0 for none */
   int32_t project;           /* poses and twists are brought back to the constraints after each step */
   void *handle;              /* what the user's functions are called with */
+  const double *directions;  /* (simulations, tangents, stride): tangents of the numbers */
 } bs_dynamics;
 
 /* How steps are taken: a Runge-Kutta scheme of some stages, or a composition of flows. */
@@ -63,6 +64,8 @@ typedef struct {
   int32_t *start_rows;       /* (simulations, 2): and of which row */
   int32_t project_start;     /* bring the start to the constraints */
   const int32_t *stop;       /* not 0: give up */
+  const double *start_tangents; /* (simulations, tangents, 2, bodies, 6): of motors, as twists in their frames; of twists */
+  double *tangents;          /* (simulations, stores, tangents, 2, bodies, 6) */
 } bs_run;
 
 ptrdiff_t bs_dynamics_memory(const bs_method *method);
