@@ -237,7 +237,7 @@ def _near(squares: Array, reach: float | None) -> Array:
 
 
 def _result(ground: Ground, pairs: Pairs, motor: Array, keep: Array, last: Estimated, how: How) -> Estimate:
-    world = outward(motor[None], ground.query, ground.reference, ground.algebra)[0]
+    world = outward(ground.driver, motor[None], ground.query, ground.reference, ground.algebra)[0]
     good = pairs.some(keep)
     matrix = rates(ground.scene, motor, good.by_kind()).matrices.sum(0)
     free = told(free_motions(matrix), ground.algebra)

@@ -259,7 +259,7 @@ def squares(kind: str, a: Array, b: Array, align: bool = True, signs: Array | No
 
 def center_of(driver: Driver, model: Model) -> Array:
     """The point (3,) nearest to all objects of a model together."""
-    return middle({k: driver.elements(k, x._data) for k, x in model.objects.items()})
+    return middle(driver, {k: driver.elements(k, x._data) for k, x in model.objects.items()})
 
 
 def _framed(

@@ -1,8 +1,6 @@
 /* What is done with a motor: how well it lays the query over the reference, and how it gets better. Samples and
    candidates are independent of each other; one call does a range of them. */
 
-enum { BS_NUMBERS = 7, BS_RATES = 28 };
-
 /* The cells along an axis from the one that holds x. */
 BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
 {
@@ -15,8 +13,8 @@ BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
 BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square, S *sign)
 {
   const bs_grid *const grid = &s->grids[kind];
-  const S place = s->weights[0], turn = 2 * s->weights[1], size = s->weights[2], whole = FN(has_direction)(kind);
-  const S reach = BS_SQRT1(s->limit / place);
+  const S whole = FN(has_direction)(kind), align = s->align ? K(1) : K(0);
+  const S reach = BS_SQRT1(s->limit / s->weights[0]);
   int32_t low[3], high[3];
   ptrdiff_t found = -1;
   *square = s->limit, *sign = K(1);
@@ -27,11 +25,8 @@ BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square
       const int32_t *const starts = grid->starts + ((ptrdiff_t)x * grid->sides[1] + y) * grid->sides[2];
       for (int32_t j = starts[low[2]]; j < starts[high[2] + 1]; j++) {
         const S *const r = grid->elements + (ptrdiff_t)BS_NUMBERS * j;
-        const S dx = r[0] - e[0], dy = r[1] - e[1], dz = r[2] - e[2], dw = r[6] - e[6];
-        const S cosine = r[3] * e[3] + r[4] * e[4] + r[5] * e[5];
-        const S towards = s->align ? BS_ABS1(cosine) : cosine;
-        const S away = towards < whole ? whole - towards : K(0);
-        const S d = place * (dx * dx + dy * dy + dz * dz) + turn * away + size * (dw * dw);
+        S d, cosine;
+        FN(cga3d_apart)(&d, &cosine, e, r, s->weights, &whole, &align);
         if (!(d < *square) && !(d == *square && found > grid->order[j])) continue;
         *square = d, *sign = s->align && cosine < 0 ? K(-1) : K(1);
         found = grid->order[j];
