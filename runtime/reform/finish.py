@@ -16,7 +16,7 @@ from .contest import ROOM, SAME, SAME_POSE, distinct
 from .frames import closeness_within, outward, outward_twists
 from .freedom import NEARLY_FREE, free_motions, in_words, told
 from .job import Job
-from .polish import Polished, covariance, polish, stiffness
+from .polish import Polished, covariance, modes, polish, stiffness
 from .result import PerItem, Registration, Step
 from .search import CHANCE, Found
 
@@ -76,7 +76,7 @@ def _nothing(job: Job, counts: Mapping[str, int]) -> Registration:
         message="no motion was found that lays objects of the query on objects of the reference",
     )  # fmt: skip
     for name, model in (("query", job.query), ("reference", job.reference)):
-        free = told(free_motions(stiffness(model.side), least=NEARLY_FREE), job.algebra)
+        free = told(free_motions(modes(stiffness(model.side)), least=NEARLY_FREE), job.algebra)
         if len(free):
             motions = outward_twists(job.driver, free, model, job.algebra)
             what = f"the objects of the kinds that both models have leave free, or nearly free, {in_words(motions)}"
@@ -95,10 +95,15 @@ def _polished(job: Job, motor: Array, reach: float) -> tuple[Polished, Array, fl
             break
         found = polish(job.scene, job.driver, motor, job.by_kind(indices))
         hit = indices >= 0
-        spread = SPREAD * math.sqrt(float(np.median(squares[hit]))) if hit.any() else limit
+        spread = SPREAD * math.sqrt(_median(squares[hit])) if hit.any() else limit
         motor, before = found.motor, indices
         limit = min(max(spread, LEAST_SPREAD), MOST_GROWTH * reach)
     return found, indices, limit
+
+
+def _median(values: Array) -> float:
+    ordered, half = np.sort(values), len(values) // 2
+    return float(ordered[half] + ordered[-half - 1]) / 2
 
 
 def _result(
@@ -110,7 +115,7 @@ def _result(
         own = job.kinds == KINDS.index(kind)
         matches[kind] = indices[own].astype(np.int64) if own.any() else np.full(count, -1)
     inside, wider = covariance(best)
-    free = told(free_motions(best.rates.matrices.sum(0), inside), job.algebra)
+    free = told(free_motions(best.rates.modes, inside), job.algebra)
     change = np.asarray(outward_twists(job.driver, np.eye(6), job.reference, job.algebra)._data).T
     undetermined = job.algebra.wrap(job.algebra.kind("twist"), free @ change.T)
     job.history.append(Step("polish", spread, found.candidates, int((indices >= 0).sum()), best.cost))

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.programs.reform import KINDS
-from .engine import MOTOR, RATES, Driver, Scene, Side
+from .engine import MOTOR, RATES, TWIST, Driver, Scene, Side
 from .fisher import widening
 from .freedom import FREE
 
@@ -27,11 +29,28 @@ Matches = Mapping[str, tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Rates:
-    """Costs of matches (n,), their gradients (n, 6) and Gauss-Newton matrices (n, 6, 6) by the twist b in exp(b) R."""
+    """Costs of matches (n,), their gradients (n, 6) and Gauss-Newton matrices by the twist b in exp(b) R, as upper
+    halves (n, 21), row by row.
+    """
 
     costs: Array
     gradients: Array
-    matrices: Array
+    halves: Array
+
+    @property
+    def matrices(self) -> Array:
+        """(n, 6, 6)."""
+        return full(self.halves)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Sum of the matrices (6, 6)."""
+        return full(self.halves.sum(0))
+
+    @cached_property
+    def modes(self) -> tuple[Array, Array]:
+        """Eigenvalues (6,) of that, rising, and eigenvectors in columns."""
+        return modes(self.stiffness)
 
 
 @dataclass(frozen=True)
@@ -60,9 +79,16 @@ class Polished:
 def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     """Of all matches; of one without a rotor zeros."""
     parts = [scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()]
-    found = np.concatenate([np.empty((0, RATES)), *parts])
-    found[~np.isfinite(found).all(-1)] = 0.0
-    return Rates(found[:, 0], found[:, 1:7], _full(found[:, 7:]))
+    found = parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, RATES)), *parts])
+    if not math.isfinite(found.sum()):
+        found[~np.isfinite(found).all(-1)] = 0.0
+    return Rates(found[:, 0], found[:, 1:7], found[:, 7:])
+
+
+def modes(matrix: Array) -> tuple[Array, Array]:
+    """Eigenvalues, rising, and eigenvectors, in columns, of a symmetric matrix."""
+    values, vectors = np.linalg.eigh(matrix)
+    return values, vectors
 
 
 def stiffness(side: Side) -> Array:
@@ -71,15 +97,22 @@ def stiffness(side: Side) -> Array:
     kinds = np.repeat([KINDS.index(kind) for kind in places], [len(x) for x in places.values()])
     scene = Scene(side, side, kinds, np.concatenate(list(places.values())))
     found = rates(scene, np.eye(MOTOR)[0], {kind: (x, x) for kind, x in places.items()})
-    return np.asarray(found.matrices.sum(0))
+    return found.stiffness
 
 
-def _full(upper: Array) -> Array:
-    """Symmetric 6 x 6 matrices from their upper halves, row by row."""
-    found = np.empty((len(upper), 6, 6))
-    rows, columns = np.triu_indices(6)
-    found[:, rows, columns] = found[:, columns, rows] = upper
-    return found
+def _places() -> Array:
+    """Where the entries of a symmetric matrix stand in its upper half."""
+    places = np.zeros((TWIST, TWIST), np.int64)
+    places[np.triu_indices(TWIST)] = np.arange(TWIST * (TWIST + 1) // 2)
+    return np.maximum(places, places.T)
+
+
+_PLACES = _places()
+
+
+def full(halves: Array) -> Array:
+    """Symmetric matrices (.., 6, 6) from their upper halves (.., 21), row by row."""
+    return halves.take(_PLACES, -1)
 
 
 def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: int = STEPS) -> Polished:
@@ -88,7 +121,7 @@ def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: 
     taken = 0
     while taken < steps:
         taken += 1
-        step = -_inverse(here.matrices.sum(0)) @ here.gradients.sum(0)
+        step = -_solved(here.modes, here.gradients.sum(0))
         best = here.costs.sum()
         for _ in range(HALVINGS):
             trial = driver.step(motor, step)
@@ -104,11 +137,11 @@ def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: 
     return Polished(motor, here, taken)
 
 
-def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric positive matrix where it has one, zero for what it leaves free."""
-    values, vectors = np.linalg.eigh(matrix)
+def _solved(modes: tuple[Array, Array], vector: Array) -> Array:
+    """What a symmetric positive matrix, given by its modes, takes to a vector; zero along what it leaves free."""
+    values, vectors = modes
     stiff = values > FREE * max(float(values[-1]), 0.0)
-    return np.asarray((vectors[:, stiff] / values[stiff]) @ vectors[:, stiff].T)
+    return np.asarray(vectors @ (np.divide(1, values, out=np.zeros_like(values), where=stiff) * (vector @ vectors)))
 
 
 def covariance(found: Polished) -> tuple[Array, float]:
@@ -125,8 +158,7 @@ def covariance(found: Polished) -> tuple[Array, float]:
     20 lines holds 73 % of the true poses, that of 10 lines 40 %. Fewer than about 8 matches tell their own errors
     badly: the region is honest, and very large. Zero for matches without any error.
     """
-    total = found.rates.matrices.sum(0)
-    values, vectors = np.linalg.eigh(total)
+    values, vectors = found.rates.modes
     stiff = values > FREE * max(float(values[-1]), 0.0)
     if not stiff.any():
         return np.zeros((6, 6)), 1.0
@@ -143,5 +175,5 @@ def covariance(found: Polished) -> tuple[Array, float]:
 def effective(shares: Array) -> float:
     """How many equal matches would tell a covariance as well as these, whose shares (n, p, p) add up to 1."""
     p = shares.shape[-1]
-    traces, squares = np.trace(shares, axis1=1, axis2=2), (shares * shares).sum((1, 2))
+    traces, squares = np.einsum("nii->n", shares), np.einsum("nij,nij->n", shares, shares)
     return float(p * (p + 2) / (traces * traces + 2 * squares).sum())
