@@ -90,7 +90,8 @@ def test_how_far_a_point_is_off(kind):
     rows, columns = np.triu_indices(3)
     full[:, rows, columns] = full[:, columns, rows] = matrix
     second = np.einsum("ni,nij,nj->n", step, full, step)
-    np.testing.assert_allclose(off(points + step)[0][:, 0], lengths**2 + 2 * (gradient * step).sum(1) + second, rtol=1e-9)
+    expected = lengths**2 + 2 * (gradient * step).sum(1) + second
+    np.testing.assert_allclose(off(points + step)[0][:, 0], expected, rtol=1e-9)
 
 
 # -- frames ------------------------------------------------------------------------------------------------
@@ -103,7 +104,8 @@ def test_objects_are_seen_from_an_origin(driver, kind, far):
     origin = far * np.array((0.6, -0.3, 0.8))
     found = driver.seen(kind, made(kind, places + origin, along, sizes)._data, origin)
     expected = made(kind, places, along, sizes)._data
-    np.testing.assert_allclose(found, expected, atol=1e-13 * far * far if kind not in ("line", "plane") else 1e-12 * far)
+    rounding = 1e-12 * far if kind in ("line", "plane") else 1e-13 * far * far
+    np.testing.assert_allclose(found, expected, atol=rounding)
 
 
 @pytest.mark.parametrize("kinds", [("line",), ("plane",), ("point", "circle"), ("line", "plane", "sphere")])

@@ -100,7 +100,8 @@ def apart(
     towards = select(align > 0, absolute(cosine), cosine)
     turn = select(towards < whole, whole - towards, whole.constant(0))
     place = (between * between).grade(0)
-    return row([weights[0] * place + 2 * weights[1] * turn + weights[2] * (size * size)], "square"), row([cosine], "cosine")
+    total = weights[0] * place + 2 * weights[1] * turn + weights[2] * (size * size)
+    return row([total], "square"), row([cosine], "cosine")
 
 
 def off_position(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:

@@ -68,10 +68,11 @@ def _refined(job: Job, motors: Array, reach: float, rounds: int) -> Array:
 def _nothing(job: Job, counts: Mapping[str, int]) -> Registration:
     """No motor lays anything on anything."""
     matches = {kind: np.full(n, -1) for kind, n in counts.items()}
+    nothing = outward_twists(job.driver, np.empty((0, 6)), job.reference, job.algebra)
     result = Registration(
         motor=job.algebra.wrap(job.algebra.kind("motor"), np.eye(8)[0]), matches=PerItem(matches),
         inliers=PerItem({k: m >= 0 for k, m in matches.items()}), cost=0.0, history=job.history, converged=False,
-        covariance=np.full((6, 6), np.nan), undetermined=outward_twists(job.driver, np.empty((0, 6)), job.reference, job.algebra),
+        covariance=np.full((6, 6), np.nan), undetermined=nothing,
         doubt=math.inf, center=job.reference.center, unit=job.reference.unit,
         message="no motion was found that lays objects of the query on objects of the reference",
     )  # fmt: skip

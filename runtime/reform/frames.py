@@ -20,6 +20,7 @@ from ..multivector import Multivector
 from .engine import Closeness, Driver, MiddleRule, Side
 
 Array = NDArray[Any]
+DOUBLE = np.dtype(np.float64)
 #: Directions in which the objects say less than this, relative to the most, do not place a model's centre.
 LOOSE = 1e-6
 #: A size below this share of how far the objects are from the world's origin is rounding.
@@ -111,7 +112,7 @@ def _scaled(
     scale = 1 / unit
     inside, sides = {}, {}
     for kind, x in objects.items():
-        type_ = x.algebra.type_of(x.kind, np.float64)
+        type_ = x.algebra.type_of(x.kind, DOUBLE)
         inside[kind] = scaled(x._make(type_, rows[kind], x.shape, x._status), scale)
         sides[kind] = elements[kind] * (scale, scale, scale, 1.0, 1.0, 1.0, scale)  # exact, as unit is
     return Local(center, unit, inside, Side({kind: x._data for kind, x in inside.items()}, sides))

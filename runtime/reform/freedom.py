@@ -43,8 +43,8 @@ def generators(algebra: Algebra) -> Array:
 
 
 def free_motions(modes: tuple[Array, Array], covariance: Array | None = None, least: float = FREE) -> Array:
-    """Twists (m, 6) that a symmetric matrix (6, 6), given by its eigenvalues, rising, and eigenvectors, resists less than
-    that, or that a covariance does not tell.
+    """Twists (m, 6) that a symmetric matrix, given by its modes (`polish.modes`), resists less than that, or that a
+    covariance does not tell.
     """
     values, vectors = modes
     free = values <= least * max(float(values[-1]), 0.0)

@@ -46,8 +46,9 @@ class Grid:
 def grid_of(elements: Array) -> Grid:
     """The grid of some elements (n, 7); those that are not finite are left out."""
     rows = np.arange(len(elements), dtype=np.int32)
-    if not math.isfinite(elements.sum()):
-        rows = rows[np.isfinite(elements).all(-1)]
+    good = np.isfinite(elements)
+    if not good.all():
+        rows = rows[good.all(-1)]
         elements = elements[rows]
     n, places = len(rows), elements[:, :3]
     sorted_ = np.sort(places, axis=0) if n else np.zeros((1, 3))
@@ -56,10 +57,10 @@ def grid_of(elements: Array) -> Grid:
     spans = [b - a for a, b in zip(low, high, strict=True)]
     x, y, z = (max(span, FLAT * max(*spans, TINY)) for span in spans)
     scale = max(1.0, n ** (1 / 3)) / (x * y * z) ** (1 / 3)
-    sides = tuple(int(min(max(math.ceil(span * scale), 1), MOST_SIDE)) for span in spans)
-    cells = np.minimum(np.maximum((places - low) * scale, 0), [side - 1 for side in sides]).astype(np.int64)
-    number = cells @ np.array((sides[1] * sides[2], sides[2], 1))
+    width, depth, height = (min(max(math.ceil(span * scale), 1), MOST_SIDE) for span in spans)
+    cells = np.minimum(np.maximum((places - low) * scale, 0), (width - 1, depth - 1, height - 1)).astype(np.int64)
+    number = cells @ np.array((depth * height, height, 1))
     order = np.argsort(number, kind="stable")
-    starts = np.zeros(math.prod(sides) + 1, np.int32)
+    starts = np.zeros(width * depth * height + 1, np.int32)
     np.cumsum(np.bincount(number, minlength=len(starts) - 1), out=starts[1:])
-    return Grid(tuple(low), scale, sides, starts, rows[order], elements[order])
+    return Grid((low[0], low[1], low[2]), scale, (width, depth, height), starts, rows[order], elements[order])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -80,8 +79,9 @@ def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     """Of all matches; of one without a rotor zeros."""
     parts = [scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()]
     found = parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, RATES)), *parts])
-    if not math.isfinite(found.sum()):
-        found[~np.isfinite(found).all(-1)] = 0.0
+    good = np.isfinite(found)
+    if not good.all():
+        found[~good.all(-1)] = 0.0
     return Rates(found[:, 0], found[:, 1:7], found[:, 7:])
 
 
