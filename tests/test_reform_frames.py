@@ -49,15 +49,15 @@ def projectors(kind, along):
 
 
 @pytest.mark.parametrize("directed", [0.0, 1.0])
-@pytest.mark.parametrize("align", [0.0, 1.0])
+@pytest.mark.parametrize("align", [False, True])
 def test_how_far_elements_are_apart(directed, align):
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(2, COUNT, 7))
     for e in (a, b):
         e[:, 3:6] *= directed / np.linalg.norm(e[:, 3:6], axis=1, keepdims=True)
-    weights = (0.7, 0.3, 0.9)
+    weights = (0.7, 2 * 0.3, 0.9)
     given = [Numbers(a, 7, "a"), Numbers(b, 7, "b"), Numbers(np.tile(weights, (COUNT, 1)), 3, "weights")]
-    given += [Numbers(np.full(COUNT, x), 0, "flag") for x in (directed, align)]
+    given += [Numbers(np.full(COUNT, x), 0, "flag") for x in (directed, -1.0 if align else 1.0)]
     square, cosine = call(cga3d, "registration.apart", *given).values
     expected = (a[:, 3:6] * b[:, 3:6]).sum(1)
     angle = np.arccos(np.clip(np.abs(expected) if align else expected, -1, 1)) if directed else np.zeros(COUNT)

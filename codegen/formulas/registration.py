@@ -88,19 +88,19 @@ def moved_element(r: Multivector, x: Multivector) -> Result:
 
 def apart(
     a: tuple[Multivector, ...], b: tuple[Multivector, ...], weights: tuple[Multivector, ...], whole: Multivector,
-    align: Multivector,
+    other: Multivector,
 ) -> tuple[Result, Result]:  # fmt: skip
     """Weighted square of how far two elements are apart, and the cosine of the angle between their directions.
 
-    The weights are of squared differences of positions, of angles (for small ones) and of radii. ``whole`` is 1 for
-    kinds that have a direction, else 0; ``align`` is 1 where x and -x are one, else 0.
+    The weights are of squared differences of positions, of 1 - cos, and of squared differences of radii. ``whole`` is 1
+    for kinds that have a direction, else 0; ``other`` is -1 where x and -x are one, else 1.
     """
     between, size = vector(b[:3]) - vector(a[:3]), b[6] - a[6]
     cosine = (vector(a[3:6]) * vector(b[3:6])).grade(0)
-    towards = select(align > 0, absolute(cosine), cosine)
-    turn = select(towards < whole, whole - towards, whole.constant(0))
-    place = (between * between).grade(0)
-    total = weights[0] * place + 2 * weights[1] * turn + weights[2] * (size * size)
+    turned, nothing = other * cosine, whole.constant(0)
+    away = whole - select(turned > cosine, turned, cosine)
+    turn = select(away > nothing, away, nothing)  # rounding leaves no negative ones
+    total = weights[0] * (between * between).grade(0) + weights[1] * turn + weights[2] * (size * size)
     return row([total], "square"), row([cosine], "cosine")
 
 

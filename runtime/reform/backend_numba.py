@@ -161,7 +161,9 @@ class NumbaScene:
 
     def closeness(self, given: Closeness) -> None:
         """From now on."""
-        self._scene[0][:LIMITS] = (*given.weights, given.limit, given.least, float(given.align))
+        place, turn, size = given.weights
+        other = -1.0 if given.align else 1.0
+        self._scene[0][:LIMITS] = (place, 2 * turn, size, given.limit, given.least, other)
 
     def samples(
         self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float

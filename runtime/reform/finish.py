@@ -16,7 +16,7 @@ from .contest import ROOM, SAME, SAME_POSE, distinct
 from .frames import closeness_within, outward, outward_twists
 from .freedom import NEARLY_FREE, free_motions, in_words, told
 from .job import Job
-from .polish import Polished, covariance, modes, polish, stiffness
+from .polish import Polished, covariance, modes_of, polish, stiffness
 from .result import PerItem, Registration, Step
 from .search import CHANCE, Found
 
@@ -77,7 +77,7 @@ def _nothing(job: Job, counts: Mapping[str, int]) -> Registration:
         message="no motion was found that lays objects of the query on objects of the reference",
     )  # fmt: skip
     for name, model in (("query", job.query), ("reference", job.reference)):
-        free = told(free_motions(modes(stiffness(model.side)), least=NEARLY_FREE), job.algebra)
+        free = told(free_motions(modes_of(stiffness(model.side)), least=NEARLY_FREE), job.algebra)
         if len(free):
             motions = outward_twists(job.driver, free, model, job.algebra)
             what = f"the objects of the kinds that both models have leave free, or nearly free, {in_words(motions)}"

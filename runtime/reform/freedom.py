@@ -43,7 +43,7 @@ def generators(algebra: Algebra) -> Array:
 
 
 def free_motions(modes: tuple[Array, Array], covariance: Array | None = None, least: float = FREE) -> Array:
-    """Twists (m, 6) that a symmetric matrix, given by its modes (`polish.modes`), resists less than that, or that a
+    """Twists (m, 6) that a symmetric matrix, given by its modes (`polish.modes_of`), resists less than that, or that a
     covariance does not tell.
     """
     values, vectors = modes

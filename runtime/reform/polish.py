@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,8 @@ from .freedom import FREE
 Array = NDArray[Any]
 #: Gauss-Newton steps at most; a step that changes the twist by less ends them.
 STEPS, SETTLED = 30, 1e-14
+#: After a smaller step the modes of the matrix stay what they were: the next step is as good to so many parts.
+SAME_MODES = 1e-6
 #: Halvings of a step at most; what rounding may add to a cost, relative to it, and squared absolutely.
 HALVINGS, SLACK = 8, 1e-14
 #: What a match leaves of its own residual counts as no less: it alone tells a motion.
@@ -49,7 +52,7 @@ class Rates:
     @cached_property
     def modes(self) -> tuple[Array, Array]:
         """Eigenvalues (6,) of that, rising, and eigenvectors in columns."""
-        return modes(self.stiffness)
+        return modes_of(self.stiffness)
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,7 @@ def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     return Rates(found[:, 0], found[:, 1:7], found[:, 7:])
 
 
-def modes(matrix: Array) -> tuple[Array, Array]:
+def modes_of(matrix: Array) -> tuple[Array, Array]:
     """Eigenvalues, rising, and eigenvectors, in columns, of a symmetric matrix."""
     values, vectors = np.linalg.eigh(matrix)
     return values, vectors
@@ -118,10 +121,11 @@ def full(halves: Array) -> Array:
 def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: int = STEPS) -> Polished:
     """Gauss-Newton on the positive cost, which is a sum of squares; a step that makes it worse is halved."""
     here = rates(scene, motor, matches)
-    taken = 0
+    taken, size, modes = 0, math.inf, None
     while taken < steps:
         taken += 1
-        step = -_solved(here.modes, here.gradients.sum(0))
+        modes = here.modes if modes is None or size > SAME_MODES else modes
+        step = -_solved(modes, here.gradients.sum(0))
         best = here.costs.sum()
         for _ in range(HALVINGS):
             trial = driver.step(motor, step)
@@ -132,7 +136,8 @@ def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: 
         else:
             break
         motor, here = trial, there
-        if float(np.abs(step).max()) < SETTLED:
+        size = float(np.abs(step).max())
+        if size < SETTLED:
             break
     return Polished(motor, here, taken)
 

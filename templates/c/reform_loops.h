@@ -13,10 +13,12 @@ BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
 BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square, S *sign)
 {
   const bs_grid *const grid = &s->grids[kind];
-  const S whole = FN(has_direction)(kind), align = s->align ? K(1) : K(0);
+  const S whole = FN(has_direction)(kind), other = s->align ? K(-1) : K(1);
+  const S weights[3] = {s->weights[0], 2 * s->weights[1], s->weights[2]}; /* angle^2 = 2 (1 - cos), nearly */
   const S reach = BS_SQRT1(s->limit / s->weights[0]);
   int32_t low[3], high[3];
   ptrdiff_t found = -1;
+  S best = s->limit, side = K(1);
   *square = s->limit, *sign = K(1);
   if (!(e[0] - e[0] == 0) || s->reference.counts[kind] == 0) return -1;
   for (int i = 0; i < 3; i++) low[i] = FN(cell)(grid, i, e[i] - reach), high[i] = FN(cell)(grid, i, e[i] + reach);
@@ -26,13 +28,14 @@ BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square
       for (int32_t j = starts[low[2]]; j < starts[high[2] + 1]; j++) {
         const S *const r = grid->elements + (ptrdiff_t)BS_NUMBERS * j;
         S d, cosine;
-        FN(cga3d_apart)(&d, &cosine, e, r, s->weights, &whole, &align);
-        if (!(d < *square) && !(d == *square && found > grid->order[j])) continue;
-        *square = d, *sign = s->align && cosine < 0 ? K(-1) : K(1);
+        FN(cga3d_apart)(&d, &cosine, e, r, weights, &whole, &other);
+        if (!(d < best) && !(d == best && found > grid->order[j])) continue;
+        best = d, side = cosine;
         found = grid->order[j];
       }
     }
   }
+  *square = best, *sign = s->align && side < 0 ? K(-1) : K(1);
   return found;
 }
 
