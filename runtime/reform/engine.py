@@ -104,6 +104,21 @@ class Driver:
         self._module.lib.bs_reform_seen(KINDS.index(kind), *self._numbers(rows, origin, found), len(rows))
         return found
 
+    def apart(self, kind: str, a: Array, b: Array, given: Closeness, signs: Array | None = None) -> Array:
+        """Weighted squares (..) of how far elements (.., 7) are apart; they broadcast. ``signs`` says which are turned
+        round; where it is not given, that x and -x are one, or not, does.
+        """
+        if signs is not None:
+            a = a.copy()
+            a[..., POSITION : 2 * POSITION] *= np.asarray(signs)[..., None]
+        a, b = (np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(a, b))
+        found, weights = np.empty(a.shape[:-1]), np.array(given.weights)
+        other = -1.0 if given.align and signs is None else 1.0
+        x, y, w, to = self._numbers(a, b, weights, found)
+        run = self._module.lib.bs_reform_apart
+        share(lambda i, j: run(KINDS.index(kind), x, y, w, other, to, i, j), found.size, self._threads, PAIRS)
+        return found
+
     def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
         """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
         ffi, n, found = self._module.ffi, len(elements), np.empty(POSITION)

@@ -94,11 +94,14 @@ typedef struct {
 } bs_middle;
 
 const char *bs_source_hash(void);
-/* Elements (count, 7) of objects; objects as they are seen from an origin (3); the point nearest to objects; motors
+/* Elements (count, 7) of objects; weighted squares of how far two of a kind are apart (weights of squared differences of
+   positions, directions and radii; other: -1 where x and -x are one, else 1); objects as they are seen from an origin (3); the point nearest to objects; motors
    (count, 8) between frames about two positions, and twists (count, 6) of one, as the world sees them. Invariants
    (count, 4) of pairs of objects by their rows, kinds in order; the motor next to (1 + b) R. */
 void bs_reform_elements(int kind, const double *rows, double *elements, ptrdiff_t count);
 void bs_reform_seen(int kind, const double *rows, const double *origin, double *found, ptrdiff_t count);
+void bs_reform_apart(int kind, const double *a, const double *b, const double *weights, double other, double *squares,
+                     ptrdiff_t begin, ptrdiff_t end);
 void bs_reform_middle(const bs_middle *middle);
 void bs_reform_unseen(const double *motors, const double *to, const double *back, double *found, ptrdiff_t count);
 void bs_reform_unseen_twists(const double *twists, const double *origin, double *found, ptrdiff_t count);
