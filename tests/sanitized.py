@@ -124,7 +124,6 @@ def a_registration(random):
                 if len(common):
                     stages(scene, kinds, np.array([counts, others]), random.choice(common, (40, 3)), motors, random)
 
-
     frames(reform_engine.Driver(kinds, 2), kinds, random)
 
 
