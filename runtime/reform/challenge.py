@@ -48,7 +48,7 @@ def challenged(job: Job, result: Registration) -> Registration:
     if len(rivals) and hits[1:].max() * AS_GOOD - 1 > hits[0]:
         return replace(result, converged=False, message=BEATEN)
     equal = rivals[hits[1:] >= AS_GOOD * hits[0] - 1]
-    world = outward(equal, job.query, job.reference, job.algebra)
+    world = outward(job.driver, equal, job.query, job.reference, job.algebra)
     return replace(result, ambiguous=[*result.ambiguous, *(world[i] for i in range(len(equal)))])
 
 

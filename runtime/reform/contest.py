@@ -33,6 +33,8 @@ RIVAL = 0.4
 AS_GOOD = 0.85
 #: Two motors are one if their coefficients are nearer than so many reaches, or than this.
 SAME, SAME_POSE = 4.0, 1e-3
+#: Motors that are held against each other at once: bits of a number.
+AT_ONCE = 64
 #: Candidates that take part; where more than this serve as well as each other (a cube has 24), nothing is known.
 CONTENDERS, MOST_EQUAL = 64, 24
 #: The best motor's lead over its rivals is believed if chance gives such a one with a smaller probability; and that
@@ -188,13 +190,24 @@ class Contest:
 
 def distinct(motors: Array, tolerance: float, most: int | None = None) -> Array:
     """Numbers of motors (n, 8) that are none of those before them, whatever their signs; the first so many."""
-    squares = (motors * motors).sum(1)
+    if len(motors) <= 1:
+        return np.arange(len(motors))
     kept: list[int] = []
-    left = np.ones(len(motors), bool)
-    while left.any() and len(kept) != most:
-        first = int(left.argmax())
-        kept.append(first)
-        apart = squares + squares[first] - 2 * np.abs(motors @ motors[first])
-        left &= apart > tolerance * tolerance
-        left[first] = False
+    for begin in range(0, len(motors), AT_ONCE):
+        block = motors[begin : begin + AT_ONCE]
+        far = _apart(motors[kept], block, tolerance).all(0) if kept else np.ones(len(block), bool)
+        masks = np.zeros((len(block) + 1, AT_ONCE), bool)  # as bits of whole numbers, for a loop without arrays
+        masks[0, : len(block)], masks[1:, : len(block)] = far, _apart(block, block, tolerance)
+        left, *apart = np.packbits(masks, axis=1, bitorder="little").view("<u8")[:, 0].tolist()
+        while left and len(kept) != most:
+            lowest = left & -left
+            first = lowest.bit_length() - 1
+            kept.append(begin + first)
+            left &= apart[first] & ~lowest
     return np.array(kept, np.int64)
+
+
+def _apart(a: Array, b: Array, tolerance: float) -> Array:
+    """Which motors (n, 8) and (m, 8) are not the same, whatever their signs: (n, m)."""
+    found: Array = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2 * np.abs(a @ b.T) > tolerance * tolerance
+    return found

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,13 @@ from .. import parallel
 from ..codegen.build import load
 from ..codegen.programs.reform import KINDS, in_order, reform_program
 from ..installed import installed_program
+from .grids import Grid, grid_of
 
 Array = NDArray[Any]
 #: Numbers of an element: position, direction, radius.
 ELEMENT = 7
-#: Coefficients of a motor.
-MOTOR = 8
+#: Coordinates of a position; coefficients of a motor.
+POSITION, MOTOR = 3, 8
 #: A candidate stays where the square of its motor's change is less: rounding.
 SETTLED = 1e-28
 #: Numbers of a match's rates: cost, gradient, upper half of a matrix.
@@ -31,9 +32,8 @@ RATES = 28
 MOVES = 4096
 #: Pairs, samples, sets and matches that are, in the stages that go by them.
 PAIRS, SAMPLES, SETS, MATCHES = 8192, 256, 1024, 1024
-#: Share of objects that a grid may leave to its outermost cells, at either end; cells along an axis at most.
-OUTER, MOST_SIDE = 0.05, 128
-TINY = np.finfo(np.float64).tiny ** 0.25
+#: Numbers of a twist.
+TWIST = 6
 #: Steps of Algorithm 1 between two looks at an interrupt: some 100 ms.
 MOST_HALF_STEPS = 1 << 17
 
@@ -61,49 +61,28 @@ class Side:
     elements: Mapping[str, Array]
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Elements in the cells of a grid of their positions, about one to a cell.
+class MiddleRule(NamedTuple):
+    """What a model's middle is nearest to.
 
     Attributes
     ----------
-    corner : array (3,)
-        Where the first cell begins.
-    scale : float
-        Cells per length.
-    sides : (int, int, int)
-        Cells along each axis; what lies beyond belongs to the outermost ones.
-    starts : int32 array (cells + 1,)
-    order : int32 array (n,)
-        Rows, cell by cell.
-    elements : array (n, 7)
-        In that order.
+    rounds : int
+        Of leaving out far objects, at most.
+    place : int
+        As far as the object that stands there, in the order of distances, is usual.
+    far : float
+        Objects more than so many times as far as that do not count.
+    rounding : float
+        Distances below this, relative to the largest coordinate, are rounding.
+    loose : float
+        Directions in which the objects say less than this, relative to the most, do not place the middle.
     """
 
-    corner: Array
-    scale: float
-    sides: tuple[int, int, int]
-    starts: Array
-    order: Array
-    elements: Array
-
-
-def grid_of(elements: Array) -> Grid:
-    """The grid of some elements (n, 7); those that are not finite are left out."""
-    rows = np.flatnonzero(np.isfinite(elements).all(-1)).astype(np.int32)
-    places = elements[rows, :3]
-    n = len(rows)
-    sorted_ = np.sort(places, axis=0) if n else np.zeros((1, 3))
-    low, high = (sorted_[round(q * (len(sorted_) - 1))] for q in (OUTER, 1 - OUTER))
-    size = float(np.prod(np.maximum(high - low, 1e-3 * max(float((high - low).max()), TINY)))) ** (1 / 3)
-    scale = max(1.0, n ** (1 / 3)) / size
-    sides = np.minimum(np.maximum(np.ceil((high - low) * scale), 1), MOST_SIDE).astype(np.int64)
-    cells = np.clip(np.floor((places - low) * scale), 0, sides - 1).astype(np.int64)
-    number = (cells[:, 0] * sides[1] + cells[:, 1]) * sides[2] + cells[:, 2]
-    order = np.argsort(number, kind="stable")
-    starts = np.searchsorted(number[order], np.arange(int(sides.prod()) + 1)).astype(np.int32)
-    shape = (int(sides[0]), int(sides[1]), int(sides[2]))
-    return Grid(low, scale, shape, starts, rows[order], elements[rows[order]])
+    rounds: int
+    place: int
+    far: float
+    rounding: float
+    loose: float
 
 
 class Driver:
@@ -116,11 +95,56 @@ class Driver:
     def elements(self, kind: str, rows: Array) -> Array:
         """Positions, directions and radii (n, 7) of unit objects."""
         rows, found = np.ascontiguousarray(rows, np.float64), np.empty((len(rows), ELEMENT))
-        ffi = self._module.ffi
-        self._module.lib.bs_reform_elements(
-            KINDS.index(kind), ffi.from_buffer("double[]", rows), ffi.from_buffer("double[]", found), len(rows)
-        )
+        self._module.lib.bs_reform_elements(KINDS.index(kind), *self._numbers(rows, found), len(rows))
         return found
+
+    def seen(self, kind: str, rows: Array, origin: Array) -> Array:
+        """Objects, (n, k) rows, as they are seen from an origin (3,)."""
+        rows, found = np.ascontiguousarray(rows, np.float64), np.empty(rows.shape)
+        self._module.lib.bs_reform_seen(KINDS.index(kind), *self._numbers(rows, origin, found), len(rows))
+        return found
+
+    def apart(self, kind: str, a: Array, b: Array, given: Closeness, signs: Array | None = None) -> Array:
+        """Weighted squares (..) of how far elements (.., 7) are apart; they broadcast. ``signs`` says which are turned
+        round; where it is not given, that x and -x are one, or not, does.
+        """
+        if signs is not None:
+            a = a.copy()
+            a[..., POSITION : 2 * POSITION] *= np.asarray(signs)[..., None]
+        a, b = (np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(a, b))
+        found, weights = np.empty(a.shape[:-1]), np.array(given.weights)
+        other = -1.0 if given.align and signs is None else 1.0
+        x, y, w, to = self._numbers(a, b, weights, found)
+        run = self._module.lib.bs_reform_apart
+        share(lambda i, j: run(KINDS.index(kind), x, y, w, other, to, i, j), found.size, self._threads, PAIRS)
+        return found
+
+    def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
+        """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
+        ffi, n, found = self._module.ffi, len(elements), np.empty(POSITION)
+        squares, ordered, near = np.empty(n), np.empty(n), np.empty(n, np.int32)
+        job = ffi.new("bs_middle *")
+        job.count, job.rounds, job.place, job.far, job.rounding, job.loose = n, *rule
+        numbers = np.ascontiguousarray(kinds, np.int32)
+        job.kinds, job.near = ffi.from_buffer("int32_t[]", numbers), ffi.from_buffer("int32_t[]", near)
+        job.elements, job.point, job.squares, job.ordered = self._numbers(elements, found, squares, ordered)
+        self._module.lib.bs_reform_middle(job)
+        return found
+
+    def unseen(self, motors: Array, to: Array, back: Array) -> Array:
+        """Motors (n, 8) from a frame about the position ``back`` to one about ``to`` as motors of the world."""
+        found = np.empty((len(motors), MOTOR))
+        self._module.lib.bs_reform_unseen(*self._numbers(motors, to, back, found), len(motors))
+        return found
+
+    def unseen_twists(self, twists: Array, origin: Array) -> Array:
+        """Twists (n, 6) of a frame about an origin as twists of the world."""
+        found = np.empty((len(twists), TWIST))
+        self._module.lib.bs_reform_unseen_twists(*self._numbers(twists, origin, found), len(twists))
+        return found
+
+    def _numbers(self, *arrays: Array) -> list[Any]:
+        return [self._module.ffi.from_buffer("double[]", np.ascontiguousarray(a, np.float64)) for a in arrays]
 
     def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
         """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
@@ -140,9 +164,8 @@ class Driver:
 
     def step(self, motor: Array, twist: Array) -> Array:
         """The motor next to (1 + twist) motor."""
-        ffi, found = self._module.ffi, np.empty(MOTOR)
-        given = [np.ascontiguousarray(x, np.float64) for x in (motor, twist)]
-        self._module.lib.bs_reform_step(*(ffi.from_buffer("double[]", x) for x in (*given, found)))
+        found = np.empty(MOTOR)
+        self._module.lib.bs_reform_step(*self._numbers(motor, twist, found))
         return found
 
 

@@ -108,9 +108,8 @@ class Sets:
         wanted = DRAWN * self._samples * (1 if size == 2 else LARGER) / self.tables.share**2
         drawn = self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size))
         drawn.sort(axis=1)
-        drawn = drawn[(np.diff(drawn, axis=1) > 0).all(1)]
-        drawn = np.unique(drawn, axis=0) if size > CODED else drawn[np.unique(_code(*drawn.T), return_index=True)[1]]
-        drawn = self._random.permutation(drawn)
+        drawn = drawn[(drawn[:, 1:] > drawn[:, :-1]).all(1)]
+        drawn = self._random.permutation(np.unique(drawn, axis=0) if size > CODED else _once(drawn))
         return drawn, self._scene.stiffness(self._of[drawn], self._row[drawn])
 
     def in_order(self, tolerance: float) -> tuple[Array, Array]:
@@ -158,7 +157,7 @@ class Sets:
         """All samples that sets of query objects of these kinds make."""
         source, images, turned = self._images(kinds, sets, tolerance)
         choices = sign_choices(kinds) if self._align else np.ones((1, len(kinds)))
-        image, choice = (x.ravel() for x in np.indices((len(images), len(choices))))
+        image, choice = np.arange(len(images)).repeat(len(choices)), np.tile(np.arange(len(choices)), len(images))
         signs = choices[choice]
         possible = turned[image] * signs[:, 0] * signs[:, 1] >= 0
         image, signs = image[possible], signs[possible]
@@ -203,6 +202,16 @@ def _joined(source: Array, images: Array, pairs: list[Candidates]) -> tuple[Arra
         good &= np.isin(_code(source[kept], images[kept, k], added), known)
     kept, added = kept[good], added[good]
     return np.column_stack([images[kept], added]), kept
+
+
+def _once(sets: Array) -> Array:
+    """Each set once, in order."""
+    codes = np.sort(_code(*sets.T))
+    new = np.ones(len(codes), bool)
+    new[1:] = codes[1:] != codes[:-1]
+    shifts = CODE_BITS * np.arange(sets.shape[1] - 1, -1, -1)
+    found: Array = codes[new][:, None] >> shifts & (1 << CODE_BITS) - 1
+    return found
 
 
 def _code(*numbers: Array) -> Array:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -19,6 +20,8 @@ from .engine import Driver
 Array = NDArray[Any]
 #: Pairs of a reference that are kept, over all kinds; of larger models some objects are left out of the tables.
 MOST_PAIRS = 500_000
+#: Up to so many objects the pairs of their numbers are remembered.
+REMEMBERED = 64
 #: The cosine of the angle between two directions is the second invariant; it has a sign, the others have none.
 COSINE = 1
 
@@ -48,13 +51,14 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Table:
-    """Pairs of reference objects of two kinds, sorted by the invariant ``column``."""
+    """Pairs of reference objects of two kinds, sorted by their ``keys``, the sizes of the invariant ``column``."""
 
     kinds: tuple[str, str]
     first: Array
     second: Array
     invariants: Array
     column: int
+    keys: Array
 
     def counts(self, invariants: Array, tolerance: float) -> Array:
         """At most so many pairs are found for each."""
@@ -76,15 +80,12 @@ class Table:
         source = np.repeat(np.arange(len(invariants)), count)
         place = np.arange(len(source)) + np.repeat(low - np.cumsum(count) + count, count)
         found, asked = self.invariants[place], invariants[source]
-        near = np.ones(len(place), bool)
-        both = np.abs(asked[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of a
-        for i in range(asked.shape[1]):  # signed distance, is not known
-            a, b = found[:, i], asked[:, i]
-            if i == COSINE or self._signed:
-                ahead, behind = np.abs(a - b) <= tolerance, np.abs(a + b) <= tolerance
-                near &= (ahead | behind) if i == COSINE else np.where(both, ahead | behind, ahead)
-            else:
-                near &= np.abs(a - b) <= tolerance
+        both = np.abs(asked[:, COSINE]) <= tolerance
+        ahead, behind = np.abs(found - asked) <= tolerance, np.abs(found + asked) <= tolerance
+        ahead[:, COSINE] |= behind[:, COSINE]
+        if self._signed:  # at right angles the sign of a cosine, and with it that of a distance, is not known
+            ahead |= behind & both[:, None]
+        near = ahead.all(1)
         source, place, both = source[near], place[near], both[near]
         turned = np.sign(found[near, COSINE]) * np.sign(asked[near, COSINE])
         turned[both] = 0
@@ -96,9 +97,8 @@ class Table:
         return self.kinds == ("line", "line")
 
     def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
-        keys = _keys(self.invariants, self.column)
         asked = _keys(invariants, self.column)
-        return np.searchsorted(keys, asked - tolerance), np.searchsorted(keys, asked + tolerance, side="right")
+        return self.keys.searchsorted(asked - tolerance), self.keys.searchsorted(asked + tolerance, side="right")
 
 
 def _keys(invariants: Array, column: int) -> Array:
@@ -137,16 +137,35 @@ def _some(n: int, share: float, random: np.random.Generator) -> Array:
 def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], kept: Mapping[str, Array]) -> Table:
     a, b = (kept[k] for k in kinds)
     if kinds[0] == kinds[1]:
-        i, j = np.triu_indices(len(a), 1)
+        i, j = _pairs(len(a))
     else:
         i, j = (x.ravel() for x in np.indices((len(a), len(b))))
     first, second = a[i].astype(np.int32), b[j].astype(np.int32)
     invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
-    column = int(np.argmax(np.std(np.abs(invariants), axis=0))) if len(first) else 0
-    order = np.argsort(_keys(invariants, column), kind="stable")
-    return Table(kinds, first[order], second[order], invariants[order], column)
+    column = _most_different(invariants) if len(first) else 0
+    keys = _keys(invariants, column)
+    order = keys.argsort(kind="stable")
+    return Table(kinds, first[order], second[order], invariants[order], column, keys[order])
 
 
+def _most_different(invariants: Array) -> int:
+    """The column whose sizes spread most."""
+    sizes = np.abs(invariants)
+    sizes -= sizes.sum(0) / len(sizes)
+    return int((sizes * sizes).sum(0).argmax())
+
+
+def _pairs(n: int) -> tuple[Array, Array]:
+    """All pairs i < j of n."""
+    return _few_pairs(n) if n <= REMEMBERED else np.triu_indices(n, 1)
+
+
+@cache
+def _few_pairs(n: int) -> tuple[Array, Array]:
+    return np.triu_indices(n, 1)
+
+
+@cache
 def sign_choices(kinds: tuple[str, ...]) -> Array:
     """All ways (c, k) to turn objects of these kinds round; points and spheres have one."""
     choices = np.array([[1.0] * len(kinds)])
