@@ -100,17 +100,32 @@ class Sets:
         sets, stiff = drawn[-1]
         return np.asarray(sets[stiff >= max(NEARLY * stiff.max(initial=0), LEAST_STIFF)])
 
+    def among(self, numbers: Array, most: int) -> Array:
+        """Sets of these objects that place a motor, at most so many."""
+        n = len(numbers)
+        if n < self.size:
+            return np.empty((0, self.size), np.int64)
+        drawn = self._different(self._random.integers(0, n, (DRAWN * most, self.size)))
+        sets = np.sort(numbers[drawn], axis=1)
+        stiff = self._scene.stiffness(self._of[sets], self._row[sets])
+        least = STIFF if (stiff >= STIFF).any() else max(NEARLY * stiff.max(initial=0), LEAST_STIFF)
+        return np.asarray(sets[stiff >= least][:most])
+
+    def _different(self, drawn: Array) -> Array:
+        """Sets without those that hold an object twice, each once, shuffled."""
+        drawn.sort(axis=1)
+        drawn = drawn[(np.diff(drawn, axis=1) > 0).all(1)]
+        coded = drawn.shape[1] <= CODED
+        drawn = drawn[np.unique(_code(*drawn.T), return_index=True)[1]] if coded else np.unique(drawn, axis=0)
+        return np.asarray(self._random.permutation(drawn))
+
     def _draw(self, size: int) -> tuple[Array, Array]:
         """Sets of query objects and how stiff they are."""
         n = len(self._row)
         if n < size:
             return np.empty((0, size), np.int64), np.empty(0)
         wanted = DRAWN * self._samples * (1 if size == 2 else LARGER) / self.tables.share**2
-        drawn = self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size))
-        drawn.sort(axis=1)
-        drawn = drawn[(np.diff(drawn, axis=1) > 0).all(1)]
-        drawn = np.unique(drawn, axis=0) if size > CODED else drawn[np.unique(_code(*drawn.T), return_index=True)[1]]
-        drawn = self._random.permutation(drawn)
+        drawn = self._different(self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size)))
         return drawn, self._scene.stiffness(self._of[drawn], self._row[drawn])
 
     def in_order(self, tolerance: float) -> tuple[Array, Array]:
