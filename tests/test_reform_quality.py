@@ -10,7 +10,7 @@ from bladesmith import cga3d
 from bladesmith.errors import UndeterminedError
 from bladesmith.reform import Model, register
 from bladesmith.reform.chance import doubt, lead
-from bladesmith.reform.contest import distinct
+from bladesmith.reform.contest import COUNTED, Contest, distinct
 from bladesmith.reform.fisher import CHI_SQUARE, beyond, quantile, widening
 from bladesmith.reform.polish import effective
 
@@ -295,6 +295,30 @@ def test_what_succeeds_is_claimed(n, wrong, noise):
         query, reference, _, _ = scene({"lines": n}, seed, wrong, 0.3, noise)
         claimed += register(query, reference, threads=1).converged
     assert claimed >= 0.98 * len(range_)
+
+
+def test_only_noise_calls_for_a_second_look():
+    """Without it every motor that serves as well was met; and what is not believed needs none."""
+
+    def steps(query, reference):
+        return [step.name for step in register(query, reference, threads=1).history]
+
+    for noise, looks in ((0.0, 0), (1e-2, 1)):
+        query, reference, _, _ = scene({"lines": 20}, 1, 0.3, 0.3, noise)
+        assert steps(query, reference).count("rivals") == looks
+    query, reference, _ = FAILING["20 lines"](np.random.default_rng([1, 5]))
+    assert "rivals" not in steps(Model(**query), Model(**reference))
+
+
+def test_few_matches_tell_badly_how_near_they_are():
+    """As far apart as twice or thrice an estimate from five lines; from many, no farther than is counted anyway."""
+    rng = np.random.default_rng(6)
+    contest = Contest(None, None, 2)
+    for hits in (5, 8, 30):
+        freedoms = 4 * (hits - 2)
+        one, two = np.sqrt(rng.chisquare(freedoms, (2, 100_000)) / freedoms)
+        assert np.mean(one / two > COUNTED * contest.at_most(1.0, hits)) < 0.01
+    assert contest.at_most(2.0, 1000) == 2.0 and contest.at_most(1.0, 3) > contest.at_most(1.0, 5) > 1.4
 
 
 def test_the_message_says_why():

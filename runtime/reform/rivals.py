@@ -17,6 +17,7 @@ from .contest import CONTENDERS, COUNTED, RIVAL, ROOM, SAME, SAME_POSE, STEPS, d
 from .engine import MOTOR
 from .frames import closeness_within
 from .job import Job
+from .result import Step
 from .search import CHANCE, ROUNDING, Found, Search
 
 Array = NDArray[Any]
@@ -43,6 +44,7 @@ def looked_again(job: Job, search: Search, found: Found) -> Found:
         leader = found.motors[:1]
         others, tried = _others(job, search, found)
         found.candidates += tried
+        job.history.append(Step("rivals", found.reach, found.candidates, int(found.hits[0]), math.nan))
         if not len(others):
             break
         found.compare(others)

@@ -168,9 +168,11 @@ class Search:
             here.chance = max(here.chance, met / looked if looked else 0.0)
             here.doubt = self._doubt(here)
             self.tell(here)
-            here.enough = self._is_enough(here)
+            here.enough = self._is_enough(here, here.sets)
             if here.enough:
                 break
+        else:  # sets without an image count too, where all the others were used
+            here.enough = here.sets == self.sets.able and self._is_enough(here, len(self.sets.members))
         if here.doubt <= math.log10(CHANCE):
             here.compare()
         return here if here.doubt < found.doubt or not len(found.scores) else _counted(found, here)
@@ -191,13 +193,13 @@ class Search:
         size = self.sets.size
         return doubt(int(here.hits[0]) - size, self.scene.asked - size, here.chance, max(here.candidates, 1))
 
-    def _is_enough(self, here: Found) -> bool:
+    def _is_enough(self, here: Found, sets: int) -> bool:
         """Whether the best is no chance, and a better one would have been met among so many sets."""
         if here.doubt > math.log10(CHANCE):
             return False
         right = (here.hits[0] / self.scene.asked * self.sets.tables.share) ** self.sets.size
         right *= 1.0 if here.tolerance <= TOLERANCES[0] else WITHIN
-        return bool(here.sets * math.log(max(1 - right, 1e-300)) <= math.log(MISSED))
+        return bool(sets * math.log(max(1 - right, 1e-300)) <= math.log(MISSED))
 
     def _blocks(self, tolerance: float) -> Iterator[tuple[int, Samples]]:
         """Samples for the driver, and how many sets they come from: few at first, for they may do."""

@@ -59,6 +59,8 @@ class Sets:
     size : int
     tables : Tables
         Pairs of reference objects.
+    able : int
+        How many of the sets have images at the tolerance of the last order.
 
     Raises
     ------
@@ -82,7 +84,7 @@ class Sets:
         self.members = self._stiff_sets(SIZES if sample_size is None else (sample_size,))
         if sample_size is not None and not len(self.members):
             self._check_sample_size(sample_size)
-        self.size = int(self.members.shape[1])
+        self.size, self.able = int(self.members.shape[1]), 0
 
     def _check_sample_size(self, size: int) -> None:
         """Where sets of this size place no motor, and others do, it is the size that is wrong."""
@@ -135,6 +137,7 @@ class Sets:
             invariants = self._invariants(kinds[:2], self.members[members, :2])
             count[members] = self.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
         able = np.flatnonzero(count)
+        self.able = len(able)
         order = self._some(able[np.argsort(count[able], kind="stable")])
         return self.members[order], count[order]
 
