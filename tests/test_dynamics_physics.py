@@ -22,7 +22,7 @@ from .newton_euler import REST, dot, times
 #: Share of an acceleration or a reaction that may be wrong.
 BAR = 1e-10
 #: Objects drawn for each constraint, and states of each.
-OBJECTS, STATES = 5, 200
+OBJECTS, STATES = 5, 200 if FULL else 40
 GRAVITY = np.array([0.3, -0.7, -9.81])
 
 

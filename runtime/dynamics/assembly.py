@@ -22,7 +22,7 @@ from .bodies import RigidBody
 from .constraints import Constraint, Incidence, Pin, PinLinear, PinPath, VirtualPower
 from .functions import Called, Differences, arity
 from .given import coefficients, of_algebra
-from .layouts import layout_of, matrix_of, on_layout
+from .layouts import carried, layout_of, matrix_of, on_layout
 
 if TYPE_CHECKING:
     from ..algebras import Algebra
@@ -479,9 +479,10 @@ def _store_linear(
         def goal(t: float) -> list[Array]:
             return [on_layout(x, layout) for x in aims(t)]
     else:
-        matrix = matrix_of(lambda x: function(_frame(made, body, 0) >> x), algebra, layout, f"the function of {c.label}")
-        keep = _blades_of(lambda x: function(_frame(made, body, 0) >> x), algebra, layout)
+        matrix = matrix_of(function, algebra, layout, f"the function of {c.label}")
+        keep = _blades_of(function, algebra, layout)
         rows = len(matrix)
+        matrix = matrix @ carried(_frame(made, body), layout)  # of a batch each body has a frame of its own
 
         def goal(t: float) -> list[Array]:
             given = target(t) if callable(target) else target
@@ -495,7 +496,7 @@ def _store_linear(
     else:
         row.v, row.h = made.store(on_layout(path(0.0)[0], layout)), made.store(goal(0.0)[0])
     if matrix is not None:
-        row.a = made.store(matrix.reshape(-1))
+        row.a = made.store(matrix.reshape(*matrix.shape[:-2], -1))
     made.rows.append(row)
 
 
@@ -545,7 +546,16 @@ def _store_power(made: Assembly, c: VirtualPower, body: int, other: int, duratio
         raise InputError(f"{c.label} has a function; that is for one simulation, not for a batch of {made.size}.")
     count = arity(c.wrenches, "the wrenches")
 
+    known: dict[tuple[float, bytes], list[Array]] = {}  # the last ones: the driver asks for each wrench by itself
+
     def parts(t: float, state: Array) -> list[Array]:
+        key = (t, state.tobytes())
+        if key not in known:
+            known.clear()
+            known[key] = evaluated(t, state)
+        return known[key]
+
+    def evaluated(t: float, state: Array) -> list[Array]:
         arguments = (t,) if count == 1 else (t, *_one_state(made, body, 0, state))
         value = c.wrenches(*arguments)
         pair = value if isinstance(value, tuple) and len(value) == 2 else (value, None)

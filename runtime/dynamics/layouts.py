@@ -68,6 +68,12 @@ def on_layout(x: Multivector, layout: str) -> Array:
     return found
 
 
+def carried(frame: Multivector, layout: str) -> Array:
+    """Matrices (..., k, k) of X -> F X ~F on coefficients, for motors F."""
+    images = (frame[..., None] if frame.shape else frame) >> basis(frame.algebra, layout)
+    return np.swapaxes(on_layout(images, layout), -1, -2)
+
+
 def matrix_of(function: Callable[[Multivector], Any], algebra: Algebra, layout: str, what: str) -> Array:
     """The matrix (rows, k) of a linear function of objects of a layout; rows that are zero are left out.
 

@@ -53,7 +53,7 @@ def finish(job: Job, found: Found, rounds: int, counts: Mapping[str, int]) -> Re
     if partly:
         motors = _refined(job, motors, found.reach, rounds)
     best, indices, spread = _polished(job, motors[0], found.reach)
-    others = motors[distinct(motors, max(SAME * spread, SAME_POSE))[1:]]
+    others = motors[distinct(motors, max(SAME * found.reach, SAME_POSE))[1:]]
     return _result(job, found, best, indices, spread, others, counts)
 
 

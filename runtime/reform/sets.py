@@ -59,6 +59,8 @@ class Sets:
     size : int
     tables : Tables
         Pairs of reference objects.
+    able : int
+        How many of the sets have images at the tolerance of the last order.
 
     Raises
     ------
@@ -82,7 +84,7 @@ class Sets:
         self.members = self._stiff_sets(SIZES if sample_size is None else (sample_size,))
         if sample_size is not None and not len(self.members):
             self._check_sample_size(sample_size)
-        self.size = int(self.members.shape[1])
+        self.size, self.able = int(self.members.shape[1]), 0
 
     def _check_sample_size(self, size: int) -> None:
         """Where sets of this size place no motor, and others do, it is the size that is wrong."""
@@ -100,16 +102,31 @@ class Sets:
         sets, stiff = drawn[-1]
         return np.asarray(sets[stiff >= max(NEARLY * stiff.max(initial=0), LEAST_STIFF)])
 
+    def among(self, numbers: Array, most: int) -> Array:
+        """Sets of these objects that place a motor, at most so many."""
+        n = len(numbers)
+        if n < self.size:
+            return np.empty((0, self.size), np.int64)
+        drawn = self._different(self._random.integers(0, n, (DRAWN * most, self.size)))
+        sets = np.sort(numbers[drawn], axis=1)
+        stiff = self._scene.stiffness(self._of[sets], self._row[sets])
+        least = STIFF if (stiff >= STIFF).any() else max(NEARLY * stiff.max(initial=0), LEAST_STIFF)
+        return np.asarray(sets[stiff >= least][:most])
+
+    def _different(self, drawn: Array) -> Array:
+        """Sets without those that hold an object twice, each once, shuffled."""
+        drawn.sort(axis=1)
+        drawn = drawn[(drawn[:, 1:] > drawn[:, :-1]).all(1)]
+        drawn = np.unique(drawn, axis=0) if drawn.shape[1] > CODED else _once(drawn)
+        return np.asarray(self._random.permutation(drawn))
+
     def _draw(self, size: int) -> tuple[Array, Array]:
         """Sets of query objects and how stiff they are."""
         n = len(self._row)
         if n < size:
             return np.empty((0, size), np.int64), np.empty(0)
         wanted = DRAWN * self._samples * (1 if size == 2 else LARGER) / self.tables.share**2
-        drawn = self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size))
-        drawn.sort(axis=1)
-        drawn = drawn[(drawn[:, 1:] > drawn[:, :-1]).all(1)]
-        drawn = self._random.permutation(np.unique(drawn, axis=0) if size > CODED else _once(drawn))
+        drawn = self._different(self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size)))
         return drawn, self._scene.stiffness(self._of[drawn], self._row[drawn])
 
     def in_order(self, tolerance: float) -> tuple[Array, Array]:
@@ -119,6 +136,7 @@ class Sets:
             invariants = self._invariants(kinds[:2], self.members[members, :2])
             count[members] = self.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
         able = np.flatnonzero(count)
+        self.able = len(able)
         order = self._some(able[np.argsort(count[able], kind="stable")])
         return self.members[order], count[order]
 

@@ -125,7 +125,7 @@ def integrate(
     elif setting is not None:
         options |= {"step": inputs.duration / setting} if setting >= 1 else {"rtol": setting}
     simulation = inputs.simulation(copies, integrator=integrator, stabilization=stabilization)
-    trajectory = simulation.run(inputs.duration, times=[inputs.duration], threads=1, **options)
+    trajectory = simulation.run(inputs.duration, times=[inputs.duration], threads=1, strict=False, **options)
     if integrator == "auto":
         inputs.chosen[str(setting or "default")] = trajectory.integrator
     return states(trajectory, len(inputs))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..study import Method, Study, swept
 from . import integrators
-from .integrators import GRAVITY, Motions
+from .integrators import Motions
 from .tops import leaning
 
 #: Steps of methods that do not choose their own: of stiff bodies as in the text, of the others.
