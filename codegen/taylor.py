@@ -19,7 +19,7 @@ from .targets.printer import decimal
 from .trace import Kernel
 
 #: Highest order of a series, and so rows of its history: more than any tolerance of doubles asks for.
-HIGHEST_ORDER = 40
+HIGHEST_ORDER = 24
 ROWS = HIGHEST_ORDER + 1
 #: Products are made in groups of this many lanes: a whole number of vectors of any width.
 LANES = 4
@@ -360,7 +360,7 @@ class _Printer:
         else:
             scratch = [f"work + {self._room(2 * ROWS)}"] if item.op == "atan2" else []
             self.lines.append(f"FN(series_{item.op})(k, {', '.join([arguments, *scratch, history])});")
-        self._set(item, f"({history})[k]")
+        self.text[item] = f"work[{self.histories[item]} + k]"
 
     def _twin(self, item: Item, op: str) -> Item:
         return item if item.op == op else self.ring.apply(op, *item.args)

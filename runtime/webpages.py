@@ -42,7 +42,9 @@ def filled(folder: str, name: str, title: str, note: str, data: str, library: st
         A script that runs before the page's own.
     """
     files = resources.files(folder)
-    page, style, script = (files.joinpath(f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
+    page, style, script = (
+        files.joinpath(f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js")
+    )
     scripts = [text for text in (library, script) if text]
     policy = _POLICY.format(scripts=" ".join(_hash(text) for text in scripts))
     slots = {

@@ -239,6 +239,11 @@ def spin_rate(w: Multivector, moments: Multivector, inverse: Multivector) -> Mul
     return _scaled(inverse, turning)
 
 
+def lever_rate(q: Multivector, center: Multivector, weight: Multivector, inverse: Multivector) -> Multivector:
+    """What a force that is the same all over the world adds to dw of a body that turns about a point."""
+    return _scaled(inverse, cross(center, (~q >> weight).grade(1)))
+
+
 def _scaled(a: Multivector, b: Multivector) -> Multivector:
     """Products of coordinates."""
     return a.sum(a.scalar_product(e) * b.scalar_product(e) * e for e in axes(b))
@@ -331,6 +336,17 @@ def moved_rates(u: Multivector) -> Result:
 def turned_rate(u: Multivector, omega: Multivector) -> Result:
     """(U x Omega) x Omega = Omega^2 U/4 + U Omega^2/4 - Omega U Omega/2 ((6.21), its last sign mended)."""
     return _row(u.commutator(omega).commutator(omega), u, "turned")
+
+
+def held_rates(r: Multivector, omega: Multivector, v: Multivector) -> tuple[Result, Result]:
+    """`moved_rates` and `turned_rate` of what is pinned."""
+    u = _restricted(~r >> v, v)
+    return moved_rates(u), turned_rate(u, omega)
+
+
+def held_power(r: Multivector, v: Multivector) -> Result:
+    """Power of a wrench of the world on each unit twist of the body."""
+    return row(covector(seen(r, v)), "power")
 
 
 def path_rates(

@@ -58,8 +58,10 @@ class Needs:
         Whether functions of users are called.
     tangents : int
         Directions of parameters along which the trajectory is differentiated.
-    springs : int
+    springs, constraints : int
         How many there are; of methods alone that keep something for each.
+    turning : bool
+        Whether pins leave one body all turns about a point, along whose axes there are no products of inertia.
     """
 
     algebra: str = "cga3d"
@@ -73,12 +75,16 @@ class Needs:
     callbacks: bool = False
     tangents: int = 0
     springs: int = 0
+    constraints: int = 0
+    turning: bool = False
 
     @property
     def in_flight(self) -> bool:
-        """Whether nothing but gravity acts on one free body, and its turning can be stepped by itself."""
-        alone = self.bodies == 1 and self.mode == "free" and self.method in ("rk4", "taylor")
-        return alone and set(self.loads) <= {"gravity"}
+        """Whether nothing but gravity acts on one body that is free, or held at a point, and its turning can be stepped
+        by itself."""
+        free = self.mode == "free" and self.method in ("rk4", "taylor")
+        held = self.mode == "subspace" and self.method == "taylor" and self.turning
+        return self.bodies == 1 and (free or held) and set(self.loads) <= {"gravity"}
 
     def check(self) -> None:
         """Raise `InputError` for what no driver has."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..formulas import mechanics
+from ..machine import has_wide_vectors
 from ..taylor import HIGHEST_ORDER, SeriesFunction, series_function
 from . import Declared, stock_algebra, traced
 
@@ -28,9 +29,15 @@ def series_values(needs: Needs) -> dict[str, Any]:
     made = [_tumbling(needs)] if needs.in_flight else [_motion(needs)]
     if "spring" in needs.loads:
         made.append(_spring(needs))
+    held = [_held(needs, name) for name in needs.layouts] if needs.mode == "constrained" else []
+    if held and "twist" in needs.layouts:
+        held.append(_series(needs, "powered", ("v",), (mechanics.held_power, "motor, twist")))
     return {
-        "series": made,
+        "series": [*made, *held],
+        "constraint_work": max([1, *(f.work for f in held)]),
+        "constraints": needs.constraints,
         "order": HIGHEST_ORDER,
+        "wide": has_wide_vectors(),
         "arguments": {**_STILL, **_MOVING},
         "turning": [int(not blade & attached) for blade in algebra.kind("motor").blades],
         "springs": max(needs.springs, 1),
@@ -43,10 +50,12 @@ def _series(needs: Needs, name: str, still: tuple[str, ...], *formulas: tuple[Ca
 
 
 def _tumbling(needs: Needs) -> SeriesFunction:
-    """A free body's turning by itself."""
+    """The turning of a body by itself, free or about a point."""
+    lever = mechanics.lever_rate, "layout rotor, position, position, position"
     return _series(
-        needs, "motion", ("moments", "inverse"),
+        needs, "motion", ("moments", "inverse", "center", "weight"),
         (mechanics.rotor_rate, "layout rotor, position"), (mechanics.spin_rate, "position, position, position"),
+        *([lever] if needs.mode == "subspace" and "gravity" in needs.loads else ()),
     )  # fmt: skip
 
 
@@ -62,6 +71,11 @@ def _motion(needs: Needs) -> SeriesFunction:
         (mechanics.motor_rate, "layout motor, twist"), (mechanics.gyroscopic, "twist, numbers6"),
         *(load for name, load in loads.items() if name in needs.loads),
     )  # fmt: skip
+
+
+def _held(needs: Needs, name: str) -> SeriesFunction:
+    """What is pinned, as the body sees it: how it moves with each unit twist, and its acceleration."""
+    return _series(needs, f"held_{name}", ("v",), (mechanics.held_rates, f"motor, twist, layout {name}"))
 
 
 def _spring(needs: Needs) -> SeriesFunction:

@@ -24,6 +24,7 @@ COMMANDS = {
     "mesh": "Write a scene's surfaces as triangle meshes.",
     "view": "Write a scene as an interactive page.",
     "register": "Lay a model of points, lines, planes, .. on another one.",
+    "simulate": "Simulate rigid bodies with loads and constraints.",
     "generate": "Write an algebra's sources, or check that they are up to date.",
     "report": "Measure error against run time, with plots.",
     "doctor": "Say what this machine has: compiler, targets, cache, threads.",

@@ -159,7 +159,9 @@ def frame_numbers(record: Record, speed: float, rate: float) -> Array:
     start, end = float(record.time[0]), float(record.time[-1])
     count = (end - start) / speed * rate
     if count > MOST_FRAMES:
-        raise InputError(f"the film has {count:.3g} pictures; at most {MOST_FRAMES} are drawn.", remedy="Raise the speed")
+        raise InputError(
+            f"the film has {count:.3g} pictures; at most {MOST_FRAMES} are drawn.", remedy="Raise the speed"
+        )
     times = start + np.arange(math.floor(count) + 1) * speed / rate
     after = np.clip(np.searchsorted(record.time, times), 1, max(1, len(record) - 1))
     nearer = np.abs(record.time[after - 1] - times) <= np.abs(record.time[np.minimum(after, len(record) - 1)] - times)
@@ -229,7 +231,9 @@ class _Stage:
         art = backend.collections()
         triangles = np.zeros((1, 3, 3)) if shape is None else plots.placed(own, shape, 0)[shape.faces]
         faces = plots.surface(triangles, color, plots.SOLID)
-        edges = art.Line3DCollection(np.zeros((1, 2, 3)), colors=color, linewidths=plots.TRACE if shape is None else plots.THIN)
+        edges = art.Line3DCollection(
+            np.zeros((1, 2, 3)), colors=color, linewidths=plots.TRACE if shape is None else plots.THIN
+        )
         for artist, kind in ((faces, drawing.Faces), (edges, drawing.Strokes)):
             self.ax.add_collection3d(artist)
             artist.set(zorder=drawing.ORDER[kind], clip_on=False)
@@ -253,10 +257,6 @@ class _Stage:
             edges.set_segments(vertices[shape.edges])
         time = f"t = {self.record.time[number]:.2f} {plots.plain(self.record.sketch.units.time)}"
         self.clock.set_text(f"{self.title}    {time}" if self.title else time)
-
-
-
-
 
 
 # -- films -----------------------------------------------------------------------------------------------------

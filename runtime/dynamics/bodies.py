@@ -75,7 +75,9 @@ class RigidBody:
         try:
             self.shape: tuple[int, ...] = np.broadcast_shapes(*shapes)
         except ValueError:
-            raise ShapeError(f"mass, inertia, pose and velocities have shapes {shapes} that do not go together.") from None
+            raise ShapeError(
+                f"mass, inertia, pose and velocities have shapes {shapes} that do not go together."
+            ) from None
         if len(self.shape) > 1:
             raise ShapeError(f"bodies have shape {self.shape}; one, or a batch (n,), is meant.")
 
@@ -112,9 +114,8 @@ class RigidBody:
         return self._screw(self.angular_velocity, linear)
 
     def _screw(self, first: Array, second: Array) -> Multivector:
-        made: Multivector = call(
-            self.algebra, "mechanics.screw_of", self.algebra.vector(first, "twist"), self.algebra.vector(second, "twist")
-        ).value
+        vectors = [self.algebra.vector(x, "a twist") for x in (first, second)]
+        made: Multivector = call(self.algebra, "mechanics.screw_of", *vectors).value
         return made
 
     @property

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import BladesmithError, CompilerMissingError, InputError, MissingExtraError, suggest
+from ..kinematics import joints
 from ..loading import stock_algebra
 from ..multivector import Multivector
 from ..tomlread import Document, read_document
@@ -25,6 +26,7 @@ from .principal import principal
 from .screws import couple, wrench
 from .simulation import Simulation
 from .sketch import Sketch, Trace, Units
+from .system import System
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 T = TypeVar("T")
 Path_ = tuple[str | int, ...]
+#: What joints call the world.
+WORLD = "base"
 #: States that are stored where nothing else is said, and at most.
 STATES, MOST_STATES = 1000, 5_000_000
 
@@ -43,17 +47,17 @@ class Setup:
 
     Attributes
     ----------
-    simulation : Simulation or System
+    simulation : Simulation
     duration : float
     times : array
         Of the states that are stored.
     options : dict
-        What `Simulation.run` takes besides: step, rtol, atol.
+        What `Simulation.run` takes besides: step, rtol, atol, project.
     sketch : Sketch
         What pictures show, and what is stored with a trajectory.
     """
 
-    simulation: Any
+    simulation: Simulation
     duration: float
     times: Array
     options: Mapping[str, float]
@@ -69,7 +73,12 @@ class Setup:
             Of `Simulation.run`, in place of the file's.
         """
         given = {"times": self.times, **self.options, **options}
-        found: Trajectory = self.simulation.run(self.duration, **given)
+        try:
+            found: Trajectory = self.simulation.run(self.duration, **given)
+        except InputError as error:  # a start off its constraints, an integrator that does not serve them
+            if error.where is None:
+                raise type(error)(error.what, where=self.name, remedy=error.remedy) from None
+            raise
         return found
 
 
@@ -114,11 +123,13 @@ class _Reader:
         for path, table in self._tables():
             if table.name in self.bodies:
                 raise self.document.error((*path, "name"), f"is {table.name!r}, as of another body")
+            if table.name == WORLD:
+                raise self.document.error((*path, "name"), f"is {WORLD!r}, which is what joints call the world")
             self.bodies[table.name] = self._body(table, path)
         acting = [self._load(x, ("loads", i)) for i, x in enumerate(self.table.loads)]
         holding = [self._constraint(x, ("constraints", i)) for i, x in enumerate(self.table.constraints)]
         run = self.table.simulation
-        options = {key: getattr(run, key) for key in schema.given(run, "step", "rtol", "atol")}
+        options = {key: getattr(run, key) for key in schema.given(run, "step", "rtol", "atol", "project")}
         return Setup(
             self._simulation(acting, holding), run.duration, self._times(), options, self._sketch(holding),
             self.document.name,
@@ -140,7 +151,9 @@ class _Reader:
     def _tables(self) -> list[tuple[Path_, schema.BodyTable]]:
         single, several = self.table.body, self.table.bodies
         if single is not None and several:
-            raise self.document.error(("body",), "and bodies are both there; a single body is [body], more are [[bodies]]")
+            raise self.document.error(
+                ("body",), "and bodies are both there; a single body is [body], more are [[bodies]]"
+            )
         if single is not None:
             return [(("body",), single)]
         if not several:
@@ -178,7 +191,9 @@ class _Reader:
                 if table.center is None:
                     return shape, own
                 if not schema.given(table, "moments", "tensor"):
-                    raise self.document.error((*path, "center"), "is that of the mesh; leave it out, or give moments or a tensor")
+                    raise self.document.error(
+                        (*path, "center"), "is that of the mesh; leave it out, or give moments or a tensor"
+                    )
                 moved = shape.vertices + own - center
                 return shapes.Shape(moved, shape.faces, shape.volume, shape.gyration, shape.edges), center
             case given:
@@ -194,7 +209,9 @@ class _Reader:
             matrix[:3, :3] = given.matrix
             motor = self.made((*path, "orientation", "matrix"), partial(home.motor_from_matrix, matrix, strict=True))
         else:
-            motor = self.made((*path, "orientation"), partial(self.algebra.rotor, given.axis, given.radians, strict=True))
+            motor = self.made(
+                (*path, "orientation"), partial(self.algebra.rotor, given.axis, given.radians, strict=True)
+            )
         return self.algebra.matrix(motor.as_kind("motor"))[:3, :3]
 
     def _which(self, name: str | None, path: Path_) -> _Made:
@@ -203,7 +220,9 @@ class _Reader:
                 raise self.document.error(path, f"has no body, which is required: {', '.join(self.bodies)}")
             return next(iter(self.bodies.values()))
         if name not in self.bodies:
-            raise self.document.error(path, f"is {name!r}, which is no body{suggest(name, self.bodies)}; there are: {', '.join(self.bodies)}")
+            raise self.document.error(
+                path, f"is {name!r}, which is no body{suggest(name, self.bodies)}; there are: {', '.join(self.bodies)}"
+            )
         return self.bodies[name]
 
     def _owner(self, table: Any, path: Path_) -> _Made:
@@ -232,7 +251,9 @@ class _Reader:
             return np.zeros(3)
         if place not in table.points:
             known = [*table.points, "center"]
-            what = f"is {place!r}, which is no point of {table.name}{suggest(place, known)}; there are: {', '.join(known)}"
+            what = (
+                f"is {place!r}, which is no point of {table.name}{suggest(place, known)}; there are: {', '.join(known)}"
+            )
             raise self.document.error(path, what)
         return np.array(table.points[place]) - center
 
@@ -251,7 +272,10 @@ class _Reader:
             case schema.SpringTable():
                 owner = self._owner(table, path)
                 name, other = self._other(table, path)
-                ends = [self._place(table.point, owner, (*path, "point")), self._place(table.anchor, other, (*path, "anchor"))]
+                ends = [
+                    self._place(table.point, owner, (*path, "point")),
+                    self._place(table.anchor, other, (*path, "anchor")),
+                ]
                 numbers = (table.stiffness, table.length, table.damping)
                 return self.made(path, partial(loads.Spring, *ends, *numbers, owner.table.name, name))
             case _:
@@ -278,15 +302,15 @@ class _Reader:
                 pinned = self._object(table.object, owner, (*path, "object"))
                 there = None if table.world is None else self._object(table.world, frame, (*path, "world"))
                 if there is not None and table.world.kind != table.object.kind:
-                    raise self.document.error((*path, "world"), f"is a {table.world.kind}, the object a {table.object.kind}")
+                    raise self.document.error(
+                        (*path, "world"), f"is a {table.world.kind}, the object a {table.object.kind}"
+                    )
                 return constraints.Pin(pinned, there, own, other)
             case schema.IncidenceTable():
                 point = self.algebra.point(self._place(table.point, owner, (*path, "point")), strict=True)
                 return constraints.Incidence(point, self._object(table.on, frame, (*path, "on")), own, other)
             case _:
-                wrenches = [
-                    self._wrench(x, frame, (*path, "wrenches", i)) for i, x in enumerate(table.wrenches)
-                ]
+                wrenches = [self._wrench(x, frame, (*path, "wrenches", i)) for i, x in enumerate(table.wrenches)]
                 return constraints.VirtualPower(wrenches, own, other)
 
     def _object(self, table: Any, owner: _Made | None, path: Path_) -> Multivector:
@@ -294,7 +318,9 @@ class _Reader:
         maker = getattr(self.algebra, table.kind, None)
         if maker is None:
             kinds = ("point", "direction", "line", "plane")
-            raise self.document.error(path, f"is a {table.kind}, which {self.algebra.name} has not; it has: {', '.join(kinds)}")
+            raise self.document.error(
+                path, f"is a {table.kind}, which {self.algebra.name} has not; it has: {', '.join(kinds)}"
+            )
         measures = {}
         for key, value in table:
             if key == "kind" or value is None:
@@ -307,25 +333,54 @@ class _Reader:
             if "point" in measures:
                 measures["offset"] = float(normal @ measures.pop("point"))
             elif owner is not None:
-                measures["offset"] = measures["offset"] / np.linalg.norm(measures["normal"]) - float(normal @ owner.center)
+                measures["offset"] = measures["offset"] / np.linalg.norm(measures["normal"]) - float(
+                    normal @ owner.center
+                )
                 measures["normal"] = normal
         found: Multivector = self.made(path, partial(maker, **measures, strict=True))
         return found
 
     # -- the run -----------------------------------------------------------------------------------------------
 
-    def _simulation(self, acting: list[loads.Load], holding: list[constraints.Constraint]) -> Any:
+    def _simulation(self, acting: list[loads.Load], holding: list[constraints.Constraint]) -> Simulation:
         run = self.table.simulation
-        options = {
+        options: dict[str, Any] = {
             "integrator": run.integrator, "map": run.map,
             "stabilization": run.stabilization or run.stabilisation or "auto",
         }  # fmt: skip
-        bodies = {name: made.body for name, made in self.bodies.items()}
-        if len(bodies) > 1:
-            return self.made(("bodies",), partial(_system, bodies, acting, holding, options))
-        own = [_on_single(x) for x in (*acting, *holding)]
-        body = next(iter(bodies.values()))
-        return self.made(("simulation",), partial(Simulation, body, own[: len(acting)], own[len(acting) :], **options))
+        if run.baumgarte is not None:
+            options["baumgarte"] = run.baumgarte
+        joints = [self._joint(x, ("joints", i)) for i, x in enumerate(self.table.joints)]
+        system = System({name: made.body for name, made in self.bodies.items()}, joints, WORLD)
+        return self.made(("simulation",), partial(Simulation, system, acting, holding, **options))
+
+    def _joint(self, table: Any, path: Path_) -> joints.Joint:
+        for key in ("a", "b"):
+            if getattr(table, key) != WORLD:
+                self._which(getattr(table, key), (*path, key))
+        if table.a == table.b:
+            raise self.document.error((*path, "b"), f"is {table.b!r}, the same as a")
+        home, ends = self.algebra, (table.a, table.b)
+        match table:
+            case schema.SphericalTable(point=point):
+                return joints.Spherical(*ends, home.point(point, strict=True))
+            case schema.RevoluteTable(point=point, axis=axis) if home.is_degenerate:
+                return joints.Revolute(*ends, home.line(point, axis, strict=True), home.point(point, strict=True))
+            case schema.RevoluteTable(point=point, axis=axis):
+                return joints.Revolute(*ends, home.circle(point, axis, 1.0, strict=True))
+            case schema.CylindricalTable(point=point, axis=axis):
+                return joints.Cylindrical(*ends, home.line(point, axis, strict=True))
+            case schema.PrismaticTable(point=point, axis=axis):
+                beside = home.direction(np.cross(axis, np.eye(3)[np.abs(axis).argmin()]), strict=True)
+                return self.made(path, partial(joints.Prismatic, *ends, home.line(point, axis, strict=True), beside))
+            case schema.PlanarTable(point=point, normal=normal):
+                way = np.array(normal) / np.linalg.norm(normal)
+                return joints.Planar(*ends, home.plane(way, float(way @ point), strict=True))
+            case _:
+                if home.is_degenerate:
+                    raise self.document.error(path, f"is universal, which {home.name} has not; use cga3d")
+                circles = [home.circle(table.point, axis, 1.0, strict=True) for axis in (table.axis_a, table.axis_b)]
+                return self.made(path, partial(joints.Universal, *ends, *circles))
 
     def _times(self) -> Array:
         run = self.table.simulation
@@ -333,13 +388,21 @@ class _Reader:
             found = np.array(run.times)
             for i, t in enumerate(run.times):
                 if t > run.duration or (i and t <= run.times[i - 1]):
-                    raise self.document.error(("simulation", "times", i), f"is {t:g}; times rise from 0 to the duration, {run.duration:g}")
+                    raise self.document.error(
+                        ("simulation", "times", i), f"is {t:g}; times rise from 0 to the duration, {run.duration:g}"
+                    )
             return found if len(found) and found[0] == 0 else np.concatenate([[0.0], found])
         interval = run.interval or run.duration / STATES
-        count = int(np.ceil(run.duration / interval * (1 - 1e-12))) if run.duration / interval < 2 * MOST_STATES else MOST_STATES + 1
+        count = (
+            int(np.ceil(run.duration / interval * (1 - 1e-12)))
+            if run.duration / interval < 2 * MOST_STATES
+            else MOST_STATES + 1
+        )
         if count > MOST_STATES:
             raise self.document.error(
-                ("simulation", "interval"), f"is {interval:g}: more than {MOST_STATES} states in {run.duration:g}", "Store fewer"
+                ("simulation", "interval"),
+                f"is {interval:g}: more than {MOST_STATES} states in {run.duration:g}",
+                "Store fewer",
             )
         return np.concatenate([np.arange(count) * interval, [run.duration]])
 
@@ -354,11 +417,14 @@ class _Reader:
             path: Path_ = ("traces", i)
             owner = self._owner(each, path)
             point = self._place(each.point, owner, (*path, "point"))
-            label = each.label or (each.point if isinstance(each.point, str) else "")
+            named = each.point if isinstance(each.point, str) else ""
+            label = named if each.label is None else each.label
             traces.append(Trace(point, label, each.color, owner.table.name if len(self.bodies) > 1 else None))
         for i, t in enumerate(table.picture.shown or ()):
             if t > table.simulation.duration:
-                raise self.document.error(("picture", "shown", i), f"is {t:g}, after the end at {table.simulation.duration:g}")
+                raise self.document.error(
+                    ("picture", "shown", i), f"is {t:g}, after the end at {table.simulation.duration:g}"
+                )
         objects = [x for each in holding for x in self._held_by(each)] if table.picture.objects else []
         return Sketch(
             names, traces, objects, colors, Units(units.length, units.mass, units.time), table.picture.title or "",
@@ -375,17 +441,6 @@ class _Reader:
         if isinstance(constraint, constraints.Pin):
             return [self.bodies[str(constraint.body)].body.motor >> constraint.body_object]
         return []
-
-
-def _on_single(each: Any) -> Any:
-    """A load or constraint whose body is the only one: it is number 0."""
-    from dataclasses import replace
-
-    return each if isinstance(each, loads.Gravity) else replace(each, body=0)
-
-
-def _system(bodies: dict[str, RigidBody], acting: list[Any], holding: list[Any], options: dict[str, Any]) -> Any:
-    raise InputError("simulations of several bodies are not served yet")
 
 
 def _inside(error: BladesmithError) -> str:

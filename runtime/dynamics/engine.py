@@ -6,8 +6,9 @@ The only module that knows the layout of the driver's structures (templates/c/dy
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from ..codegen.programs.dynamics import Needs, dynamics_program
 from .assembly import Assembly
 from .functions import Called
 from .methods import NUMBERS, Method
+
+if TYPE_CHECKING:
+    from .sensitivities import Directions
 
 Array = NDArray[Any]
 #: Status of a simulation, as in templates/c/dynamics_rates.j2.
@@ -35,7 +39,7 @@ def driver(needs: Needs) -> Any:
     module = load(dynamics_program(needs).extension())
     if needs.callbacks:
 
-        @module.ffi.def_extern(name="bs_dynamics_user")  # type: ignore[misc]
+        @module.ffi.def_extern(name="bs_dynamics_user")  # type: ignore[untyped-decorator, unused-ignore]
         def called(handle: Any, which: int, item: int, t: float, state: Any, out: Any) -> int:
             functions: Called = module.ffi.from_handle(handle)
             given = np.frombuffer(module.ffi.buffer(state, 14 * 8), np.float64)
@@ -53,10 +57,12 @@ class Driver:
     """An assembly and a method, ready to run."""
 
     def __init__(
-        self, made: Assembly, method: Method, chart: str, project: bool, baumgarte: float, part: slice = slice(None)
-    ) -> None:
-        self.made, self.method, self.part = made, method, part
-        module = driver(made.needs(method.driver, chart))
+        self, made: Assembly, method: Method, chart: str, project: bool, baumgarte: float, part: slice = slice(None),
+        directions: Directions | None = None,
+    ) -> None:  # fmt: skip
+        self.made, self.method, self.part, self.directions = made, method, part, directions
+        self.tangents = 0 if directions is None else directions.count
+        module = driver(replace(made.needs(method.driver, chart), tangents=self.tangents))
         self._lib, self._ffi = module.lib, module.ffi
         self._kept: list[Any] = []
         self._model = self._new_model(project, baumgarte)
@@ -88,6 +94,8 @@ class Driver:
         model.spring_bodies = self._ffi.from_buffer("int32_t[]", springs)
         model.constraints, model.loads = rows, loads
         model.tolerance, model.baumgarte, model.project = TOLERANCE, baumgarte, int(project)
+        if self.directions is not None:
+            model.directions = self._doubles(self.directions.scaled[0][self.part])
         handle = self._ffi.new_handle(made.called)
         model.handle = handle
         self._kept += [springs, rows, loads, handle]
@@ -113,7 +121,8 @@ class Driver:
         size = 6 * self.bodies
         found = {
             "accelerations": np.empty((self.bodies, 6)), "reactions": np.empty((self.bodies, 6)),
-            "matrix": np.zeros((rows, size)), "right": np.zeros(rows), "errors": np.zeros(rows), "rates": np.zeros(rows),
+            "matrix": np.zeros((rows, size)), "right": np.zeros(rows), "errors": np.zeros(rows),
+            "rates": np.zeros(rows),
         }  # fmt: skip
         given = [self._ffi.from_buffer("double[]", np.ascontiguousarray(x, np.float64)) for x in (motors, twists)]
         to = [self._ffi.from_buffer("double[]", x) for x in found.values()]
@@ -146,6 +155,8 @@ class Run:
     violations : array (simulations, stores)
     status, reached, steps, stored : array (simulations,)
         How it stands, the time of the last state, steps taken and states stored.
+    tangents : array (simulations, stores, directions, 2, bodies, 6)
+        Of motors, as twists in their frames, and of twists.
     start, start_rows : array (simulations, 2)
         Largest errors of poses and of rates at the start, as shares of what they are made of, and the rows.
     """
@@ -160,6 +171,10 @@ class Run:
         self.status, self.reached = np.zeros(n, np.int32), np.full(n, self.times[0])
         self.steps, self.stored = np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.start, self.start_rows = np.zeros((n, 2)), np.zeros((n, 2), np.int32)
+        self.tangents = np.full((n, stores, driver.tangents, 2, bodies, 6), np.nan)
+        self._start_tangents = np.zeros((n, driver.tangents, 2, bodies, 6))
+        if driver.directions is not None:
+            self._start_tangents[:] = driver.directions.scaled[1][driver.part]
         self._stop = np.zeros(1, np.int32)
         self._memory = np.zeros((n, driver._lib.bs_dynamics_memory(driver._method)))
         self._run = self._new_run(project)
@@ -172,7 +187,7 @@ class Run:
         for type_, arrays in (
             ("double[]", {"times": self.times, "memory": self._memory, "motors": self.motors, "twists": self.twists,
                           "reactions": self.reactions, "violations": self.violations, "reached": self.reached,
-                          "start": self.start}),
+                          "start": self.start, "tangents": self.tangents, "start_tangents": self._start_tangents}),
             ("int32_t[]", {"status": self.status, "stop": self._stop, "start_rows": self.start_rows}),
             ("int64_t[]", {"steps": self.steps, "stored": self.stored}),
         ):  # fmt: skip

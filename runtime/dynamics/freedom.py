@@ -44,7 +44,9 @@ def allowed_twists(constraint: Constraint | Sequence[Constraint], body: RigidBod
     given = list(constraint) if isinstance(constraint, Sequence) else [constraint]
     for c in given:
         if not isinstance(c, Constraint):
-            raise InputError(f"a constraint is a {type(c).__name__}; there are Pin, PinPath, PinLinear, Incidence, VirtualPower.")
+            raise InputError(
+                f"a constraint is a {type(c).__name__}; there are Pin, PinPath, PinLinear, Incidence, VirtualPower."
+            )
     if body is None:
         body = RigidBody(1.0, [1.0, 1.0, 1.0], algebra=_algebra(given))
     made = assemble([body], ["body"], [], given, 1.0, False)

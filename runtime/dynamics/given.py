@@ -80,15 +80,12 @@ def coefficients(x: Multivector, kind: str, name: str) -> Array:
     GradeError
         If x has others.
     """
-    wanted = x.algebra.kind(kind)
-    own = x.kind.blades
-    if set(own) - set(wanted.blades):
-        beyond = [x.algebra.blade_name(b) for b in own if b not in wanted.blades]
-        used = [b for b, v in zip(beyond, np.moveaxis(x.values, -1, 0)[[b not in wanted.blades for b in own]], strict=True) if np.any(v)]
-        if used:
-            raise GradeError(f"{name} has {used[0]}; a {kind} has: {', '.join(map(x.algebra.blade_name, wanted.blades))}.")
+    wanted, values = x.algebra.kind(kind), np.asarray(x.values, np.float64)
     found = np.zeros((*x.shape, wanted.size))
-    for i, b in enumerate(own):
-        if b in wanted.blades:
-            found[..., wanted.blades.index(b)] = x.values[..., i]
+    for i, blade in enumerate(x.kind.blades):
+        if blade in wanted.blades:
+            found[..., wanted.blades.index(blade)] = values[..., i]
+        elif np.any(values[..., i]):
+            names = ", ".join(map(x.algebra.blade_name, wanted.blades))
+            raise GradeError(f"{name} has {x.algebra.blade_name(blade)}; a {kind} has: {names}.")
     return found

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ..calls import call
 from ..codegen.errors import InputError, suggest
 from ..multivector import Multivector
-from .assembly import BODY, PLACES, SPRING, Assembly
+from .assembly import Assembly
+from .body_numbers import BODY, PLACES, SPRING
 
 if TYPE_CHECKING:
     from .trajectory import Trajectory

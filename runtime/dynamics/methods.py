@@ -26,6 +26,8 @@ MAPS = ("exponential", "bortz", "cayley", "outer")
 STABILIZATIONS = ("auto", "null-space", "projection", "baumgarte", "none")
 #: Step of methods that do not choose their own, in seconds; error of those that do, by step.
 STEP, RTOL = 1e-3, 1e-12
+#: Bodies and springs of which Taylor series are kept on the stack: some 30 kB each.
+MOST_SERIES = 16
 _NOTHING = np.zeros(1)
 
 
@@ -61,6 +63,19 @@ def order_of(rtol: float) -> int:
     return int(np.clip(np.ceil(1 - np.log(rtol) / 2), 4, HIGHEST_ORDER))
 
 
+def _check_series(made: Assembly) -> None:
+    """Raise `InputError` for what has no Taylor series here."""
+    why = ""
+    if made.called.functions:
+        why = "functions of users have none"
+    elif made.mode == "constrained" and len(made.bodies) > 1:
+        why = "bodies that hold each other have none here"
+    elif len(made.bodies) + len(made.springs) > MOST_SERIES:
+        why = f"those of more than {MOST_SERIES} bodies and springs would take too much room"
+    if why:
+        raise InputError(f"taylor makes series of the motion; {why}.", remedy="Use integrator='adaptive'")
+
+
 def check(value: str, known: tuple[str, ...], what: str) -> str:
     """A name of a list; -ise is -ize.
 
@@ -72,6 +87,23 @@ def check(value: str, known: tuple[str, ...], what: str) -> str:
     if value not in known:
         raise InputError(f"{value!r} is no {what}; there are: {', '.join(known)}.{suggest(value, known)}")
     return value
+
+
+def differentiable(integrator: str) -> str:
+    """The integrator of a run with sensitivities: one that has a chart.
+
+    Raises
+    ------
+    InputError
+        If the chosen one has none.
+    """
+    if integrator == "auto":
+        return "adaptive"
+    if INTEGRATORS[integrator] not in ("chart", "adaptive"):
+        raise InputError(
+            f"{integrator} carries no sensitivities.", remedy="Use integrator='auto', 'adaptive' or 'rkmk4'"
+        )
+    return integrator
 
 
 def splits(made: Assembly) -> bool:
@@ -108,4 +140,6 @@ def chosen(integrator: str, made: Assembly) -> str:
             "do not depend on its velocity.",
             remedy="Use integrator='adaptive', or another",
         )
+    if INTEGRATORS[integrator] == "taylor":
+        _check_series(made)
     return integrator

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from ..calls import call
 from ..codegen.errors import InputError
 from ..multivector import Multivector
+from .assembly import Frame
 from .bodies import RigidBody
+from .body_numbers import mass_matrix
 from .constraints import Constraint, Pin
 from .given import of_algebra
 from .layouts import layout_of, on_layout
 
 if TYPE_CHECKING:
     from ..algebras import Algebra
-    from .assembly import Frame
 
 Array = NDArray[Any]
 #: Shares of what pins take away that count as rounding.
@@ -27,8 +28,6 @@ NOISE = 1e-9
 
 def principal_frame(body: RigidBody, origin: Array) -> Frame:
     """At the centre of mass, along the principal axes."""
-    from .assembly import Frame
-
     own = body.algebra.motor_from_matrix(body.axes)
     return Frame(own, _pose(body, origin, own), body.moments)
 
@@ -37,7 +36,8 @@ def _pose(body: RigidBody, origin: Array, own: Multivector) -> Multivector:
     """Of the driver's frame, in a world with this origin: the place is subtracted before it is squared."""
     algebra = body.algebra
     turn = algebra.motor_from_matrix(body.rotation)
-    return (algebra.translator(body.position - origin) * turn * own).as_kind("motor", check=False)
+    pose: Multivector = algebra.translator(body.position - origin) * turn * own
+    return pose.as_kind("motor", check=False)
 
 
 def rates_of(x: Multivector, layout: str) -> Array:
@@ -67,8 +67,6 @@ def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[
     Of a batch the pins are the same in all bodies: so is the frame, but for a body that turns about a point, whose
     axes are its own principal ones.
     """
-    from .assembly import Frame, mass_matrix
-
     algebra = body.algebra
     objects = [of_algebra(c.body_object, algebra, "the body's object") for c in constraints if isinstance(c, Pin)]
     if any(x.shape for x in objects):
@@ -95,22 +93,23 @@ def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[
     moments = _moments(algebra, matrix)
     place = np.einsum("...ij,...j->...i", body.rotation, middle)
     origin = body.position + place
-    pose = (algebra.motor_from_matrix(body.rotation) * algebra.motor_from_matrix(algebra.matrix(own)[..., :3, :3])).as_kind(
-        "motor", check=False
-    )
+    pose = (
+        algebra.motor_from_matrix(body.rotation) * algebra.motor_from_matrix(algebra.matrix(own)[..., :3, :3])
+    ).as_kind("motor", check=False)
     return [Frame(own, pose, moments, allowed)], origin
 
 
 def _vectors(algebra: Algebra, rows: Array) -> tuple[Array, Array]:
     """w and v (m, 3) of twists w I3 + v n."""
     found = call(algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(rows)))
-    return tuple(v.values for v in found.values)  # type: ignore[return-value]
+    first, second = (v.values for v in found.values)
+    return first, second
 
 
 def is_turn(algebra: Algebra) -> Array:
     """Which coefficients of a twist are turns."""
     turns, _ = _vectors(algebra, np.eye(6))
-    return np.abs(turns).max(-1) > 0
+    return np.asarray(np.abs(turns).max(-1) > 0)
 
 
 def _center(algebra: Algebra, basis: Array) -> Array:
@@ -166,7 +165,7 @@ def _axes(turns: Array, ways: Array) -> Array:
 def _tensor(algebra: Algebra, matrix: Array) -> Array:
     """Inertia (..., 3, 3) about the frame's origin, of a mass matrix."""
     turns, _ = _vectors(algebra, np.eye(6))
-    return np.einsum("ia,...ij,jb->...ab", turns, matrix, turns)
+    return np.asarray(np.einsum("ia,...ij,jb->...ab", turns, matrix, turns))
 
 
 def _principal_axes(algebra: Algebra, matrix: Array) -> Array:

@@ -151,7 +151,9 @@ def _of_body(name: str, own: Record, of: str) -> Curve:
             axes = ("axis 1", "axis 2", "axis 3")
             return Curve(f"angular velocity{of}, body axes", units.angular_velocity, own.angular_velocity, axes)
         case "force":
-            return Curve(f"force of the constraints{of}", units.force, wrench_parts(own.reaction).force, ("x", "y", "z"))
+            return Curve(
+                f"force of the constraints{of}", units.force, wrench_parts(own.reaction).force, ("x", "y", "z")
+            )
         case _:
             moment = moment_about(own.reaction, own.position)
             return Curve(f"their moment about the centre{of}", units.moment, moment, ("x", "y", "z"))
@@ -242,6 +244,7 @@ def picture(
         drawn.draw(*record.sketch.objects, ax=ax, color=palette.GREY, size=OBJECT)
     for i, (label, color, points) in enumerate(paths(record)):
         drawn.paths(points[:: max(1, -(-len(points) // MOST))], ax, color, TRACE, None if i else box)
+        drawn.draw(points[-1:], ax=ax, color=color, size=TRACE)
         if label:
             drawing.picture_of(ax).handles.append(backend.line_class()([], [], color=color, label=plain(label)))
     if drawing.picture_of(ax).handles:

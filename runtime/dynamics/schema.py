@@ -52,6 +52,10 @@ def _name(text: str) -> str:
     return text
 
 
+def _label(text: str) -> str:
+    return text and _name(text)
+
+
 def _unit(text: str) -> str:
     if len(text) > MOST_OF_UNIT or not all(c.isalnum() or c in " /^.*%-" for c in text):
         raise ValueError(f"a unit has {MOST_OF_UNIT} letters, digits and / ^ . * % - at most")
@@ -72,6 +76,7 @@ def _one_of(text: str, known: Sequence[str]) -> str:
 Direction = Annotated[Vector, AfterValidator(_nonzero)]
 Place = Annotated[Any, AfterValidator(_place)]
 Name = Annotated[str, AfterValidator(_name)]
+Label = Annotated[str, AfterValidator(_label)]  # may be empty
 Unit = Annotated[str, AfterValidator(_unit)]
 Color = Annotated[str, AfterValidator(_color)]
 Integrator = Annotated[str, AfterValidator(lambda x: _one_of(x, ("auto", *INTEGRATORS)))]
@@ -386,6 +391,70 @@ class VirtualPowerTable(Held):
 AnyConstraint = Annotated[PinTable | IncidenceTable | VirtualPowerTable, Field(discriminator="kind")]
 
 
+# -- joints ----------------------------------------------------------------------------------------------------
+
+
+class Between(Table):
+    """A joint between two bodies; places and directions are those of the world at the start."""
+
+    a: Name
+    b: Name
+
+
+class SphericalTable(Between):
+    """Turning about a point."""
+
+    kind: Literal["spherical"]
+    point: Vector
+
+
+class RevoluteTable(Between):
+    """Turning about an axis."""
+
+    kind: Literal["revolute"]
+    point: Vector
+    axis: Direction
+
+
+class CylindricalTable(Between):
+    """Turning about an axis and sliding along it."""
+
+    kind: Literal["cylindrical"]
+    point: Vector
+    axis: Direction
+
+
+class PrismaticTable(Between):
+    """Sliding along an axis."""
+
+    kind: Literal["prismatic"]
+    point: Vector = (0.0, 0.0, 0.0)
+    axis: Direction
+
+
+class PlanarTable(Between):
+    """Sliding in a plane and turning about its normal."""
+
+    kind: Literal["planar"]
+    point: Vector
+    normal: Direction
+
+
+class UniversalTable(Between):
+    """Two axes at right angles, one of each body."""
+
+    kind: Literal["universal"]
+    point: Vector
+    axis_a: Direction
+    axis_b: Direction
+
+
+AnyJoint = Annotated[
+    SphericalTable | RevoluteTable | CylindricalTable | PrismaticTable | PlanarTable | UniversalTable,
+    Field(discriminator="kind"),
+]
+
+
 # -- the run and what is drawn ---------------------------------------------------------------------------------
 
 
@@ -402,6 +471,8 @@ class SimulationTable(Table):
     map: Chart = "exponential"
     stabilization: Stabilization | None = None
     stabilisation: Stabilization | None = None
+    baumgarte: Positive | None = None
+    project: bool = False
     algebra: Literal["cga3d", "pga3d"] = "cga3d"
 
     @model_validator(mode="after")
@@ -415,7 +486,7 @@ class TraceTable(OnBody):
     """A point of a body whose path is drawn and written."""
 
     point: Place
-    label: Name | None = None
+    label: Label | None = None
     color: Color | None = None
 
 
@@ -444,6 +515,7 @@ class FileTable(Table):
     bodies: list[BodyTable] = []
     loads: list[AnyLoad] = []
     constraints: list[AnyConstraint] = []
+    joints: list[AnyJoint] = []
     simulation: SimulationTable
     traces: list[TraceTable] = []
     picture: PictureTable = PictureTable()

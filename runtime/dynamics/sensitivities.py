@@ -18,7 +18,9 @@ from ..calls import call
 from ..codegen.errors import InputError, suggest
 from ..multivector import Multivector
 from . import loads as kinds_of_load
-from .assembly import BODY, PLACES, SPRING, Assembly, Row, mass_matrix, relative_pose
+from .assembly import Assembly, Row
+from .body_numbers import BODY, PLACES, SPRING, mass_matrix
+from .constraint_numbers import relative_pose
 from .constraints import Pin, VirtualPower
 from .functions import arity
 from .given import coefficients, of_algebra
@@ -26,6 +28,10 @@ from .layouts import on_layout
 from .pins import rates_of
 
 Array = NDArray[Any]
+REFUSED = (
+    "sensitivities are those of a start that obeys its constraints, at fixed times, computed in this process: they go "
+    "without project, events and executor."
+)
 _COMPONENT = re.compile(r"^(.*)\[(\d+)\]$")
 #: Singular values of what pins hold that count as zero, as shares of the largest.
 NOISE = 1e-9

@@ -17,6 +17,7 @@ from .constraints import Constraint
 from .events import Event, first_event
 from .given import finite, positive
 from .progress import told
+from .sensitivities import REFUSED, Directions, directions_of
 from .starts import check_pinned_twist, check_start
 from .system import System
 from .trajectory import Trajectory
@@ -92,6 +93,7 @@ class Simulation:
         progress: bool | Callable[[float], None] | None = None,
         executor: Executor | None = None,
         strict: bool = True,
+        sensitivities: Sequence[str] = (),
     ) -> Trajectory:
         """The motion over some time.
 
@@ -120,6 +122,8 @@ class Simulation:
             Shares a batch over workers; the same bits.
         strict : bool
             Raise if a single simulation cannot go on; of a batch each has its own ``status``.
+        sensitivities : sequence of str
+            Parameters whose gradients the trajectory's ``sensitivities`` hold: see docs/chapter6.md, "Gradients".
 
         Returns
         -------
@@ -136,8 +140,11 @@ class Simulation:
         duration = float(positive(duration, "the duration"))
         step = methods.STEP if step is None else float(positive(step, "the step"))
         stores = _times(duration, step, times)
-        made, method = self._prepared(duration, step, rtol, atol)
-        driver = self._driver(made, method)
+        made, method = self._prepared(duration, step, rtol, atol, bool(sensitivities))
+        asked = directions_of(made, self.loads, sensitivities, duration) if sensitivities else None
+        if asked is not None and (project or events or executor is not None):
+            raise InputError(REFUSED)
+        driver = self._driver(made, method, directions=asked.directions if asked else None)
         motors, twists = self._projected(made, duration) if project else start_of(made)
         if executor is not None:
             from .distributed import shared
@@ -148,7 +155,7 @@ class Simulation:
             driver.raise_error()
             check_start(run, project)
             message = _finish(run, progress, duration)
-        found = Trajectory(self, run)
+        found = Trajectory(self, run, places=asked.places if asked else None)
         found.message = "" if executor is not None else message
         if events:
             found = first_event(found, events)
@@ -157,7 +164,7 @@ class Simulation:
         return found
 
     def _prepared(
-        self, duration: float, step: float, rtol: float | None, atol: float | None
+        self, duration: float, step: float, rtol: float | None, atol: float | None, sensitivities: bool = False
     ) -> tuple[Assembly, methods.Method]:
         null_space = self.stabilization in ("auto", "null-space")
         made = assemble(self.bodies, self.names, self.loads, self.constraints, duration, null_space)
@@ -166,7 +173,8 @@ class Simulation:
                 "stabilization='null-space' is for pins of one body that never move.",
                 remedy="Use 'auto', 'projection' or 'baumgarte'",
             )
-        name = methods.chosen(self.integrator, made)
+        integrator = methods.differentiable(self.integrator) if sensitivities else self.integrator
+        name = methods.chosen(integrator, made)
         tolerance = methods.RTOL if rtol is None else float(positive(rtol, "rtol"))
         least = 0.0 if atol is None else float(positive(atol, "atol", zero=True))
         adaptive = methods.INTEGRATORS[name] not in methods.FIXED
@@ -185,15 +193,18 @@ class Simulation:
         frame = made.frames[0]
         motors = (~made.shift * motor * frame.own).as_kind("motor", check=False).values
         twists = (~frame.own >> twist).values
-        return motors[:, None], np.where(frame.allowed, twists, 0.0)[:, None]
+        return motors[:, None], np.where(np.asarray(frame.allowed), twists, 0.0)[:, None]
 
-    def _driver(self, made: Assembly, method: methods.Method, part: slice = slice(None)) -> engine.Driver:
+    def _driver(
+        self, made: Assembly, method: methods.Method, part: slice = slice(None), directions: Directions | None = None
+    ) -> engine.Driver:
         project = made.mode == "constrained" and self.stabilization in ("auto", "projection")
         rate = self.baumgarte if self.stabilization == "baumgarte" else 0.0
-        return engine.Driver(made, method, self.map, project, rate, part)
+        return engine.Driver(made, method, self.map, project, rate, part, directions)
 
     def __repr__(self) -> str:
-        return f"<Simulation of {len(self.bodies)} bodies, {len(self.loads)} loads, {len(self.constraints)} constraints>"
+        loads, held = len(self.loads), len(self.constraints)
+        return f"<Simulation of {', '.join(self.names)}; {loads} loads, {held} constraints>"
 
 
 def _times(duration: float, step: float, times: Any) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ..codegen.errors import InputError, suggest
 from ..kinematics.joints import Condition, Joint
@@ -52,7 +53,9 @@ class System:
         for name in (joint.a, joint.b):
             if name not in self.bodies and name != self.fixed:
                 known = [*self.bodies, self.fixed]
-                raise InputError(f"{joint.label}: there is no body {name!r}; there are: {', '.join(known)}.{suggest(name, known)}")
+                raise InputError(
+                    f"{joint.label}: there is no body {name!r}; there are: {', '.join(known)}.{suggest(name, known)}"
+                )
 
     def constraints(self) -> list[Constraint]:
         """What the joints are to the driver: objects of one body, pinned to another's."""
@@ -67,7 +70,10 @@ class System:
         against = None if b == self.fixed else b
         if product is None:
             return Pin(own, other, body=a, other=against)
-        linear = (lambda u: product(u, own)) if turned else (lambda u: product(own, u))
+
+        def linear(u: Multivector) -> Any:
+            return product(u, own) if turned else product(own, u)
+
         target = linear(self._in_body(a, y)) if condition.target is None else condition.target
         return PinLinear(linear, other, target, body=a, other=against)
 

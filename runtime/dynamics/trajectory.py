@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +13,19 @@ from ..codegen.errors import InputError, suggest
 from ..multivector import Multivector
 from . import engine
 from .bodies import RigidBody
+from .gradients import Sensitivities, Sensitivity
 from .loads import Gravity, Spring
 
 if TYPE_CHECKING:
     from .simulation import Simulation
 
 Array = NDArray[Any]
+
+
+#: How a simulation stands, by the driver's number (engine.py).
+STATUSES = (
+    "ok", "not finite", "step underflow", "rank changed", "function failed", "stopped", "event", "not solved",
+)  # fmt: skip
 
 
 class Trajectory:
@@ -43,6 +51,8 @@ class Trajectory:
         Kinetic, of gravity (zero at the world's origin) and of springs; of other loads there is none.
     violation : array (stores,)
         Largest error of a constraint's coefficients.
+    sensitivities : dict of str to `gradients.Sensitivity`
+        Derivatives with respect to the parameters that the run was asked for.
     steps : int or array (n,)
         Taken.
     status : array (n,) of str
@@ -51,8 +61,11 @@ class Trajectory:
     integrator : str
     """
 
-    def __init__(self, simulation: Simulation, run: engine.Run, body: int = 0) -> None:
+    def __init__(
+        self, simulation: Simulation, run: engine.Run, body: int = 0, places: dict[str, slice] | None = None
+    ) -> None:
         self._simulation, self._run, self._body = simulation, run, body
+        self._places = places or {}
         self._made = run.driver.made
         self._own: RigidBody = self._made.bodies[body]
         least = int(run.stored.min())
@@ -63,149 +76,168 @@ class Trajectory:
 
     @property
     def _single(self) -> bool:
-        return self._made.size == 1
+        return not self._made.batched
 
     def _array(self, values: Array) -> Array:
+        """What is stored of (simulations, stores, ...): of one simulation without the first axis."""
         chosen = values[:, self._cut]
-        return chosen[0] if self._single else chosen
+        return np.ascontiguousarray(chosen[0] if self._single else chosen)
+
+    def _over_time(self, values: Array, trailing: int = 0) -> Array:
+        """Numbers of simulations, (n, ...) or one for all, that go with states."""
+        return values if values.ndim == trailing or self._single else values[:, None]
 
     @property
     def bodies(self) -> dict[str, Trajectory]:
         """Trajectories of all bodies, by name."""
-        return {name: Trajectory(self._simulation, self._run, i) for i, name in enumerate(self._made.names)}
+        return {name: self[name] for name in self._made.names}
 
-    @property
+    def __getitem__(self, name: str) -> Trajectory:
+        """That of one body of a system."""
+        names = self._made.names
+        if name not in names:
+            raise InputError(f"there is no body {name!r}; there are: {', '.join(names)}.{suggest(name, names)}")
+        found = Trajectory(self._simulation, self._run, names.index(name), self._places)
+        found.message = self.message
+        return found
+
+    # -- states --------------------------------------------------------------------------------------------
+
     def _state(self) -> tuple[Multivector, Multivector]:
-        motors, twists = (self._run.motors[:, :, self._body], self._run.twists[:, :, self._body])
-        return self._made.to_user(self._body, np.ascontiguousarray(self._array(motors)), np.ascontiguousarray(self._array(twists)))
+        run, body = self._run, self._body
+        return self._made.to_user(body, self._array(run.motors[:, :, body]), self._array(run.twists[:, :, body]))
 
     @property
     def motor(self) -> Multivector:
-        return self._state[0]
+        """Takes the body's frame (origin at the centre of mass) to the world's."""
+        return self._state()[0]
 
     @property
     def twist(self) -> Multivector:
-        """In the body's frame (origin at the centre of mass)."""
-        return self._state[1]
+        """In the body's frame."""
+        return self._state()[1]
 
     def _matrix(self) -> Array:
-        """In the driver's world, of the body's frame."""
-        algebra = self._made.algebra
-        own = self._made.frames[self._body].own
-        motors = np.ascontiguousarray(self._array(self._run.motors[:, :, self._body]))
-        if own.shape:
-            own = own.reshape(own.shape[0], 1)
-        return algebra.matrix((algebra.wrap(algebra.kind("motor"), motors) * ~own).as_kind("motor", check=False))
+        """Of the body's frame in the driver's world, whose origin is near: places keep their digits."""
+        algebra, own = self._made.algebra, self._made.frames[self._body].own
+        motors = algebra.wrap(algebra.kind("motor"), self._array(self._run.motors[:, :, self._body]))
+        own = own if own.shape == () else own.reshape(-1, *[1] * (motors.ndim - 1))
+        return algebra.matrix((motors * ~own).as_kind("motor", check=False))
 
     @property
     def position(self) -> Array:
-        origin = self._made.origin
-        return self._matrix()[..., :3, 3] + (origin if origin.ndim == 1 else origin[:, None])
+        """Of the centre of mass, in the world."""
+        return self._matrix()[..., :3, 3] + self._over_time(self._made.origin, 1)
 
     @property
     def orientation(self) -> Array:
+        """Body to world."""
         return self._matrix()[..., :3, :3]
 
     def _velocities(self) -> tuple[Array, Array]:
-        found = call(self._made.algebra, "mechanics.screw_vectors", self.twist).values
-        return found[0].values, found[1].values
+        """Angular and linear, along the body's axes."""
+        angular, linear = call(self._made.algebra, "mechanics.screw_vectors", self.twist).values
+        return angular.values, linear.values
 
     @property
     def angular_velocity(self) -> Array:
+        """Along the body's axes."""
         return self._velocities()[0]
 
     @property
     def velocity(self) -> Array:
-        return np.einsum("...ij,...j->...i", self.orientation, self._velocities()[1])
+        """Of the centre of mass, in the world."""
+        found: Array = np.einsum("...ij,...j->...i", self.orientation, self._velocities()[1])
+        return found
+
+    # -- what follows --------------------------------------------------------------------------------------
 
     @property
     def momentum(self) -> Multivector:
-        made, body = self._made, self._own
-        motor, twist = self._state
-        place = self._run.driver.made
-        del place
-        mass = np.asarray(body.mass)[..., None] if np.ndim(body.mass) else body.mass
-        linear = np.asarray(mass)[..., None] * self.velocity
-        spin = self._tensor(self.angular_velocity)
-        angular = np.einsum("...ij,...j->...i", self.orientation, spin) + np.cross(self.position, linear)
-        algebra = made.algebra
-        moved: Multivector = call(algebra, "mechanics.screw_of", algebra.vector(linear, "p"), algebra.vector(angular, "L")).value
-        return moved
+        """In the world, moments about its origin."""
+        algebra, velocity = self._made.algebra, self.velocity
+        linear = self._over_time(self._own.mass)[..., None] * velocity
+        spin = np.einsum("...ij,...j->...i", self.orientation, self._spin(self.angular_velocity))
+        about = spin + np.cross(self.position, linear)
+        made: Multivector = call(
+            algebra, "mechanics.screw_of", algebra.vector(linear, "p"), algebra.vector(about, "L")
+        ).value
+        return made
 
-    def _tensor(self, omega: Array) -> Array:
+    def _spin(self, omega: Array) -> Array:
         """I w along the body's axes."""
         axes, moments = self._own.axes, self._own.moments
         tensor = np.einsum("...ij,...j,...kj->...ik", axes, moments, axes)
-        if tensor.ndim == 3:
-            tensor = tensor[:, None]
-        return np.einsum("...ij,...j->...i", tensor, omega)
+        found: Array = np.einsum("...ij,...j->...i", self._over_time(tensor, 2), omega)
+        return found
 
     @property
     def energy(self) -> Array:
-        total = np.zeros(())
-        for each in self.bodies.values():
-            total = total + each._kinetic() + each._potential()
-        return total + self._springs()
+        """Of all bodies: kinetic, of gravity (zero at the world's origin) and of springs."""
+        each = list(self.bodies.values())
+        total: Array = sum(own._kinetic() + own._potential() for own in each) + self._springs(each)
+        return total
 
     def _kinetic(self) -> Array:
         omega, v = self._velocities()
-        mass = np.asarray(self._own.mass)
-        found: Array = (mass[..., None] if mass.ndim else mass) * (v * v).sum(-1) / 2 + (omega * self._tensor(omega)).sum(-1) / 2
-        return found
+        turning = (omega * self._spin(omega)).sum(-1)
+        return np.asarray(self._over_time(self._own.mass) * (v * v).sum(-1) + turning) / 2
 
     def _potential(self) -> Array:
         gravity = sum((g.acceleration for g in self._simulation.loads if isinstance(g, Gravity)), np.zeros(3))
-        mass = np.asarray(self._own.mass)
-        gravity = gravity[:, None] if gravity.ndim == 2 else gravity
-        return -(mass[..., None] if mass.ndim else mass) * (self.position * gravity).sum(-1)
+        return np.asarray(-self._over_time(self._own.mass) * (self.position * self._over_time(gravity, 1)).sum(-1))
 
-    def _springs(self) -> Array:
-        total: Array = np.zeros(())
+    def _springs(self, bodies: Sequence[Trajectory]) -> Array:
+        total = np.zeros(())
         for spring in self._simulation.loads:
             if isinstance(spring, Spring):
-                ends = [self._place(spring.body, spring.point), self._place(spring.other, spring.anchor)]
-                gap = np.linalg.norm(ends[1] - ends[0], axis=-1)
-                parts = [x[:, None] if np.ndim(x) else x for x in (spring.stiffness, spring.length)]
-                total = total + parts[0] * (gap - parts[1]) ** 2 / 2
+                ends = [
+                    self._place(bodies, b, x) for b, x in ((spring.body, spring.point), (spring.other, spring.anchor))
+                ]
+                stretch = np.linalg.norm(ends[1] - ends[0], axis=-1) - self._over_time(spring.length)
+                total = total + self._over_time(spring.stiffness) * stretch**2 / 2
         return total
 
-    def _place(self, body: int | str | None, point: Array) -> Array:
-        point = point[:, None] if point.ndim == 2 else point
+    def _place(self, bodies: Sequence[Trajectory], body: int | str | None, point: Array) -> Array:
+        """A point of a body, or of the world, over time."""
+        point = self._over_time(point, 1)
         if body is None:
             return point
-        own = list(self.bodies.values())[body] if isinstance(body, int) else self.bodies[body]
-        return np.einsum("...ij,...j->...i", own.orientation, point) + own.position
+        own = bodies[self._made.which(body, "a spring")]
+        return np.asarray(np.einsum("...ij,...j->...i", own.orientation, point) + own.position)
 
     @property
     def reaction(self) -> Multivector:
+        """The wrench of all constraints on the body, in the world, moments about its origin."""
         made = self._made
-        rows = np.ascontiguousarray(self._array(self._run.reactions[:, :, self._body]))
+        rows = self._array(self._run.reactions[:, :, self._body])
         local = made.algebra.wrap(made.algebra.kind("twist"), rows)
-        shift = made.shift if made.shift.shape == () else made.shift.reshape(made.size, 1)
-        return shift >> local
+        return (made.shift if made.shift.shape == () else made.shift.reshape(-1, 1)) >> local
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives with respect to the parameters that the run was asked for, by name (`gradients.Sensitivity`)."""
+        return Sensitivities({name: Sensitivity(self, place) for name, place in self._places.items()})
 
     @property
     def violation(self) -> Array:
+        """Largest error of a constraint's coefficients, in the driver's world."""
         return self._array(self._run.violations)
 
     @property
     def steps(self) -> Any:
+        """Taken."""
         return int(self._run.steps[0]) if self._single else self._run.steps
 
     @property
     def status(self) -> Any:
-        names = np.array(["ok", "not finite", "step underflow", "rank changed", "function failed", "stopped", "event", "not solved"])
-        found = names[self._run.status]
+        """How it ended."""
+        found = np.array(STATUSES)[self._run.status]
         return str(found[0]) if self._single else found
-
-    def __getitem__(self, name: str) -> Trajectory:
-        """That of one body of a system."""
-        if name not in self._made.names:
-            raise InputError(f"there is no body {name!r}; there are: {', '.join(self._made.names)}.{suggest(name, self._made.names)}")
-        return Trajectory(self._simulation, self._run, self._made.names.index(name))
 
     def __len__(self) -> int:
         return len(self.time)
 
     def __repr__(self) -> str:
-        return f"<Trajectory: {len(self)} states to t = {self.time[-1] if len(self) else 0:.6g}, {self.integrator}, {self.steps} steps>"
+        end = self.time[-1] if len(self) else 0.0
+        return f"<Trajectory: {len(self)} states to t = {end:.6g}, {self.integrator}, {self.steps} steps>"

@@ -156,7 +156,8 @@ class Revolute(Joint):
     mobility = 1
 
     def __post_init__(self) -> None:
-        _named(self, [("the geometry", self.geometry), *([("the point", self.point)] if self.point is not None else [])])
+        objects = [("the geometry", self.geometry), ("the point", self.point)]
+        _named(self, objects[: 1 if self.point is None else 2])
         if self.point is None:
             _of_kind(self, self.geometry, ("circle", "point_pair"), "the geometry")
         else:
@@ -189,8 +190,8 @@ class Prismatic(Joint):
         if left != 1:
             raise InputError(
                 f"{self.label}: these two objects leave a mobility of {left}, not of 1.",
-                remedy="Give two distinct parallel lines, a line and a plane along it, a line and another direction, or two "
-                "planes that are not parallel",
+                remedy="Give two distinct parallel lines, a line and a plane along it, a line and another direction, "
+                "or two planes that are not parallel",
             )
 
     def conditions(self) -> list[Condition]:
@@ -219,7 +220,7 @@ class Universal(Joint):
             raise InputError(f"{self.label}: the centres of the circles are {gap:.3g} apart; they are one.")
         cosine = float(circles[0].normal @ circles[1].normal)
         if abs(cosine) > 1e-9:
-            raise InputError(f"{self.label}: the planes of the circles are not at right angles; the cosine is {cosine:.3g}.")
+            raise InputError(f"{self.label}: the circles' planes are not at right angles; the cosine is {cosine:.3g}.")
 
     def conditions(self) -> list[Condition]:
         algebra = self.circle_a.algebra

@@ -3,7 +3,7 @@
    mass or length is as good as another. */
 
 typedef struct {
-  int rows, rank;
+  int rows, rank, excess;            /* whether rows are left that say something new, beyond the most directions */
   double matrix[BS_ROWS][BS_SIZE];   /* on twists */
   double right[BS_ROWS], errors[BS_ROWS], rates[BS_ROWS];
   double sizes[BS_ROWS];             /* of what errors are made of */
@@ -14,8 +14,9 @@ typedef struct {
   int order[BS_RANK];                /* which row each direction came from */
 } FN(system);
 
-/* Directions of the rows; weights are roots of the metric's inverse. */
-static void FN(factor)(FN(system) *s, const double *weights, double tolerance)
+/* Directions of the rows, `limit` at most unless that is zero; weights are roots of the metric's inverse. Stages of a step
+   are a little off the constraints, where rows that say the same begin to differ: no more directions than there were. */
+static void FN(factor)(FN(system) *s, const double *weights, double tolerance, int limit)
 {
   static const int most = BS_SIZE < BS_ROWS ? BS_SIZE : BS_ROWS;
   double left[BS_ROWS][BS_SIZE], share[BS_ROWS][BS_RANK], norms[BS_ROWS], most_of_all = 0;
@@ -32,7 +33,7 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance)
     norms[i] = s->scale[i] > BS_NO_MOTION * most_of_all;
     for (int j = 0; norms[i] > 0 && j < BS_SIZE; j++) left[i][j] /= s->scale[i];
   }
-  s->rank = 0;
+  s->rank = s->excess = 0;
   while (s->rank < most) {
     int best = -1;
     const int k = s->rank;
@@ -52,6 +53,10 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance)
     if (!(s->upper[k][k] > tolerance)) {
       norms[best] = 0;
       continue;
+    }
+    if (limit && k == limit) {
+      s->excess = 1;
+      break;
     }
     for (int j = 0; j < BS_SIZE; j++) q[j] /= s->upper[k][k];
     s->order[k] = best;

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 DIGITS = 30
-#: Numbers of the power series are integers over 2^BITS: 38 digits after the point.
-BITS = 128
+#: Numbers of the power series are integers over 2^BITS: 33 digits after the point.
+BITS = 112
 #: Terms of the series; a step is so long that the last one is 2^-TAIL of the largest state.
-TERMS, TAIL = 44, 118
+TERMS, TAIL = 44, 104
 
 
 def context() -> Any:

@@ -16,15 +16,16 @@ from . import exact_motions
 Array = NDArray[Any]
 #: Orientations that are further off, in radians, or velocities, relatively, count as lost.
 LOST = 0.1
-GRAVITY = np.array([0.0, 0.0, -9.81])
+GRAVITY, SPHERE = np.array([0.0, 0.0, -9.81]), 0.7
 #: Integrators that take steps of one size, in how many steps, and those that choose their own, with which tolerances.
 FEW, MANY = (60, 250, 1000), (250, 1000, 4000)
 STEPS = {
     "rk4": MANY, "rkmk4": MANY, "cf4": MANY, "midpoint": MANY, "strang": MANY, "blanes-moan": FEW, "yoshida6": FEW,
 }  # fmt: skip
 TOLERANCES = (1e-5, 1e-8, 1e-11)
-#: How often each motion is computed at once, so that the cost of the call is shared: where one takes little, and much.
-COPIES, FEW_COPIES = 25, 4
+#: How often each motion is computed at once, so that the cost of the call is shared: where one takes little, where
+#: nobody knows, and where one takes much.
+COPIES, AUTO_COPIES, FEW_COPIES = 60, 8, 2
 
 
 @dataclass(frozen=True)
@@ -40,16 +41,19 @@ class Motions:
     duration : float
     arm : array (n, 3)
         From the point that stays to the centre of mass, in the body. Zero for a free body.
-    held : {"", "point", "line", "points"}
-        What of the body stays: nothing, a point, the line along its second axis, or two points of it.
+    held : {"", "point", "line", "points", "sphere"}
+        What of the body stays: nothing, a point, the line along its second axis, or two points of it; or a point stays
+        on a sphere about ``place`` (of radius `SPHERE`).
     gap : float
         Between those two points.
     place : array (3,)
         Of the point that stays, in the world.
+    stabilization : str
+        How what stays is kept.
     step : float, optional
-        Where it is not one that divides the duration: of sweeps, in which steps do not get finer.
-    chosen : dict
-        What "auto" took, put there by it: setting to integrator.
+        Of integrators that do not choose their own: they have no other settings then.
+    chosen : set
+        What "auto" took, put there by it.
     """
 
     mass: Array
@@ -61,8 +65,9 @@ class Motions:
     held: str = ""
     gap: float = 0.0
     place: Array = field(default_factory=lambda: np.zeros(3))
+    stabilization: str = "auto"
     step: float | None = None
-    chosen: dict[str, str] = field(default_factory=dict)
+    chosen: set[str] = field(default_factory=set)
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -76,6 +81,8 @@ class Motions:
             return [dynamics.Pin(cga3d.line(point[0], (0.0, 1.0, 0.0)))]
         if self.held == "points":
             return [dynamics.Pin(cga3d.point(point[0] + side * self.gap * np.array([0, 0.5, 0]))) for side in (-1, 1)]
+        if self.held == "sphere":
+            return [dynamics.Incidence(cga3d.point(point[0]), cga3d.sphere(self.place, SPHERE))]
         return [dynamics.Pin(cga3d.point(point[0]))] if self.held else []
 
     def simulation(self, copies: int = 1, **options: Any) -> Any:
@@ -87,9 +94,11 @@ class Motions:
         )
         velocity = np.einsum("nij,nj->ni", rotation, np.cross(spin, arm))
         position = self.place + np.einsum("nij,nj->ni", rotation, arm)
+        if self.held == "sphere":
+            position = position + SPHERE * np.array([1.0, 0.0, 0.0])
         body = dynamics.RigidBody(mass, moments, position, rotation, velocity, spin)
         loads = [dynamics.Gravity(GRAVITY)] if self.held else []
-        return dynamics.Simulation(body, loads, self.constraints(copies), **options)
+        return dynamics.Simulation(body, loads, self.constraints(copies), **{"stabilization": self.stabilization, **options})
 
 
 @dataclass(frozen=True)
@@ -111,58 +120,88 @@ def states(trajectory: Any, count: int) -> States:
                     for p, s in zip(last, singles, strict=True)))  # fmt: skip
 
 
-def integrate(
-    inputs: Motions, setting: Any, *, integrator: str, copies: int = 1, stabilization: str = "auto", **options: Any
-) -> States | None:
-    """The states at the end: a setting of one and more is a number of steps, one below a tolerance; None is default."""
-    from ...dynamics.methods import INTEGRATORS
+def integrate(inputs: Motions, setting: Any, *, copies: int = 1, **options: Any) -> States | None:
+    """The states at the end.
 
-    is_split = INTEGRATORS.get(integrator) == "composition"
-    if is_split and inputs.held not in ("", "point"):
-        return None
-    if setting == "step":
-        options["step"] = inputs.step
+    A setting of one and more is a number of steps, one below a tolerance. None stands for what users get who say
+    nothing; on motions that have a step of their own it is that step, and there are no other settings. Options are
+    those of simulations; of what they are not made for there are no states.
+    """
+    run: dict[str, Any] = {}
+    integrator = options["integrator"]
+    if inputs.step is None:
+        if setting is None and integrator != "auto":
+            return None
+        if setting is not None:
+            run = {"step": inputs.duration / setting} if setting >= 1 else {"rtol": setting}
     elif setting is not None:
-        options |= {"step": inputs.duration / setting} if setting >= 1 else {"rtol": setting}
-    simulation = inputs.simulation(copies, integrator=integrator, stabilization=stabilization)
-    trajectory = simulation.run(inputs.duration, times=[inputs.duration], threads=1, strict=False, **options)
+        return None
+    elif integrator in STEPS:
+        run = {"step": inputs.step}
+    trajectory = ran(inputs.simulation(copies, **options), inputs.duration, [inputs.duration], **run)
+    if trajectory is None:
+        return None
     if integrator == "auto":
-        inputs.chosen[str(setting or "default")] = trajectory.integrator
+        inputs.chosen.add(trajectory.integrator)
     return states(trajectory, len(inputs))
 
 
-def methods(most: int) -> tuple[Method, ...]:
-    """"auto" at its default, and all integrators that there are, at several settings, on so many bodies."""
+def ran(simulation: Any, duration: float, times: Any, **run: Any) -> Any:
+    """Its trajectory; None where the integrator or the way to keep constraints is not made for it."""
+    from ...errors import InputError
+
+    try:
+        return simulation.run(duration, times=times, threads=1, strict=False, **run)
+    except InputError:
+        if simulation.integrator == "auto" and simulation.stabilization == "auto":
+            raise
+        return None
+
+
+def methods(most: int, copies: int = COPIES, few: int = FEW_COPIES) -> tuple[Method, ...]:
+    """All integrators that there are, at several settings, and "auto", on so many bodies, each as often at once.
+
+    "auto" is last: what it takes is compiled by then.
+    """
     from ...dynamics.methods import INTEGRATORS
 
     found = []
-    for name in ("auto", *INTEGRATORS):
-        knob, settings, copies = "tolerance", TOLERANCES, COPIES
+    for name in INTEGRATORS:
+        knob, settings, own = "tolerance", (None, *TOLERANCES), copies
         if name in STEPS:
-            knob, settings, copies = "steps", STEPS[name], FEW_COPIES
-        elif name == "auto":
-            knob, settings, copies = "", (None,), FEW_COPIES
-        run = partial(integrate, integrator=name, copies=copies)
-        found.append(Method(name, run, knob, settings, most=most, repeats=1, copies=copies))
-    return tuple(found)
+            knob, settings, own = "steps", (None, *STEPS[name]), few
+        run = partial(integrate, integrator=name, copies=own)
+        found.append(Method(name, run, knob, settings, most=most, repeats=1, copies=own))
+    run = partial(integrate, integrator="auto", copies=AUTO_COPIES)
+    return (*found, Method("auto", run, most=most, repeats=0, copies=AUTO_COPIES))
 
 
 # -- truth -------------------------------------------------------------------------------------------------
 
 
 def truth(inputs: Motions) -> States:
-    """With 30 digits: elliptic functions where there are any, power series otherwise."""
+    """With 30 digits: elliptic functions where there are any, power series otherwise. Remembered, for it takes long."""
+    arrays = (inputs.mass, inputs.moments, inputs.spin, inputs.rotation, inputs.arm)
+    key = (*(x.tobytes() for x in arrays), inputs.duration, inputs.held)
+    if key not in _KNOWN:
+        _KNOWN[key] = _turned(inputs)
+    turn, spin = _KNOWN[key]
+    return States(turn, spin, inputs.place + np.einsum("nij,nj->ni", turn, inputs.arm))
+
+
+#: Orientations and velocities of motions that were asked for.
+_KNOWN: dict[Any, tuple[Array, Array]] = {}
+
+
+def _turned(inputs: Motions) -> tuple[Array, Array]:
     if inputs.held in ("line", "points"):
-        turn, spin = _about_line(inputs)
-    elif inputs.held:
-        turn, spin = exact_motions.turning(
+        return _about_line(inputs)
+    if inputs.held:
+        return exact_motions.turning(
             inputs.mass, inputs.moments, inputs.arm, GRAVITY, inputs.rotation, inputs.spin, inputs.duration
         )
-    else:
-        parts = [exact_motions.free_top(i, w, inputs.duration) for i, w in zip(inputs.moments, inputs.spin, strict=True)]
-        turn = inputs.rotation @ np.stack([p[0] for p in parts])
-        spin = np.stack([p[1] for p in parts])
-    return States(turn, spin, inputs.place + np.einsum("nij,nj->ni", turn, inputs.arm))
+    parts = [exact_motions.free_top(i, w, inputs.duration) for i, w in zip(inputs.moments, inputs.spin, strict=True)]
+    return inputs.rotation @ np.stack([p[0] for p in parts]), np.stack([p[1] for p in parts])
 
 
 def _about_line(inputs: Motions) -> tuple[Array, Array]:
@@ -199,7 +238,7 @@ def error(answer: States, exact: States, inputs: Motions) -> Errors:
 
 def describe(inputs: Motions, i: int) -> str:
     """One body, and what "auto" takes for it."""
-    chosen = ", ".join(sorted(set(inputs.chosen.values())))
+    chosen = ", ".join(sorted(inputs.chosen))
     auto = f"; auto takes {chosen}" if chosen else ""
     return f"moments {_told(inputs.moments[i])}, spin {_told(inputs.spin[i])}, arm {_told(inputs.arm[i])}{auto}"
 

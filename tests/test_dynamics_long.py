@@ -1,0 +1,222 @@
+"""A million steps; bodies that are far away, tiny, heavy; and batches, which are single runs side by side."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from bladesmith import cga3d as cga
+from bladesmith import dynamics
+from bladesmith import pga3d as pga
+
+from .dynamics_conditions import unit
+from .dynamics_support import ALGEBRAS, FULL
+from .test_dynamics_references import simulation
+from .top_references import TOPS
+
+EACH_ALGEBRA = pytest.mark.parametrize("algebra", ALGEBRAS.values(), ids=ALGEBRAS)
+GRAVITY = dynamics.Gravity([0.0, 0.0, -9.81])
+
+# -- a million steps -------------------------------------------------------------------------------------------
+
+
+def stores(duration, count=101):
+    return np.linspace(0, duration, count)
+
+
+def drift(values):
+    """Largest departure from the start, as a share of the start's size."""
+    return np.abs(values - values[0]).max() / np.abs(values[0]).max()
+
+
+def kinetic(found):
+    """Energy without what gravity adds: what a share of the energy is measured by."""
+    return np.abs(found.energy[0])
+
+
+@pytest.mark.parametrize(("name", "algebra"), [("cuboid", pga), ("heavy top", cga), ("lopsided top", pga)])
+def test_energy_stays_over_a_million_steps(name, algebra):
+    """At the default settings, h = 1e-3; and the second half is no worse than the first: no trend."""
+    found = simulation(TOPS[name], algebra).run(1000.0, times=stores(1000.0))
+    assert found.steps == 1_000_000
+    assert drift(found.energy) <= 1e-8
+    assert found.violation.max() <= 1e-12
+    momentum = dynamics.screw_coordinates(found.momentum)
+    if name == "cuboid":
+        assert drift(momentum) <= 1e-12
+    else:  # about the vertical through the pin
+        vertical = np.array(TOPS[name].gravity) / np.linalg.norm(TOPS[name].gravity)
+        assert drift(momentum[:, 3:] @ vertical) <= 1e-11
+
+
+HELD = {
+    "line": (cga, lambda a: [a.line([0.3, 0.0, 0.5], [0.6, 0.0, 0.8])], "rk4"),
+    "circle": (cga, lambda a: [a.circle([0.3, 0.0, 0.5], [0.6, 0.0, 0.8], 0.7)], "rk4"),
+    "point": (pga, lambda a: [a.point([0.3, 0.0, 0.5])], "rkmk4"),
+    "plane": (pga, lambda a: [a.plane([0.6, 0.0, 0.8], 0.4)], "rk4"),
+    "two points": (pga, lambda a: [a.point([0.3, 0.0, 0.5]), a.point([0.1, 0.4, 0.5])], "cf4"),
+    "point pair": (cga, lambda a: [a.point_pair([0.3, 0.0, 0.5], [0.1, 0.4, 0.5])], "midpoint"),
+    "sphere": (cga, lambda a: [a.sphere([0.3, 0.0, 0.5], 0.7)], "blanes-moan"),
+}
+
+
+@pytest.mark.parametrize("name", HELD if FULL else ["two points"])
+def test_pins_hold_over_a_million_steps(name):
+    """Steps of 0.1 ms, so that integrators without a memory keep their energy too; the plane falls, and stops nowhere."""
+    algebra, objects, integrator = HELD[name]
+    steps = 1_000_000 if FULL else 200_000
+    turn = Rotation.from_rotvec([0.5, 1.0, 0.3]).as_matrix()
+    body = dynamics.RigidBody(2.0, [1.0, 2.0, 2.5], [1.0, 2.0, 3.0], turn, algebra=algebra)
+    pins = [dynamics.Pin(x) for x in objects(algebra)]
+    found = dynamics.Simulation(body, [GRAVITY], pins, integrator).run(
+        steps * 1e-4, step=1e-4, times=stores(steps * 1e-4)
+    )
+    place = max(1.0, np.abs(found.position).max())  # coefficients grow with the way
+    assert found.violation.max() <= 1e-12 * place
+    assert drift(found.energy) <= (1e-6 if integrator == "midpoint" else 1e-9)
+
+
+# -- sizes and places ------------------------------------------------------------------------------------------
+#
+# The same motion, of a body whose lengths are s times as long, whose mass is m times as much, and that is elsewhere:
+# places differ by s and the way, forces by s m, moments by s^2 m. Errors are shares of the body's own size.
+
+SCALES = {
+    "far away": (1.0, 1.0, [6e3, -7e3, 4e3]),
+    "a micrometre": (1e-6, 1.0, [0.0, 0.0, 0.0]),
+    "a micrometre of a picogram": (1e-6, 1e-15, [1e-3, 0.0, 2e-3]),
+    "ten tons of a millimetre": (1e-3, 1e4, [0.0, 0.0, 0.0]),
+    "a planet": (1e6, 1e20, [0.0, 0.0, 0.0]),
+}
+P, Q = np.array([0.2, 0.1, 0.6]), np.array([-0.3, 0.4, 0.5])
+AXIS = unit(np.array([1.0, 2.0, 2.0]))
+TURN = Rotation.from_rotvec([0.5, 1.0, 0.3]).as_matrix()
+
+
+def free(a, s, at):
+    return [], np.array([0.3, -0.2, 0.1]), np.array([0.5, 2.0, -1.0])
+
+
+def on_point(a, s, at):
+    spin = np.array([0.5, 2.0, -1.0])
+    return [dynamics.Pin(a.point(s * P))], -TURN @ np.cross(spin, P), spin
+
+
+def on_line(a, s, at):
+    return [dynamics.Pin(a.line(s * P, AXIS))], -TURN @ np.cross(2 * AXIS, P), 2 * AXIS
+
+
+def on_two_points(a, s, at):
+    axis = unit(Q - P)
+    pins = [dynamics.Pin(a.point(s * P)), dynamics.Pin(a.point(s * Q))]
+    return pins, -TURN @ np.cross(2 * axis, P), 2 * axis
+
+
+def on_sphere(a, s, at):
+    """A point of the body on a sphere about a place beside it; both velocities zero."""
+    center = TURN @ P + np.array([0.0, 0.6, 0.8])
+    return [dynamics.Incidence(a.point(s * P), a.sphere(at + s * center, s * 1.0))], np.zeros(3), np.zeros(3)
+
+
+def on_plane(a, s, at):
+    normal = unit(np.array([1.0, 0.0, 2.0]))
+    spin = np.array([0.5, 2.0, -1.0])
+    rate = TURN @ np.cross(spin, P)
+    plane = a.plane(normal, normal @ (at + s * TURN @ P))
+    return [dynamics.Incidence(a.point(s * P), plane)], -normal * (normal @ rate), spin
+
+
+def on_a_path(a, s, at):
+    """A point that is shaken."""
+    pin = TURN @ P
+    spin = np.array([0.5, 2.0, -1.0])
+    shake = np.array([0.1, 0.05, 0.2])
+
+    def path(t):
+        return a.point(at + s * (pin + shake * np.sin(3 * t)))
+
+    return [dynamics.PinPath(a.point(s * P), path)], 3 * shake - TURN @ np.cross(spin, P), spin
+
+
+def motion(algebra, held, s, m, at):
+    """Turns, places of the centre of mass as shares of the size, forces and moments about it in units of the body."""
+    at = np.asarray(at)
+    pins, velocity, spin = held(algebra, s, at)
+    body = dynamics.RigidBody(
+        2.0 * m, m * s**2 * np.array([1.0, 1.5, 2.0]), at, TURN, s * velocity, spin, algebra=algebra
+    )
+    found = dynamics.Simulation(body, [dynamics.Gravity([0.0, 0.0, -9.81 * s])], pins).run(1.0, times=[0.0, 0.5, 1.0])
+    reaction = dynamics.screw_coordinates(found.reaction)
+    away = (found.position - at) / s
+    moment = reaction[:, 3:] - np.cross(found.position, reaction[:, :3])
+    return found.orientation, away, reaction[:, :3] / (m * s), moment / (m * s * s)
+
+
+CASES = [
+    ("free", free, pga), ("point", on_point, cga), ("line", on_line, cga), ("two points", on_two_points, pga),
+    ("sphere", on_sphere, cga), ("plane", on_plane, pga), ("path", on_a_path, pga),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "held", "algebra"), CASES, ids=[c[0] for c in CASES])
+def test_size_mass_and_place_change_nothing(name, held, algebra):
+    turn, place, force, moment = motion(algebra, held, 1.0, 1.0, np.zeros(3))
+    for what, (s, m, at) in SCALES.items():
+        shifted = np.abs(at).max() / s
+        found = motion(algebra, held, s, m, at)
+        digits = 1e-9 + 4e-16 * shifted  # what a place that far away can say of the body at all
+        assert np.abs(found[0] - turn).max() < digits, what
+        assert np.abs(found[1] - place).max() < digits, what
+        assert np.abs(found[2] - force).max() < 100 * digits, what
+        assert np.abs(found[3] - moment).max() < 100 * digits * (1 + shifted * np.abs(force).max()), what
+
+
+# -- batches ---------------------------------------------------------------------------------------------------
+
+
+def batch(n, algebra):
+    rng = np.random.default_rng(5)
+    turns = Rotation.random(n, random_state=5).as_matrix()
+    return {
+        "mass": rng.uniform(1, 2, n), "inertia": rng.uniform(1.0, 1.9, (n, 3)), "position": rng.normal(size=(n, 3)),
+        "orientation": turns, "angular_velocity": rng.normal(size=(n, 3)),
+    }  # fmt: skip
+
+
+def arrays(found):
+    return [found.motor.values, found.twist.values, found.reaction.values, found.violation, found.energy, found.position]
+
+
+@pytest.mark.parametrize(
+    ("objects", "integrator", "how"),
+    [
+        ([], "auto", "auto"),
+        ([], "rk4", "auto"),
+        (["point"], "auto", "auto"),
+        (["line"], "auto", "auto"),
+        (["point"], "auto", "projection"),
+        (["plane", "point"], "rkmk4", "projection"),
+    ],
+)
+def test_a_batch_is_its_single_runs_bit_for_bit(objects, integrator, how):
+    n, algebra, time = 5, pga, 0.2
+    numbers = batch(n, algebra)
+    if objects:  # at rest, so that every pin finds it so
+        numbers["angular_velocity"] = np.zeros((n, 3))
+    pins = [dynamics.Pin({"point": algebra.point(P), "line": algebra.line(P, AXIS), "plane": algebra.plane(AXIS, AXIS @ P)}[x])
+            for x in objects]  # fmt: skip
+
+    def run(**given):
+        body = dynamics.RigidBody(**given, algebra=algebra)
+        loads = [GRAVITY, dynamics.Spring([0.1, 0.2, 0.3], [1.0, 0.0, 0.0], 3.0, 0.5)]
+        held = dynamics.Simulation(body, loads, pins, integrator, stabilization=how)
+        return [held.run(time, times=[0.0, 0.1, time], threads=threads) for threads in (1, 2)]
+
+    one, two = (arrays(x) for x in run(**numbers))
+    for a, b in zip(one, two, strict=True):
+        assert np.array_equal(a, b)
+    for i in range(n):
+        alone, _ = run(**{key: value[i] for key, value in numbers.items()})
+        for a, b in zip(one, arrays(alone), strict=True):
+            assert np.array_equal(a[i], b), (i, np.abs(a[i] - b).max())
