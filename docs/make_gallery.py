@@ -1,4 +1,4 @@
-"""Makes the pictures of gallery.md (from its examples), chapter4.md and chapter5.md (from their examples), shrunk.
+"""Makes the pictures of gallery.md (from its examples), and of chapters 4, 5 and 6 (from their examples), shrunk.
 
 python docs/make_gallery.py [--only NAME ...]
 """
@@ -19,8 +19,10 @@ PAGE = Path(__file__).resolve().parent / "gallery.md"
 FOLDER = PAGE.parent / "images" / "gallery"
 CHAPTER4 = PAGE.parent / "images" / "chapter4"
 CHAPTER5 = PAGE.parent / "images" / "chapter5"
+CHAPTER6 = PAGE.parent / "images" / "chapter6"
 SCENES = PAGE.parent.parent / "examples" / "chapter4" / "render.py"
 FIGURES = PAGE.parent.parent / "examples" / "chapter5" / "figures.py"
+MOTIONS = PAGE.parent.parent / "examples" / "chapter6" / "figures.py"
 #: A page of many pictures should load quickly.
 MOST_BYTES = 120 * 1024
 COLORS = 256
@@ -67,7 +69,7 @@ def main() -> None:
     only = parser.parse_args().only
     with tempfile.TemporaryDirectory() as folder:
         places = {}
-        for script, target in ((SCENES, CHAPTER4), (FIGURES, CHAPTER5)):
+        for script, target in ((SCENES, CHAPTER4), (FIGURES, CHAPTER5), (MOTIONS, CHAPTER6)):
             made = Path(folder, target.name)
             subprocess.run([sys.executable, str(script), "--out", str(made)], check=True)
             places[target] = sorted(made.glob("*.png"))

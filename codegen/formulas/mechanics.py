@@ -344,6 +344,17 @@ def held_rates(r: Multivector, omega: Multivector, v: Multivector) -> tuple[Resu
     return moved_rates(u), turned_rate(u, omega)
 
 
+def relation(
+    r: Multivector, omega: Multivector, s: Multivector, psi: Multivector
+) -> tuple[Result, Result, Result, Result]:
+    """A body as another one sees it: ~S R, its twist there, the bracket of the other's twist with that, `adjoint`."""
+    motor = ~s * r
+    carried = seen(motor, psi)
+    own = omega - carried
+    bend = _row(bracket(carried, own), omega, "bend")
+    return named("motor", motor), _row(own, omega, "own"), bend, adjoint(motor)
+
+
 def held_power(r: Multivector, v: Multivector) -> Result:
     """Power of a wrench of the world on each unit twist of the body."""
     return row(covector(seen(r, v)), "power")

@@ -32,8 +32,11 @@ def series_values(needs: Needs) -> dict[str, Any]:
     held = [_held(needs, name) for name in needs.layouts] if needs.mode == "constrained" else []
     if held and "twist" in needs.layouts:
         held.append(_series(needs, "powered", ("v",), (mechanics.held_power, "motor, twist")))
+    joint = [_series(needs, "relation", (), (mechanics.relation, "motor, twist, motor, twist"))]
+    joint = joint if held and needs.bodies > 1 else []
     return {
-        "series": [*made, *held],
+        "series": [*made, *held, *joint],
+        "joint_work": joint[0].work if joint else 0,
         "constraint_work": max([1, *(f.work for f in held)]),
         "constraints": needs.constraints,
         "order": HIGHEST_ORDER,
@@ -44,7 +47,9 @@ def series_values(needs: Needs) -> dict[str, Any]:
     }
 
 
-def _series(needs: Needs, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]) -> SeriesFunction:
+def _series(
+    needs: Needs, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]
+) -> SeriesFunction:
     kernels = [traced(Declared(f, tuple(kinds.split(", ")), "", needs.algebra)) for f, kinds in formulas]
     return series_function(name, kernels, still)
 
@@ -61,7 +66,7 @@ def _tumbling(needs: Needs) -> SeriesFunction:
 
 def _motion(needs: Needs) -> SeriesFunction:
     """A motor's rate, and the wrenches on its body."""
-    loads = {
+    loads: dict[str, tuple[Callable[..., Any], str]] = {
         "gravity": (mechanics.pull, "motor, position, position"),
         "world_wrench": (mechanics.carried, "motor, twist"),
         "drag": (mechanics.drag, "twist, position, number, number"),

@@ -17091,3 +17091,815 @@ BS_INLINE void FN(cga3d_pair_middle_half_point_pair)(V *RESTRICT middle, V *REST
   half[2] = -pair_e3no * t4; /* e3 */
   status[0] = t9; /* 1 */
 }
+
+/* cga3d_screw_of_euclidean_euclidean: a I3 + b n of two vectors. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_screw_of_euclidean_euclidean)(V *RESTRICT out, const V *RESTRICT first_in, const V *RESTRICT second_in)
+{
+  const V first_e1 = first_in[0];
+  const V first_e2 = first_in[1];
+  const V first_e3 = first_in[2];
+  const V second_e1 = second_in[0];
+  const V second_e2 = second_in[1];
+  const V second_e3 = second_in[2];
+  out[0] = first_e3; /* e12 */
+  out[1] = -first_e2; /* e13 */
+  out[2] = second_e1; /* e1ni */
+  out[3] = first_e1; /* e23 */
+  out[4] = second_e2; /* e2ni */
+  out[5] = second_e3; /* e3ni */
+}
+
+/* cga3d_screw_vectors_twist: a and b of a I3 + b n. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_screw_vectors_twist)(V *RESTRICT first, V *RESTRICT second, const V *RESTRICT screw_in)
+{
+  const V screw_e12 = screw_in[0];
+  const V screw_e13 = screw_in[1];
+  const V screw_e1ni = screw_in[2];
+  const V screw_e23 = screw_in[3];
+  const V screw_e2ni = screw_in[4];
+  const V screw_e3ni = screw_in[5];
+  first[0] = screw_e23; /* e1 */
+  first[1] = -screw_e13; /* e2 */
+  first[2] = screw_e12; /* e3 */
+  second[0] = screw_e1ni; /* e1 */
+  second[1] = screw_e2ni; /* e2 */
+  second[2] = screw_e3ni; /* e3 */
+}
+
+/* cga3d_wrench_at_euclidean_euclidean: f I3 + (p x f) n. 6 mul, 3 add. */
+BS_INLINE void FN(cga3d_wrench_at_euclidean_euclidean)(V *RESTRICT out, const V *RESTRICT force_in, const V *RESTRICT position_in)
+{
+  const V force_e1 = force_in[0];
+  const V force_e2 = force_in[1];
+  const V force_e3 = force_in[2];
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  out[0] = force_e3; /* e12 */
+  out[1] = -force_e2; /* e13 */
+  out[2] = force_e3 * position_e2 - force_e2 * position_e3; /* e1ni */
+  out[3] = force_e1; /* e23 */
+  out[4] = -(force_e3 * position_e1 - force_e1 * position_e3); /* e2ni */
+  out[5] = force_e2 * position_e1 - force_e1 * position_e2; /* e3ni */
+}
+
+/* cga3d_velocity_at_twist_euclidean: v + w x p. 6 mul, 6 add. */
+BS_INLINE void FN(cga3d_velocity_at_twist_euclidean)(V *RESTRICT out, const V *RESTRICT omega_in, const V *RESTRICT position_in)
+{
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V position_e1 = position_in[0];
+  const V position_e2 = position_in[1];
+  const V position_e3 = position_in[2];
+  out[0] = omega_e1ni + (-omega_e13 * position_e3 - omega_e12 * position_e2); /* e1 */
+  out[1] = omega_e2ni - (omega_e23 * position_e3 - omega_e12 * position_e1); /* e2 */
+  out[2] = omega_e3ni + (omega_e23 * position_e2 + omega_e13 * position_e1); /* e3 */
+}
+
+/* cga3d_moment_about_twist_euclidean: tau - p x f: the moment about a point. 6 mul, 6 add. */
+BS_INLINE void FN(cga3d_moment_about_twist_euclidean)(V *RESTRICT out, const V *RESTRICT wrench_in, const V *RESTRICT place_in)
+{
+  const V wrench_e12 = wrench_in[0];
+  const V wrench_e13 = wrench_in[1];
+  const V wrench_e1ni = wrench_in[2];
+  const V wrench_e23 = wrench_in[3];
+  const V wrench_e2ni = wrench_in[4];
+  const V wrench_e3ni = wrench_in[5];
+  const V place_e1 = place_in[0];
+  const V place_e2 = place_in[1];
+  const V place_e3 = place_in[2];
+  out[0] = wrench_e1ni - (wrench_e12 * place_e2 + wrench_e13 * place_e3); /* e1 */
+  out[1] = wrench_e2ni + (wrench_e12 * place_e1 - wrench_e23 * place_e3); /* e2 */
+  out[2] = wrench_e3ni - (-wrench_e13 * place_e1 - wrench_e23 * place_e2); /* e3 */
+}
+
+/* cga3d_power_twist_twist: w . tau + v . f: the coefficient of I3 n in Omega ^ W. 6 mul, 5 add. */
+BS_INLINE void FN(cga3d_power_twist_twist)(V *RESTRICT out, const V *RESTRICT twist_in, const V *RESTRICT wrench_in)
+{
+  const V twist_e12 = twist_in[0];
+  const V twist_e13 = twist_in[1];
+  const V twist_e1ni = twist_in[2];
+  const V twist_e23 = twist_in[3];
+  const V twist_e2ni = twist_in[4];
+  const V twist_e3ni = twist_in[5];
+  const V wrench_e12 = wrench_in[0];
+  const V wrench_e13 = wrench_in[1];
+  const V wrench_e1ni = wrench_in[2];
+  const V wrench_e23 = wrench_in[3];
+  const V wrench_e2ni = wrench_in[4];
+  const V wrench_e3ni = wrench_in[5];
+  const V t0 = twist_e12 * wrench_e3ni - twist_e13 * wrench_e2ni + twist_e1ni * wrench_e23 + twist_e23 * wrench_e1ni - twist_e2ni * wrench_e13 + twist_e3ni * wrench_e12;
+  out[0] = t0; /* 1 */
+}
+
+/* cga3d_screw_cross_twist_twist: (A x C, A x D + B x C) of screws (A, B) and (C, D): less their commutator (6.2.3). 18 mul, 12 add. */
+BS_INLINE void FN(cga3d_screw_cross_twist_twist)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in)
+{
+  const V a_e12 = a_in[0];
+  const V a_e13 = a_in[1];
+  const V a_e1ni = a_in[2];
+  const V a_e23 = a_in[3];
+  const V a_e2ni = a_in[4];
+  const V a_e3ni = a_in[5];
+  const V b_e12 = b_in[0];
+  const V b_e13 = b_in[1];
+  const V b_e1ni = b_in[2];
+  const V b_e23 = b_in[3];
+  const V b_e2ni = b_in[4];
+  const V b_e3ni = b_in[5];
+  out[0] = -(a_e23 * b_e13 - a_e13 * b_e23); /* e12 */
+  out[1] = -(a_e12 * b_e23 - a_e23 * b_e12); /* e13 */
+  out[2] = -(a_e12 * b_e2ni + a_e13 * b_e3ni - a_e2ni * b_e12 - a_e3ni * b_e13); /* e1ni */
+  out[3] = -(a_e13 * b_e12 - a_e12 * b_e13); /* e23 */
+  out[4] = -(a_e1ni * b_e12 - a_e12 * b_e1ni + a_e23 * b_e3ni - a_e3ni * b_e23); /* e2ni */
+  out[5] = -(a_e1ni * b_e13 - a_e13 * b_e1ni - a_e23 * b_e2ni + a_e2ni * b_e23); /* e3ni */
+}
+
+/* cga3d_screw_row_twist: (a, b) of a I3 + b n as six numbers. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_screw_row_twist)(V *RESTRICT screw_, const V *RESTRICT screw_in)
+{
+  const V screw_e12 = screw_in[0];
+  const V screw_e13 = screw_in[1];
+  const V screw_e1ni = screw_in[2];
+  const V screw_e23 = screw_in[3];
+  const V screw_e2ni = screw_in[4];
+  const V screw_e3ni = screw_in[5];
+  screw_[0] = screw_e23;
+  screw_[1] = -screw_e13;
+  screw_[2] = screw_e12;
+  screw_[3] = screw_e1ni;
+  screw_[4] = screw_e2ni;
+  screw_[5] = screw_e3ni;
+}
+
+/* cga3d_screw_of_row_numbers6: a I3 + b n of six numbers. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_screw_of_row_numbers6)(V *RESTRICT out, const V *RESTRICT numbers_in)
+{
+  const V numbers_0 = numbers_in[0];
+  const V numbers_1 = numbers_in[1];
+  const V numbers_2 = numbers_in[2];
+  const V numbers_3 = numbers_in[3];
+  const V numbers_4 = numbers_in[4];
+  const V numbers_5 = numbers_in[5];
+  out[0] = numbers_2; /* e12 */
+  out[1] = -numbers_1; /* e13 */
+  out[2] = numbers_3; /* e1ni */
+  out[3] = numbers_0; /* e23 */
+  out[4] = numbers_4; /* e2ni */
+  out[5] = numbers_5; /* e3ni */
+}
+
+/* cga3d_momentum_in_motor_number_euclidean_twist: Q(Omega) where a motor takes the frame of the principal axes to the one at hand (6.15). 150 mul, 116 add. */
+BS_INLINE void FN(cga3d_momentum_in_motor_number_euclidean_twist)(V *RESTRICT out, const V *RESTRICT frame_in, const V *RESTRICT mass_in, const V *RESTRICT moments_in, const V *RESTRICT omega_in)
+{
+  const V frame_s = frame_in[0];
+  const V frame_e12 = frame_in[1];
+  const V frame_e13 = frame_in[2];
+  const V frame_e1ni = frame_in[3];
+  const V frame_e23 = frame_in[4];
+  const V frame_e2ni = frame_in[5];
+  const V frame_e3ni = frame_in[6];
+  const V frame_e123ni = frame_in[7];
+  const V mass_s = mass_in[0];
+  const V moments_e1 = moments_in[0];
+  const V moments_e2 = moments_in[1];
+  const V moments_e3 = moments_in[2];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = frame_e12 * omega_e12 + frame_e13 * omega_e13 + frame_e23 * omega_e23;
+  const V t1 = frame_s * omega_e12 + frame_e13 * omega_e23 - frame_e23 * omega_e13;
+  const V t2 = frame_s * omega_e13 - frame_e12 * omega_e23 + frame_e23 * omega_e12;
+  const V t3 = frame_s * omega_e1ni - frame_e12 * omega_e2ni - frame_e13 * omega_e3ni + frame_e2ni * omega_e12 + frame_e3ni * omega_e13 - frame_e123ni * omega_e23;
+  const V t4 = frame_s * omega_e23 + frame_e12 * omega_e13 - frame_e13 * omega_e12;
+  const V t5 = frame_s * omega_e2ni + frame_e12 * omega_e1ni - frame_e1ni * omega_e12 - frame_e23 * omega_e3ni + frame_e3ni * omega_e23 + frame_e123ni * omega_e13;
+  const V t6 = frame_s * omega_e3ni + frame_e13 * omega_e1ni - frame_e1ni * omega_e13 + frame_e23 * omega_e2ni - frame_e2ni * omega_e23 - frame_e123ni * omega_e12;
+  const V t7 = frame_e13 * omega_e2ni - frame_e12 * omega_e3ni - frame_e1ni * omega_e23 - frame_e23 * omega_e1ni + frame_e2ni * omega_e13 - frame_e3ni * omega_e12;
+  const V t8 = frame_e3ni * t0 - frame_e123ni * t1 - frame_e1ni * t2 + frame_e13 * t3 - frame_e2ni * t4 + frame_e23 * t5 + frame_s * t6 - frame_e12 * t7;
+  const V t9 = mass_s * t8;
+  const V t10 = frame_e2ni * t0 - frame_e1ni * t1 + frame_e123ni * t2 + frame_e12 * t3 + frame_e3ni * t4 + frame_s * t5 - frame_e23 * t6 + frame_e13 * t7;
+  const V t11 = mass_s * t10;
+  const V t12 = frame_e1ni * t0 + frame_e2ni * t1 + frame_e3ni * t2 + frame_s * t3 - frame_e123ni * t4 - frame_e12 * t5 - frame_e13 * t6 - frame_e23 * t7;
+  const V t13 = mass_s * t12;
+  const V t14 = frame_e13 * t11 - frame_e12 * t9 - frame_e23 * t13;
+  const V t15 = frame_s * t9 - frame_e13 * t13 - frame_e23 * t11;
+  const V t16 = frame_e12 * t13 - frame_s * t11 - frame_e23 * t9;
+  const V t17 = frame_s * t13 + frame_e12 * t11 + frame_e13 * t9;
+  const V t18 = moments_e1 * (frame_e23 * t0 - frame_e13 * t1 + frame_e12 * t2 + frame_s * t4);
+  const V t19 = moments_e2 * (frame_e13 * t0 + frame_e23 * t1 + frame_s * t2 - frame_e12 * t4);
+  const V t20 = moments_e3 * (frame_e12 * t0 + frame_s * t1 - frame_e23 * t2 + frame_e13 * t4);
+  const V t21 = frame_s * t18 - frame_e12 * t19 + frame_e13 * t20 - frame_e2ni * t9 + frame_e3ni * t11 - frame_e123ni * t13;
+  const V t22 = frame_e1ni * t9 - frame_s * t19 - frame_e12 * t18 + frame_e23 * t20 - frame_e3ni * t13 - frame_e123ni * t11;
+  const V t23 = frame_s * t20 - frame_e13 * t18 - frame_e1ni * t11 + frame_e23 * t19 + frame_e2ni * t13 - frame_e123ni * t9;
+  const V t24 = frame_e12 * t20 + frame_e13 * t19 + frame_e1ni * t13 + frame_e23 * t18 + frame_e2ni * t11 + frame_e3ni * t9;
+  const V t25 = frame_s * t21 - frame_e1ni * t14 - frame_e2ni * t15 - frame_e3ni * t16 - frame_e123ni * t17 + frame_e12 * t22 + frame_e13 * t23 + frame_e23 * t24;
+  const V t26 = frame_e1ni * t15 - frame_e2ni * t14 + frame_e123ni * t16 - frame_e12 * t21 - frame_e3ni * t17 + frame_s * t22 + frame_e23 * t23 - frame_e13 * t24;
+  const V t27 = frame_e1ni * t16 - frame_e3ni * t14 - frame_e123ni * t15 - frame_e13 * t21 + frame_e2ni * t17 - frame_e23 * t22 + frame_s * t23 + frame_e12 * t24;
+  out[0] = frame_s * t15 - frame_e12 * t14 + frame_e23 * t16 - frame_e13 * t17; /* e12 */
+  out[1] = frame_s * t16 - frame_e13 * t14 - frame_e23 * t15 + frame_e12 * t17; /* e13 */
+  out[2] = t25; /* e1ni */
+  out[3] = frame_e13 * t15 - frame_e23 * t14 - frame_e12 * t16 + frame_s * t17; /* e23 */
+  out[4] = t26; /* e2ni */
+  out[5] = t27; /* e3ni */
+}
+
+/* cga3d_velocity_motor_number_euclidean_twist: Q^-1(Psi) = R Q_B^-1(~R Psi R) ~R (6.15, 6.16). SINGULAR: a moment of inertia is zero. 153 mul, 116 add, 15 other. */
+BS_INLINE void FN(cga3d_velocity_motor_number_euclidean_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT frame_in, const V *RESTRICT mass_in, const V *RESTRICT moments_in, const V *RESTRICT momentum_in)
+{
+  const V frame_s = frame_in[0];
+  const V frame_e12 = frame_in[1];
+  const V frame_e13 = frame_in[2];
+  const V frame_e1ni = frame_in[3];
+  const V frame_e23 = frame_in[4];
+  const V frame_e2ni = frame_in[5];
+  const V frame_e3ni = frame_in[6];
+  const V frame_e123ni = frame_in[7];
+  const V mass_s = mass_in[0];
+  const V moments_e1 = moments_in[0];
+  const V moments_e2 = moments_in[1];
+  const V moments_e3 = moments_in[2];
+  const V momentum_e12 = momentum_in[0];
+  const V momentum_e13 = momentum_in[1];
+  const V momentum_e1ni = momentum_in[2];
+  const V momentum_e23 = momentum_in[3];
+  const V momentum_e2ni = momentum_in[4];
+  const V momentum_e3ni = momentum_in[5];
+  const V t0 = frame_e12 * momentum_e12 + frame_e13 * momentum_e13 + frame_e23 * momentum_e23;
+  const V t1 = frame_s * momentum_e12 + frame_e13 * momentum_e23 - frame_e23 * momentum_e13;
+  const V t2 = frame_s * momentum_e13 - frame_e12 * momentum_e23 + frame_e23 * momentum_e12;
+  const V t3 = frame_s * momentum_e1ni - frame_e12 * momentum_e2ni - frame_e13 * momentum_e3ni + frame_e2ni * momentum_e12 + frame_e3ni * momentum_e13 - frame_e123ni * momentum_e23;
+  const V t4 = frame_s * momentum_e23 + frame_e12 * momentum_e13 - frame_e13 * momentum_e12;
+  const V t5 = frame_s * momentum_e2ni + frame_e12 * momentum_e1ni - frame_e1ni * momentum_e12 - frame_e23 * momentum_e3ni + frame_e3ni * momentum_e23 + frame_e123ni * momentum_e13;
+  const V t6 = frame_s * momentum_e3ni + frame_e13 * momentum_e1ni - frame_e1ni * momentum_e13 + frame_e23 * momentum_e2ni - frame_e2ni * momentum_e23 - frame_e123ni * momentum_e12;
+  const V t7 = frame_e13 * momentum_e2ni - frame_e12 * momentum_e3ni - frame_e1ni * momentum_e23 - frame_e23 * momentum_e1ni + frame_e2ni * momentum_e13 - frame_e3ni * momentum_e12;
+  const V t8 = frame_e3ni * t0 - frame_e123ni * t1 - frame_e1ni * t2 + frame_e13 * t3 - frame_e2ni * t4 + frame_e23 * t5 + frame_s * t6 - frame_e12 * t7;
+  const M t9 = LT(SPLAT(0.0), SPLAT(1.0));
+  const M t10 = LT(SPLAT(0.0), moments_e1);
+  const M t11 = AND(t9, t10);
+  const M t12 = LT(SPLAT(0.0), moments_e2);
+  const M t13 = AND(t11, t12);
+  const M t14 = LT(SPLAT(0.0), moments_e3);
+  const M t15 = AND(t13, t14);
+  const V t16 = SPLAT(BS_NOT_A_NUMBER);
+  const V t17 = SELECT(t15, SPLAT(1.0), t16);
+  const V t18 = K(1.0) / (moments_e3 * t17);
+  const V t19 = t8 * t18;
+  const V t20 = frame_e2ni * t0 - frame_e1ni * t1 + frame_e123ni * t2 + frame_e12 * t3 + frame_e3ni * t4 + frame_s * t5 - frame_e23 * t6 + frame_e13 * t7;
+  const V t21 = K(1.0) / (moments_e2 * t17);
+  const V t22 = t20 * t21;
+  const V t23 = frame_e1ni * t0 + frame_e2ni * t1 + frame_e3ni * t2 + frame_s * t3 - frame_e123ni * t4 - frame_e12 * t5 - frame_e13 * t6 - frame_e23 * t7;
+  const V t24 = K(1.0) / (moments_e1 * t17);
+  const V t25 = t23 * t24;
+  const V t26 = frame_e13 * t22 - frame_e12 * t19 - frame_e23 * t25;
+  const V t27 = frame_s * t19 - frame_e13 * t25 - frame_e23 * t22;
+  const V t28 = frame_e12 * t25 - frame_s * t22 - frame_e23 * t19;
+  const V t29 = frame_s * t25 + frame_e12 * t22 + frame_e13 * t19;
+  const V t30 = K(1.0) / mass_s;
+  const V t31 = (frame_e23 * t0 - frame_e13 * t1 + frame_e12 * t2 + frame_s * t4) * t30;
+  const V t32 = (frame_e13 * t0 + frame_e23 * t1 + frame_s * t2 - frame_e12 * t4) * t30;
+  const V t33 = (frame_e12 * t0 + frame_s * t1 - frame_e23 * t2 + frame_e13 * t4) * t30;
+  const V t34 = frame_s * t31 - frame_e12 * t32 + frame_e13 * t33 - frame_e2ni * t19 + frame_e3ni * t22 - frame_e123ni * t25;
+  const V t35 = frame_e1ni * t19 - frame_s * t32 - frame_e12 * t31 + frame_e23 * t33 - frame_e3ni * t25 - frame_e123ni * t22;
+  const V t36 = frame_s * t33 - frame_e13 * t31 - frame_e1ni * t22 + frame_e23 * t32 + frame_e2ni * t25 - frame_e123ni * t19;
+  const V t37 = frame_e12 * t33 + frame_e13 * t32 + frame_e1ni * t25 + frame_e23 * t31 + frame_e2ni * t22 + frame_e3ni * t19;
+  const V t38 = frame_s * t34 - frame_e1ni * t26 - frame_e2ni * t27 - frame_e3ni * t28 - frame_e123ni * t29 + frame_e12 * t35 + frame_e13 * t36 + frame_e23 * t37;
+  const V t39 = frame_e1ni * t27 - frame_e2ni * t26 + frame_e123ni * t28 - frame_e12 * t34 - frame_e3ni * t29 + frame_s * t35 + frame_e23 * t36 - frame_e13 * t37;
+  const V t40 = frame_e1ni * t28 - frame_e3ni * t26 - frame_e123ni * t27 - frame_e13 * t34 + frame_e2ni * t29 - frame_e23 * t35 + frame_s * t36 + frame_e12 * t37;
+  const M t41 = NOT(t15);
+  const V t42 = SELECT(t41, SPLAT(1.0), SPLAT(0.0));
+  out[0] = frame_s * t27 - frame_e12 * t26 + frame_e23 * t28 - frame_e13 * t29; /* e12 */
+  out[1] = frame_s * t28 - frame_e13 * t26 - frame_e23 * t27 + frame_e12 * t29; /* e13 */
+  out[2] = t38; /* e1ni */
+  out[3] = frame_e13 * t27 - frame_e23 * t26 - frame_e12 * t28 + frame_s * t29; /* e23 */
+  out[4] = t39; /* e2ni */
+  out[5] = t40; /* e3ni */
+  status[0] = t42; /* 1 */
+}
+
+/* cga3d_energy_motor_number_euclidean_twist: Half the power of Q(Omega) on Omega: (m u^2 + w . I w)/2 in the frame at the centre of mass. 83 mul, 63 add. */
+BS_INLINE void FN(cga3d_energy_motor_number_euclidean_twist)(V *RESTRICT out, const V *RESTRICT frame_in, const V *RESTRICT mass_in, const V *RESTRICT moments_in, const V *RESTRICT twist_in)
+{
+  const V frame_s = frame_in[0];
+  const V frame_e12 = frame_in[1];
+  const V frame_e13 = frame_in[2];
+  const V frame_e1ni = frame_in[3];
+  const V frame_e23 = frame_in[4];
+  const V frame_e2ni = frame_in[5];
+  const V frame_e3ni = frame_in[6];
+  const V frame_e123ni = frame_in[7];
+  const V mass_s = mass_in[0];
+  const V moments_e1 = moments_in[0];
+  const V moments_e2 = moments_in[1];
+  const V moments_e3 = moments_in[2];
+  const V twist_e12 = twist_in[0];
+  const V twist_e13 = twist_in[1];
+  const V twist_e1ni = twist_in[2];
+  const V twist_e23 = twist_in[3];
+  const V twist_e2ni = twist_in[4];
+  const V twist_e3ni = twist_in[5];
+  const V t0 = frame_s * twist_e23 + frame_e12 * twist_e13 - frame_e13 * twist_e12;
+  const V t1 = frame_s * twist_e13 + frame_e23 * twist_e12 - frame_e12 * twist_e23;
+  const V t2 = frame_e12 * twist_e12 + frame_e13 * twist_e13 + frame_e23 * twist_e23;
+  const V t3 = frame_s * twist_e12 + frame_e13 * twist_e23 - frame_e23 * twist_e13;
+  const V t4 = frame_s * t0 + frame_e12 * t1 + frame_e23 * t2 - frame_e13 * t3;
+  const V t5 = frame_s * t1 + frame_e13 * t2 + frame_e23 * t3 - frame_e12 * t0;
+  const V t6 = frame_s * t3 + frame_e12 * t2 + frame_e13 * t0 - frame_e23 * t1;
+  const V t7 = frame_s * twist_e1ni + frame_e2ni * twist_e12 + frame_e3ni * twist_e13 - frame_e12 * twist_e2ni - frame_e13 * twist_e3ni - frame_e123ni * twist_e23;
+  const V t8 = frame_s * twist_e2ni + frame_e12 * twist_e1ni + frame_e3ni * twist_e23 + frame_e123ni * twist_e13 - frame_e1ni * twist_e12 - frame_e23 * twist_e3ni;
+  const V t9 = frame_s * twist_e3ni + frame_e13 * twist_e1ni + frame_e23 * twist_e2ni - frame_e1ni * twist_e13 - frame_e2ni * twist_e23 - frame_e123ni * twist_e12;
+  const V t10 = frame_e13 * twist_e2ni + frame_e2ni * twist_e13 - frame_e12 * twist_e3ni - frame_e1ni * twist_e23 - frame_e23 * twist_e1ni - frame_e3ni * twist_e12;
+  const V t11 = frame_s * t7 + frame_e1ni * t2 + frame_e2ni * t3 + frame_e3ni * t1 - frame_e12 * t8 - frame_e13 * t9 - frame_e23 * t10 - frame_e123ni * t0;
+  const V t12 = frame_s * t8 + frame_e12 * t7 + frame_e13 * t10 + frame_e2ni * t2 + frame_e3ni * t0 + frame_e123ni * t1 - frame_e1ni * t3 - frame_e23 * t9;
+  const V t13 = frame_s * t9 + frame_e13 * t7 + frame_e23 * t8 + frame_e3ni * t2 - frame_e12 * t10 - frame_e1ni * t1 - frame_e2ni * t0 - frame_e123ni * t3;
+  const V t14 = t4 * (moments_e1 * t4) + t5 * (moments_e2 * t5) + t6 * (moments_e3 * t6) + mass_s * (t11 * t11 + t12 * t12 + t13 * t13);
+  out[0] = K(0.5) * t14; /* 1 */
+}
+
+/* cga3d_covector_of_twist: `covector`, as a row. 0 mul, 0 add. */
+BS_INLINE void FN(cga3d_covector_of_twist)(V *RESTRICT covector, const V *RESTRICT wrench_in)
+{
+  const V wrench_e12 = wrench_in[0];
+  const V wrench_e13 = wrench_in[1];
+  const V wrench_e1ni = wrench_in[2];
+  const V wrench_e23 = wrench_in[3];
+  const V wrench_e2ni = wrench_in[4];
+  const V wrench_e3ni = wrench_in[5];
+  covector[0] = wrench_e3ni;
+  covector[1] = -wrench_e2ni;
+  covector[2] = wrench_e23;
+  covector[3] = wrench_e1ni;
+  covector[4] = -wrench_e13;
+  covector[5] = wrench_e12;
+}
+
+/* cga3d_exponential_motor_twist: exp(-phi/2). 31 mul, 9 add, 12 other. */
+BS_INLINE void FN(cga3d_exponential_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = phi_e12 * phi_e12 + phi_e13 * phi_e13 + phi_e23 * phi_e23;
+  const V t2 = K(0.25) * t1;
+  const M t3 = LT(t0, t2);
+  const V t4 = SQRT(t2);
+  const V t5 = COS(t4);
+  const V t6 = SQRT(K(0.25) * t1 + K(1.0));
+  const V t7 = K(1.0) / t6;
+  const V t8 = SELECT(t3, t5, t7);
+  const V t9 = SIN(t4);
+  const V t10 = K(1.0) / t4;
+  const V t11 = t9 * t10;
+  const V t12 = SELECT(t3, t11, t7);
+  const V t13 = phi_e1ni * phi_e23 + phi_e12 * phi_e3ni - phi_e13 * phi_e2ni;
+  const V t14 = K(1.0) / t2;
+  const V t15 = SELECT(t3, -t14 * (t5 - t11), SPLAT(0.0));
+  const V t16 = t13 * t15;
+  out[0] = t8; /* 1 */
+  out[1] = -K(0.5) * (phi_e12 * t12); /* e12 */
+  out[2] = -K(0.5) * (phi_e13 * t12); /* e13 */
+  out[3] = K(0.125) * (phi_e23 * t16) - K(0.5) * (phi_e1ni * t12); /* e1ni */
+  out[4] = -K(0.5) * (phi_e23 * t12); /* e23 */
+  out[5] = -K(0.125) * (phi_e13 * t16) - K(0.5) * (phi_e2ni * t12); /* e2ni */
+  out[6] = K(0.125) * (phi_e12 * t16) - K(0.5) * (phi_e3ni * t12); /* e3ni */
+  out[7] = K(0.25) * (t12 * t13); /* e123ni */
+}
+
+/* cga3d_exponential_rate_world_twist_twist: dphi with exp(-phi/2) moving at the world's twist omega; (6.24) in two commutators. SINGULAR: a full turn. 73 mul, 47 add, 13 other. */
+BS_INLINE void FN(cga3d_exponential_rate_world_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e12 * omega_e23 - phi_e23 * omega_e12;
+  const V t1 = phi_e13 * omega_e12 - phi_e12 * omega_e13;
+  const V t2 = phi_e23 * t0 - phi_e13 * t1;
+  const V t3 = SPLAT(BS_EPSILON);
+  const V t4 = K(0.25) * (phi_e12 * phi_e12 + phi_e13 * phi_e13 + phi_e23 * phi_e23);
+  const V t5 = STUMPFF1(t4);
+  const V t6 = ABS(t5);
+  const M t7 = LT(K(64.0) * t3, t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, t5, t8);
+  const V t10 = K(1.0) / t9;
+  const V t11 = STUMPFF3(t4);
+  const V t12 = STUMPFF2(t4);
+  const V t13 = t10 * (t11 - t12);
+  const V t14 = phi_e23 * omega_e13 - phi_e13 * omega_e23;
+  const V t15 = phi_e12 * t1 - phi_e23 * t14;
+  const V t16 = phi_e13 * t14 - phi_e12 * t0;
+  const V t17 = STUMPFF4(t4);
+  const V t18 = STUMPFF5(t4);
+  const V t19 = (phi_e1ni * phi_e23 + phi_e12 * phi_e3ni - phi_e13 * phi_e2ni) * (t13 * t13 - t10 * (t11 - K(3.0) * (t17 - t18)));
+  const V t20 = phi_e12 * omega_e2ni + phi_e13 * omega_e3ni - phi_e2ni * omega_e12 - phi_e3ni * omega_e13;
+  const V t21 = phi_e1ni * omega_e12 + phi_e23 * omega_e3ni - phi_e12 * omega_e1ni - phi_e3ni * omega_e23;
+  const V t22 = phi_e1ni * omega_e13 + phi_e2ni * omega_e23 - phi_e13 * omega_e1ni - phi_e23 * omega_e2ni;
+  const V t23 = omega_e1ni + K(0.0625) * (t16 * t19) + K(0.5) * t20 - K(0.25) * (t13 * (phi_e12 * t21 + phi_e13 * t22 - phi_e3ni * t0 - phi_e2ni * t14));
+  const V t24 = omega_e2ni + K(0.5) * t21 - K(0.0625) * (t15 * t19) + K(0.25) * (t13 * (phi_e3ni * t1 + phi_e12 * t20 - phi_e23 * t22 - phi_e1ni * t14));
+  const V t25 = omega_e3ni + K(0.0625) * (t2 * t19) + K(0.5) * t22 - K(0.25) * (t13 * (phi_e2ni * t1 + phi_e1ni * t0 - phi_e23 * t21 - phi_e13 * t20));
+  const M t26 = NOT(t7);
+  const V t27 = SELECT(t26, SPLAT(1.0), SPLAT(0.0));
+  out[0] = omega_e12 - K(0.25) * (t2 * t13) + K(0.5) * t14; /* e12 */
+  out[1] = omega_e13 - K(0.25) * (t13 * t15) + K(0.5) * t0; /* e13 */
+  out[2] = t23; /* e1ni */
+  out[3] = omega_e23 - K(0.25) * (t13 * t16) + K(0.5) * t1; /* e23 */
+  out[4] = t24; /* e2ni */
+  out[5] = t25; /* e3ni */
+  status[0] = t27; /* 1 */
+}
+
+/* cga3d_exponential_rate_body_twist_twist: The same for the body's twist. 73 mul, 47 add, 13 other. */
+BS_INLINE void FN(cga3d_exponential_rate_body_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e12 * omega_e23 - phi_e23 * omega_e12;
+  const V t1 = phi_e13 * omega_e12 - phi_e12 * omega_e13;
+  const V t2 = phi_e23 * t0 - phi_e13 * t1;
+  const V t3 = SPLAT(BS_EPSILON);
+  const V t4 = K(0.25) * (phi_e12 * phi_e12 + phi_e13 * phi_e13 + phi_e23 * phi_e23);
+  const V t5 = STUMPFF1(t4);
+  const V t6 = ABS(t5);
+  const M t7 = LT(K(64.0) * t3, t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, t5, t8);
+  const V t10 = K(1.0) / t9;
+  const V t11 = STUMPFF3(t4);
+  const V t12 = STUMPFF2(t4);
+  const V t13 = t10 * (t11 - t12);
+  const V t14 = phi_e23 * omega_e13 - phi_e13 * omega_e23;
+  const V t15 = phi_e12 * t1 - phi_e23 * t14;
+  const V t16 = phi_e13 * t14 - phi_e12 * t0;
+  const V t17 = STUMPFF4(t4);
+  const V t18 = STUMPFF5(t4);
+  const V t19 = (phi_e1ni * phi_e23 + phi_e12 * phi_e3ni - phi_e13 * phi_e2ni) * (t13 * t13 - t10 * (t11 - K(3.0) * (t17 - t18)));
+  const V t20 = phi_e1ni * omega_e12 + phi_e23 * omega_e3ni - phi_e12 * omega_e1ni - phi_e3ni * omega_e23;
+  const V t21 = phi_e1ni * omega_e13 + phi_e2ni * omega_e23 - phi_e13 * omega_e1ni - phi_e23 * omega_e2ni;
+  const V t22 = phi_e12 * omega_e2ni + phi_e13 * omega_e3ni - phi_e2ni * omega_e12 - phi_e3ni * omega_e13;
+  const V t23 = omega_e1ni + K(0.0625) * (t16 * t19) - K(0.25) * (t13 * (phi_e12 * t20 + phi_e13 * t21 - phi_e3ni * t0 - phi_e2ni * t14)) - K(0.5) * t22;
+  const V t24 = omega_e2ni - K(0.0625) * (t15 * t19) - K(0.5) * t20 + K(0.25) * (t13 * (phi_e3ni * t1 + phi_e12 * t22 - phi_e23 * t21 - phi_e1ni * t14));
+  const V t25 = omega_e3ni + K(0.0625) * (t2 * t19) - K(0.25) * (t13 * (phi_e2ni * t1 + phi_e1ni * t0 - phi_e23 * t20 - phi_e13 * t22)) - K(0.5) * t21;
+  const M t26 = NOT(t7);
+  const V t27 = SELECT(t26, SPLAT(1.0), SPLAT(0.0));
+  out[0] = omega_e12 - K(0.25) * (t2 * t13) - K(0.5) * t14; /* e12 */
+  out[1] = omega_e13 - K(0.25) * (t13 * t15) - K(0.5) * t0; /* e13 */
+  out[2] = t23; /* e1ni */
+  out[3] = omega_e23 - K(0.25) * (t13 * t16) - K(0.5) * t1; /* e23 */
+  out[4] = t24; /* e2ni */
+  out[5] = t25; /* e3ni */
+  status[0] = t27; /* 1 */
+}
+
+/* cga3d_bortz_motor_twist: (1 - v n/2) exp(-w I3/2) of phi = w I3 + v n: a rotation vector and the place of the origin. 31 mul, 11 add, 10 other. */
+BS_INLINE void FN(cga3d_bortz_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V t0 = SPLAT(BS_EPSILON);
+  const V t1 = phi_e12 * phi_e12 + phi_e13 * phi_e13 + phi_e23 * phi_e23;
+  const V t2 = K(0.25) * t1;
+  const M t3 = LT(t0, t2);
+  const V t4 = SQRT(t2);
+  const V t5 = COS(t4);
+  const V t6 = SQRT(K(0.25) * t1 + K(1.0));
+  const V t7 = K(1.0) / t6;
+  const V t8 = SELECT(t3, t5, t7);
+  const V t9 = SIN(t4);
+  const V t10 = K(1.0) / t4;
+  const V t11 = SELECT(t3, t9 * t10, t7);
+  const V t12 = phi_e12 * t11;
+  const V t13 = phi_e13 * t11;
+  const V t14 = phi_e23 * t11;
+  out[0] = t8; /* 1 */
+  out[1] = -K(0.5) * t12; /* e12 */
+  out[2] = -K(0.5) * t13; /* e13 */
+  out[3] = -K(0.5) * (phi_e1ni * t8) - K(0.25) * (phi_e2ni * t12 + phi_e3ni * t13); /* e1ni */
+  out[4] = -K(0.5) * t14; /* e23 */
+  out[5] = K(0.25) * (phi_e1ni * t12 - phi_e3ni * t14) - K(0.5) * (phi_e2ni * t8); /* e2ni */
+  out[6] = K(0.25) * (phi_e1ni * t13 + phi_e2ni * t14) - K(0.5) * (phi_e3ni * t8); /* e3ni */
+  out[7] = K(0.25) * (phi_e3ni * t12 + phi_e1ni * t14 - phi_e2ni * t13); /* e123ni */
+}
+
+/* cga3d_bortz_rate_world_twist_twist: The Bortz equation for the rotation, and the velocity of the origin's image, v + w x place. 33 mul, 21 add, 11 other. */
+BS_INLINE void FN(cga3d_bortz_rate_world_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e23 * omega_e13 - phi_e13 * omega_e23;
+  const V t1 = SPLAT(BS_EPSILON);
+  const V t2 = -K(0.25) * (-phi_e12 * phi_e12 - phi_e13 * phi_e13 - phi_e23 * phi_e23);
+  const V t3 = STUMPFF1(t2);
+  const V t4 = ABS(t3);
+  const M t5 = LT(K(64.0) * t1, t4);
+  const V t6 = SPLAT(BS_NOT_A_NUMBER);
+  const V t7 = SELECT(t5, t3, t6);
+  const V t8 = K(1.0) / t7;
+  const V t9 = STUMPFF2(t2);
+  const V t10 = STUMPFF3(t2);
+  const V t11 = t8 * (t9 - t10);
+  const V t12 = phi_e13 * omega_e12 - phi_e12 * omega_e13;
+  const V t13 = phi_e12 * omega_e23 - phi_e23 * omega_e12;
+  const V t14 = (omega_e12 + K(0.5) * t0) + K(0.25) * (t11 * (phi_e23 * t13 - phi_e13 * t12));
+  const V t15 = (omega_e13 + K(0.5) * t13) + K(0.25) * (t11 * (phi_e12 * t12 - phi_e23 * t0));
+  const V t16 = (omega_e23 + K(0.5) * t12) + K(0.25) * (t11 * (phi_e13 * t0 - phi_e12 * t13));
+  const M t17 = NOT(t5);
+  const V t18 = SELECT(t17, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t14; /* e12 */
+  out[1] = t15; /* e13 */
+  out[2] = omega_e1ni + (-phi_e2ni * omega_e12 - phi_e3ni * omega_e13); /* e1ni */
+  out[3] = t16; /* e23 */
+  out[4] = omega_e2ni + (phi_e1ni * omega_e12 - phi_e3ni * omega_e23); /* e2ni */
+  out[5] = omega_e3ni + (phi_e1ni * omega_e13 + phi_e2ni * omega_e23); /* e3ni */
+  status[0] = t18; /* 1 */
+}
+
+/* cga3d_bortz_rate_body_twist_twist: The same for the body's twist, whose velocity is turned into the world. 76 mul, 35 add, 20 other. */
+BS_INLINE void FN(cga3d_bortz_rate_body_twist_twist)(V *RESTRICT out, V *RESTRICT status, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e23 = phi_in[3];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e23 * omega_e13 - phi_e13 * omega_e23;
+  const V t1 = SPLAT(BS_EPSILON);
+  const V t2 = phi_e12 * phi_e12;
+  const V t3 = phi_e13 * phi_e13;
+  const V t4 = phi_e23 * phi_e23;
+  const V t5 = -K(0.25) * (-t2 - t3 - t4);
+  const V t6 = STUMPFF1(t5);
+  const V t7 = ABS(t6);
+  const M t8 = LT(K(64.0) * t1, t7);
+  const V t9 = SPLAT(BS_NOT_A_NUMBER);
+  const V t10 = SELECT(t8, t6, t9);
+  const V t11 = K(1.0) / t10;
+  const V t12 = STUMPFF2(t5);
+  const V t13 = STUMPFF3(t5);
+  const V t14 = t11 * (t12 - t13);
+  const V t15 = phi_e13 * omega_e12 - phi_e12 * omega_e13;
+  const V t16 = phi_e12 * omega_e23 - phi_e23 * omega_e12;
+  const V t17 = (omega_e12 - K(0.5) * t0) + K(0.25) * (t14 * (phi_e23 * t16 - phi_e13 * t15));
+  const V t18 = (omega_e13 - K(0.5) * t16) + K(0.25) * (t14 * (phi_e12 * t15 - phi_e23 * t0));
+  const V t19 = -K(0.25) * t2 - K(0.25) * t3 - K(0.25) * t4;
+  const V t20 = -t19;
+  const M t21 = LT(t1, t20);
+  const V t22 = SQRT(t20);
+  const V t23 = COS(t22);
+  const V t24 = SQRT(K(1.0) - t19);
+  const V t25 = K(1.0) / t24;
+  const V t26 = SELECT(t21, t23, t25);
+  const V t27 = SIN(t22);
+  const V t28 = K(1.0) / t22;
+  const V t29 = SELECT(t21, t27 * t28, t25);
+  const V t30 = phi_e12 * t29;
+  const V t31 = phi_e13 * t29;
+  const V t32 = omega_e1ni * t26 - K(0.5) * (omega_e2ni * t30) - K(0.5) * (omega_e3ni * t31);
+  const V t33 = phi_e23 * t29;
+  const V t34 = omega_e2ni * t26 + K(0.5) * (omega_e1ni * t30) - K(0.5) * (omega_e3ni * t33);
+  const V t35 = omega_e3ni * t26 + K(0.5) * (omega_e1ni * t31) + K(0.5) * (omega_e2ni * t33);
+  const V t36 = K(0.5) * (omega_e2ni * t31) - K(0.5) * (omega_e3ni * t30) - K(0.5) * (omega_e1ni * t33);
+  const V t37 = t26 * t32 - K(0.5) * (t30 * t34) - K(0.5) * (t31 * t35) - K(0.5) * (t33 * t36);
+  const V t38 = (omega_e23 - K(0.5) * t15) + K(0.25) * (t14 * (phi_e13 * t0 - phi_e12 * t16));
+  const V t39 = K(0.5) * (t30 * t32) + t26 * t34 - K(0.5) * (t33 * t35) + K(0.5) * (t31 * t36);
+  const V t40 = K(0.5) * (t31 * t32) + K(0.5) * (t33 * t34) + t26 * t35 - K(0.5) * (t30 * t36);
+  const M t41 = NOT(t8);
+  const V t42 = SELECT(t41, SPLAT(1.0), SPLAT(0.0));
+  out[0] = t17; /* e12 */
+  out[1] = t18; /* e13 */
+  out[2] = t37; /* e1ni */
+  out[3] = t38; /* e23 */
+  out[4] = t39; /* e2ni */
+  out[5] = t40; /* e3ni */
+  status[0] = t42; /* 1 */
+}
+
+/* cga3d_cayley_motor_twist: (1 - phi)(1 + phi)^-1 = (1 - phi)^2 (1 + w - q)^-1, near exp(-2 phi): a full turn is at infinity (6.26). 28 mul, 9 add, 1 other. */
+BS_INLINE void FN(cga3d_cayley_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V t0 = -phi_e12 * phi_e12 - phi_e13 * phi_e13 - phi_e23 * phi_e23;
+  const V t1 = K(1.0) / (K(1.0) - t0);
+  const V t2 = t1 * t1 * (phi_e1ni * phi_e23 + phi_e12 * phi_e3ni - phi_e13 * phi_e2ni);
+  out[0] = t0 * t1 + t1; /* 1 */
+  out[1] = -K(2.0) * (phi_e12 * t1); /* e12 */
+  out[2] = -K(2.0) * (phi_e13 * t1); /* e13 */
+  out[3] = -K(2.0) * (phi_e1ni * t1 - K(2.0) * (phi_e23 * t2)); /* e1ni */
+  out[4] = -K(2.0) * (phi_e23 * t1); /* e23 */
+  out[5] = -K(2.0) * (phi_e2ni * t1 + K(2.0) * (phi_e13 * t2)); /* e2ni */
+  out[6] = K(4.0) * (phi_e12 * t2) - K(2.0) * (phi_e3ni * t1); /* e3ni */
+  out[7] = K(4.0) * t2; /* e123ni */
+}
+
+/* cga3d_cayley_rate_world_twist_twist: (1 + phi) omega (1 - phi)/4 (6.27). 52 mul, 44 add. */
+BS_INLINE void FN(cga3d_cayley_rate_world_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e12 * omega_e12 + phi_e13 * omega_e13 + phi_e23 * omega_e23;
+  const V t1 = omega_e12 + phi_e23 * omega_e13 - phi_e13 * omega_e23;
+  const V t2 = phi_e13 * omega_e12 + omega_e23 - phi_e12 * omega_e13;
+  const V t3 = phi_e23 * omega_e12 - omega_e13 - phi_e12 * omega_e23;
+  const V t4 = phi_e23 * phi_e23;
+  const V t5 = phi_e12 * phi_e12;
+  const V t6 = phi_e13 * phi_e13;
+  const V t7 = t4 - t5 - t6 + K(1.0);
+  const V t8 = phi_e13 * phi_e23;
+  const V t9 = phi_e12 - t8;
+  const V t10 = phi_e12 * phi_e23;
+  const V t11 = phi_e13 + t10;
+  const V t12 = phi_e1ni * t0 + phi_e3ni * t3 + omega_e2ni * t9 + omega_e3ni * t11 - phi_e2ni * t1;
+  const V t13 = phi_e12 * phi_e13;
+  const V t14 = phi_e3ni * t2 + omega_e3ni * (t13 - phi_e23) + omega_e1ni * (phi_e12 + t8) - phi_e2ni * t0 - phi_e1ni * t1;
+  const V t15 = t5 - t6;
+  const V t16 = K(1.0) - t4;
+  const V t17 = phi_e1ni * t3 + omega_e2ni * (t13 + phi_e23) + omega_e1ni * (phi_e13 - t10) - phi_e3ni * t0 - phi_e2ni * t2;
+  out[0] = K(0.25) * (phi_e12 * t0 + t1 - phi_e13 * t2 - phi_e23 * t3); /* e12 */
+  out[1] = K(0.25) * (phi_e13 * t0 + phi_e12 * t2 - t3 - phi_e23 * t1); /* e13 */
+  out[2] = K(0.25) * (omega_e1ni * t7) + K(0.5) * t12; /* e1ni */
+  out[3] = K(0.25) * (omega_e23 * t7) - K(0.5) * (omega_e13 * t9 - omega_e12 * t11); /* e23 */
+  out[4] = -K(0.5) * t14 - K(0.25) * (omega_e2ni * (t15 - t16)); /* e2ni */
+  out[5] = K(0.25) * (omega_e3ni * (t15 + t16)) - K(0.5) * t17; /* e3ni */
+}
+
+/* cga3d_cayley_rate_body_twist_twist: (1 - phi) omega (1 + phi)/4. 54 mul, 44 add. */
+BS_INLINE void FN(cga3d_cayley_rate_body_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e12 * omega_e12 + phi_e13 * omega_e13 + phi_e23 * omega_e23;
+  const V t1 = omega_e12 + phi_e13 * omega_e23 - phi_e23 * omega_e13;
+  const V t2 = phi_e13 * omega_e12 - phi_e12 * omega_e13 - omega_e23;
+  const V t3 = phi_e23 * omega_e12 + omega_e13 - phi_e12 * omega_e23;
+  const V t4 = phi_e23 * phi_e23;
+  const V t5 = phi_e12 * phi_e12;
+  const V t6 = phi_e13 * phi_e13;
+  const V t7 = t4 - t5 - t6 + K(1.0);
+  const V t8 = phi_e12 * phi_e23;
+  const V t9 = phi_e13 - t8;
+  const V t10 = phi_e12 + phi_e13 * phi_e23;
+  const V t11 = phi_e1ni * t0 + phi_e2ni * t1 + phi_e3ni * t3 - omega_e3ni * t9 - omega_e2ni * t10;
+  const V t12 = phi_e2ni * t0 + phi_e12 * (omega_e1ni - phi_e13 * omega_e3ni) - phi_e3ni * t2 - phi_e1ni * t1 - phi_e23 * (phi_e13 * omega_e1ni + omega_e3ni);
+  const V t13 = t5 - t6;
+  const V t14 = K(1.0) - t4;
+  const V t15 = phi_e3ni * t0 + phi_e2ni * t2 + omega_e1ni * (phi_e13 + t8) - phi_e1ni * t3 - omega_e2ni * (phi_e12 * phi_e13 - phi_e23);
+  out[0] = K(0.25) * (phi_e12 * t0 + t1 - phi_e13 * t2 - phi_e23 * t3); /* e12 */
+  out[1] = K(0.25) * (phi_e13 * t0 + phi_e12 * t2 + phi_e23 * t1 + t3); /* e13 */
+  out[2] = K(0.25) * (omega_e1ni * t7) + K(0.5) * t11; /* e1ni */
+  out[3] = K(0.25) * (omega_e23 * t7) - K(0.5) * (omega_e12 * t9 - omega_e13 * t10); /* e23 */
+  out[4] = K(0.5) * t12 - K(0.25) * (omega_e2ni * (t13 - t14)); /* e2ni */
+  out[5] = K(0.5) * t15 + K(0.25) * (omega_e3ni * (t13 + t14)); /* e3ni */
+}
+
+/* cga3d_outer_motor_twist: (1 + phi + phi ^ phi/2)/sqrt(1 + w), near exp(phi): half a turn is at infinity (6.28). 17 mul, 5 add, 2 other. */
+BS_INLINE void FN(cga3d_outer_motor_twist)(V *RESTRICT out, const V *RESTRICT phi_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V t0 = SQRT(K(1.0) - (-phi_e12 * phi_e12 - phi_e13 * phi_e13 - phi_e23 * phi_e23));
+  const V t1 = K(1.0) / t0;
+  const V t2 = K(2.0) * (phi_e12 * phi_e3ni) - K(2.0) * (phi_e13 * phi_e2ni) + K(2.0) * (phi_e1ni * phi_e23);
+  out[0] = t1; /* 1 */
+  out[1] = phi_e12 * t1; /* e12 */
+  out[2] = phi_e13 * t1; /* e13 */
+  out[3] = phi_e1ni * t1; /* e1ni */
+  out[4] = phi_e23 * t1; /* e23 */
+  out[5] = phi_e2ni * t1; /* e2ni */
+  out[6] = phi_e3ni * t1; /* e3ni */
+  out[7] = K(0.5) * (t2 * t1); /* e123ni */
+}
+
+/* cga3d_outer_rate_world_twist_twist: -(omega + omega x phi + omega q/2 - (omega . phi) phi)/2: (6.29) without a root or a division. 30 mul, 23 add. */
+BS_INLINE void FN(cga3d_outer_rate_world_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e12 * omega_e12 + phi_e13 * omega_e13 + phi_e23 * omega_e23;
+  const V t1 = -K(0.5) * (omega_e12 + phi_e13 * omega_e23 + phi_e12 * t0 - phi_e23 * omega_e13);
+  const V t2 = -K(0.5) * (phi_e23 * omega_e12 + omega_e13 + phi_e13 * t0 - phi_e12 * omega_e23);
+  const V t3 = phi_e1ni * omega_e12 - phi_e3ni * omega_e23 - omega_e2ni;
+  const V t4 = phi_e2ni * omega_e12 + phi_e3ni * omega_e13 + omega_e1ni;
+  const V t5 = phi_e1ni * omega_e13 + phi_e2ni * omega_e23 - omega_e3ni;
+  const V t6 = K(0.5) * (phi_e13 * omega_e12 - phi_e12 * omega_e13 - omega_e23 - phi_e23 * t0);
+  out[0] = t1; /* e12 */
+  out[1] = t2; /* e13 */
+  out[2] = -K(0.5) * (phi_e12 * t3 + t4 + phi_e13 * t5); /* e1ni */
+  out[3] = t6; /* e23 */
+  out[4] = K(0.5) * (t3 - phi_e12 * t4 - phi_e23 * t5); /* e2ni */
+  out[5] = K(0.5) * (phi_e23 * t3 + t5 - phi_e13 * t4); /* e3ni */
+}
+
+/* cga3d_outer_rate_body_twist_twist: -(omega - omega x phi + omega q/2 - (omega . phi) phi)/2. 30 mul, 23 add. */
+BS_INLINE void FN(cga3d_outer_rate_body_twist_twist)(V *RESTRICT out, const V *RESTRICT phi_in, const V *RESTRICT omega_in)
+{
+  const V phi_e12 = phi_in[0];
+  const V phi_e13 = phi_in[1];
+  const V phi_e1ni = phi_in[2];
+  const V phi_e23 = phi_in[3];
+  const V phi_e2ni = phi_in[4];
+  const V phi_e3ni = phi_in[5];
+  const V omega_e12 = omega_in[0];
+  const V omega_e13 = omega_in[1];
+  const V omega_e1ni = omega_in[2];
+  const V omega_e23 = omega_in[3];
+  const V omega_e2ni = omega_in[4];
+  const V omega_e3ni = omega_in[5];
+  const V t0 = phi_e12 * omega_e12 + phi_e13 * omega_e13 + phi_e23 * omega_e23;
+  const V t1 = -K(0.5) * (omega_e12 + phi_e23 * omega_e13 + phi_e12 * t0 - phi_e13 * omega_e23);
+  const V t2 = K(0.5) * (phi_e23 * omega_e12 - omega_e13 - phi_e12 * omega_e23 - phi_e13 * t0);
+  const V t3 = phi_e1ni * omega_e12 + omega_e2ni - phi_e3ni * omega_e23;
+  const V t4 = phi_e1ni * omega_e13 + phi_e2ni * omega_e23 + omega_e3ni;
+  const V t5 = phi_e2ni * omega_e12 + phi_e3ni * omega_e13 - omega_e1ni;
+  const V t6 = -K(0.5) * (phi_e13 * omega_e12 + omega_e23 + phi_e23 * t0 - phi_e12 * omega_e13);
+  out[0] = t1; /* e12 */
+  out[1] = t2; /* e13 */
+  out[2] = -K(0.5) * (phi_e12 * t3 + phi_e13 * t4 - t5); /* e1ni */
+  out[3] = t6; /* e23 */
+  out[4] = -K(0.5) * (t3 + phi_e12 * t5 + phi_e23 * t4); /* e2ni */
+  out[5] = K(0.5) * (phi_e23 * t3 - phi_e13 * t5 - t4); /* e3ni */
+}

@@ -2354,6 +2354,813 @@ static void FN(pga3d_screw_motor_line_number_number_batch)(ptrdiff_t begin, ptrd
   }
 }
 
+static void FN(pga3d_screw_of_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const first_rows = (const S *)ins[0];
+  const ptrdiff_t first_stride = strides[0];
+  V first_in[3];
+  const S *const second_rows = (const S *)ins[1];
+  const ptrdiff_t second_stride = strides[1];
+  V second_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(first_in, first_rows, 3);
+  FN(load_broadcast)(second_in, second_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (first_stride) FN(load_rows)(first_in, first_rows + i * 3, 3);
+      if (second_stride) FN(load_rows)(second_in, second_rows + i * 3, 3);
+    } else {
+      if (first_stride) FN(load_tail)(first_in, first_rows + i * 3, 3, rows);
+      if (second_stride) FN(load_tail)(second_in, second_rows + i * 3, 3, rows);
+    }
+    FN(pga3d_screw_of_euclidean_euclidean)(out, first_in, second_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_screw_vectors_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const screw_rows = (const S *)ins[0];
+  const ptrdiff_t screw_stride = strides[0];
+  V screw_in[6];
+  S *const first_rows = (S *)outs[0];
+  V first[3];
+  S *const second_rows = (S *)outs[1];
+  V second[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(screw_in, screw_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (screw_stride) FN(load_rows)(screw_in, screw_rows + i * 6, 6);
+    } else {
+      if (screw_stride) FN(load_tail)(screw_in, screw_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_screw_vectors_twist)(first, second, screw_in);
+    if (rows == W) {
+      FN(store_rows)(first_rows + i * 3, first, 3);
+      FN(store_rows)(second_rows + i * 3, second, 3);
+    } else {
+      FN(store_tail)(first_rows + i * 3, first, 3, rows);
+      FN(store_tail)(second_rows + i * 3, second, 3, rows);
+    }
+  }
+}
+
+static void FN(pga3d_wrench_at_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const force_rows = (const S *)ins[0];
+  const ptrdiff_t force_stride = strides[0];
+  V force_in[3];
+  const S *const position_rows = (const S *)ins[1];
+  const ptrdiff_t position_stride = strides[1];
+  V position_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(force_in, force_rows, 3);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (force_stride) FN(load_rows)(force_in, force_rows + i * 3, 3);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (force_stride) FN(load_tail)(force_in, force_rows + i * 3, 3, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
+    FN(pga3d_wrench_at_euclidean_euclidean)(out, force_in, position_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_velocity_at_twist_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const omega_rows = (const S *)ins[0];
+  const ptrdiff_t omega_stride = strides[0];
+  V omega_in[6];
+  const S *const position_rows = (const S *)ins[1];
+  const ptrdiff_t position_stride = strides[1];
+  V position_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  FN(load_broadcast)(position_in, position_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+      if (position_stride) FN(load_rows)(position_in, position_rows + i * 3, 3);
+    } else {
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+      if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
+    }
+    FN(pga3d_velocity_at_twist_euclidean)(out, omega_in, position_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+  }
+}
+
+static void FN(pga3d_moment_about_twist_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const wrench_rows = (const S *)ins[0];
+  const ptrdiff_t wrench_stride = strides[0];
+  V wrench_in[6];
+  const S *const place_rows = (const S *)ins[1];
+  const ptrdiff_t place_stride = strides[1];
+  V place_in[3];
+  S *const out_rows = (S *)outs[0];
+  V out[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(wrench_in, wrench_rows, 6);
+  FN(load_broadcast)(place_in, place_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
+      if (place_stride) FN(load_rows)(place_in, place_rows + i * 3, 3);
+    } else {
+      if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
+      if (place_stride) FN(load_tail)(place_in, place_rows + i * 3, 3, rows);
+    }
+    FN(pga3d_moment_about_twist_euclidean)(out, wrench_in, place_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 3, out, 3);
+    } else {
+      FN(store_tail)(out_rows + i * 3, out, 3, rows);
+    }
+  }
+}
+
+static void FN(pga3d_power_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const twist_rows = (const S *)ins[0];
+  const ptrdiff_t twist_stride = strides[0];
+  V twist_in[6];
+  const S *const wrench_rows = (const S *)ins[1];
+  const ptrdiff_t wrench_stride = strides[1];
+  V wrench_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(twist_in, twist_rows, 6);
+  FN(load_broadcast)(wrench_in, wrench_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
+      if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
+    } else {
+      if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
+      if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_power_twist_twist)(out, twist_in, wrench_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
+  }
+}
+
+static void FN(pga3d_screw_cross_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const a_rows = (const S *)ins[0];
+  const ptrdiff_t a_stride = strides[0];
+  V a_in[6];
+  const S *const b_rows = (const S *)ins[1];
+  const ptrdiff_t b_stride = strides[1];
+  V b_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(a_in, a_rows, 6);
+  FN(load_broadcast)(b_in, b_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (a_stride) FN(load_rows)(a_in, a_rows + i * 6, 6);
+      if (b_stride) FN(load_rows)(b_in, b_rows + i * 6, 6);
+    } else {
+      if (a_stride) FN(load_tail)(a_in, a_rows + i * 6, 6, rows);
+      if (b_stride) FN(load_tail)(b_in, b_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_screw_cross_twist_twist)(out, a_in, b_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_screw_row_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const screw_rows = (const S *)ins[0];
+  const ptrdiff_t screw_stride = strides[0];
+  V screw_in[6];
+  S *const screw__rows = (S *)outs[0];
+  V screw_[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(screw_in, screw_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (screw_stride) FN(load_rows)(screw_in, screw_rows + i * 6, 6);
+    } else {
+      if (screw_stride) FN(load_tail)(screw_in, screw_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_screw_row_twist)(screw_, screw_in);
+    if (rows == W) {
+      FN(store_rows)(screw__rows + i * 6, screw_, 6);
+    } else {
+      FN(store_tail)(screw__rows + i * 6, screw_, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_screw_of_row_numbers6_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const numbers_rows = (const S *)ins[0];
+  const ptrdiff_t numbers_stride = strides[0];
+  V numbers_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(numbers_in, numbers_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (numbers_stride) FN(load_rows)(numbers_in, numbers_rows + i * 6, 6);
+    } else {
+      if (numbers_stride) FN(load_tail)(numbers_in, numbers_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_screw_of_row_numbers6)(out, numbers_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_momentum_in_motor_number_euclidean_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const frame_rows = (const S *)ins[0];
+  const ptrdiff_t frame_stride = strides[0];
+  V frame_in[8];
+  const S *const mass_rows = (const S *)ins[1];
+  const ptrdiff_t mass_stride = strides[1];
+  V mass_in[1];
+  const S *const moments_rows = (const S *)ins[2];
+  const ptrdiff_t moments_stride = strides[2];
+  V moments_in[3];
+  const S *const omega_rows = (const S *)ins[3];
+  const ptrdiff_t omega_stride = strides[3];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(frame_in, frame_rows, 8);
+  FN(load_broadcast)(mass_in, mass_rows, 1);
+  FN(load_broadcast)(moments_in, moments_rows, 3);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (frame_stride) FN(load_rows)(frame_in, frame_rows + i * 8, 8);
+      if (mass_stride) FN(load_rows)(mass_in, mass_rows + i * 1, 1);
+      if (moments_stride) FN(load_rows)(moments_in, moments_rows + i * 3, 3);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (frame_stride) FN(load_tail)(frame_in, frame_rows + i * 8, 8, rows);
+      if (mass_stride) FN(load_tail)(mass_in, mass_rows + i * 1, 1, rows);
+      if (moments_stride) FN(load_tail)(moments_in, moments_rows + i * 3, 3, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_momentum_in_motor_number_euclidean_twist)(out, frame_in, mass_in, moments_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_velocity_motor_number_euclidean_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const frame_rows = (const S *)ins[0];
+  const ptrdiff_t frame_stride = strides[0];
+  V frame_in[8];
+  const S *const mass_rows = (const S *)ins[1];
+  const ptrdiff_t mass_stride = strides[1];
+  V mass_in[1];
+  const S *const moments_rows = (const S *)ins[2];
+  const ptrdiff_t moments_stride = strides[2];
+  V moments_in[3];
+  const S *const momentum_rows = (const S *)ins[3];
+  const ptrdiff_t momentum_stride = strides[3];
+  V momentum_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(frame_in, frame_rows, 8);
+  FN(load_broadcast)(mass_in, mass_rows, 1);
+  FN(load_broadcast)(moments_in, moments_rows, 3);
+  FN(load_broadcast)(momentum_in, momentum_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (frame_stride) FN(load_rows)(frame_in, frame_rows + i * 8, 8);
+      if (mass_stride) FN(load_rows)(mass_in, mass_rows + i * 1, 1);
+      if (moments_stride) FN(load_rows)(moments_in, moments_rows + i * 3, 3);
+      if (momentum_stride) FN(load_rows)(momentum_in, momentum_rows + i * 6, 6);
+    } else {
+      if (frame_stride) FN(load_tail)(frame_in, frame_rows + i * 8, 8, rows);
+      if (mass_stride) FN(load_tail)(mass_in, mass_rows + i * 1, 1, rows);
+      if (moments_stride) FN(load_tail)(moments_in, moments_rows + i * 3, 3, rows);
+      if (momentum_stride) FN(load_tail)(momentum_in, momentum_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_velocity_motor_number_euclidean_twist)(out, status, frame_in, mass_in, moments_in, momentum_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_energy_motor_number_euclidean_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const frame_rows = (const S *)ins[0];
+  const ptrdiff_t frame_stride = strides[0];
+  V frame_in[8];
+  const S *const mass_rows = (const S *)ins[1];
+  const ptrdiff_t mass_stride = strides[1];
+  V mass_in[1];
+  const S *const moments_rows = (const S *)ins[2];
+  const ptrdiff_t moments_stride = strides[2];
+  V moments_in[3];
+  const S *const twist_rows = (const S *)ins[3];
+  const ptrdiff_t twist_stride = strides[3];
+  V twist_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(frame_in, frame_rows, 8);
+  FN(load_broadcast)(mass_in, mass_rows, 1);
+  FN(load_broadcast)(moments_in, moments_rows, 3);
+  FN(load_broadcast)(twist_in, twist_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (frame_stride) FN(load_rows)(frame_in, frame_rows + i * 8, 8);
+      if (mass_stride) FN(load_rows)(mass_in, mass_rows + i * 1, 1);
+      if (moments_stride) FN(load_rows)(moments_in, moments_rows + i * 3, 3);
+      if (twist_stride) FN(load_rows)(twist_in, twist_rows + i * 6, 6);
+    } else {
+      if (frame_stride) FN(load_tail)(frame_in, frame_rows + i * 8, 8, rows);
+      if (mass_stride) FN(load_tail)(mass_in, mass_rows + i * 1, 1, rows);
+      if (moments_stride) FN(load_tail)(moments_in, moments_rows + i * 3, 3, rows);
+      if (twist_stride) FN(load_tail)(twist_in, twist_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_energy_motor_number_euclidean_twist)(out, frame_in, mass_in, moments_in, twist_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 1, out, 1);
+    } else {
+      FN(store_tail)(out_rows + i * 1, out, 1, rows);
+    }
+  }
+}
+
+static void FN(pga3d_covector_of_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const wrench_rows = (const S *)ins[0];
+  const ptrdiff_t wrench_stride = strides[0];
+  V wrench_in[6];
+  S *const covector_rows = (S *)outs[0];
+  V covector[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(wrench_in, wrench_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
+    } else {
+      if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_covector_of_twist)(covector, wrench_in);
+    if (rows == W) {
+      FN(store_rows)(covector_rows + i * 6, covector, 6);
+    } else {
+      FN(store_tail)(covector_rows + i * 6, covector, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_exponential_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_exponential_motor_twist)(out, phi_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+  }
+}
+
+static void FN(pga3d_exponential_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_exponential_rate_world_twist_twist)(out, status, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_exponential_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_exponential_rate_body_twist_twist)(out, status, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_bortz_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_bortz_motor_twist)(out, phi_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+  }
+}
+
+static void FN(pga3d_bortz_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_bortz_rate_world_twist_twist)(out, status, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_bortz_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_bortz_rate_body_twist_twist)(out, status, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(pga3d_cayley_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_cayley_motor_twist)(out, phi_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+  }
+}
+
+static void FN(pga3d_cayley_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_cayley_rate_world_twist_twist)(out, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_cayley_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_cayley_rate_body_twist_twist)(out, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_outer_motor_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[8];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_outer_motor_twist)(out, phi_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 8, out, 8);
+    } else {
+      FN(store_tail)(out_rows + i * 8, out, 8, rows);
+    }
+  }
+}
+
+static void FN(pga3d_outer_rate_world_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_outer_rate_world_twist_twist)(out, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
+static void FN(pga3d_outer_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const phi_rows = (const S *)ins[0];
+  const ptrdiff_t phi_stride = strides[0];
+  V phi_in[6];
+  const S *const omega_rows = (const S *)ins[1];
+  const ptrdiff_t omega_stride = strides[1];
+  V omega_in[6];
+  S *const out_rows = (S *)outs[0];
+  V out[6];
+  if (begin >= end) return;
+  FN(load_broadcast)(phi_in, phi_rows, 6);
+  FN(load_broadcast)(omega_in, omega_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (phi_stride) FN(load_rows)(phi_in, phi_rows + i * 6, 6);
+      if (omega_stride) FN(load_rows)(omega_in, omega_rows + i * 6, 6);
+    } else {
+      if (phi_stride) FN(load_tail)(phi_in, phi_rows + i * 6, 6, rows);
+      if (omega_stride) FN(load_tail)(omega_in, omega_rows + i * 6, 6, rows);
+    }
+    FN(pga3d_outer_rate_body_twist_twist)(out, phi_in, omega_in);
+    if (rows == W) {
+      FN(store_rows)(out_rows + i * 6, out, 6);
+    } else {
+      FN(store_tail)(out_rows + i * 6, out, 6, rows);
+    }
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(pga3d_geometric_multivector_multivector_batch),
   FN(pga3d_geometric_motor_motor_batch),
@@ -2428,4 +3235,29 @@ static const bs_batch FN(bs_table)[] = {
   FN(pga3d_screw_of_lines_line_line_number_batch),
   FN(pga3d_screw_bivector_line_number_number_batch),
   FN(pga3d_screw_motor_line_number_number_batch),
+  FN(pga3d_screw_of_euclidean_euclidean_batch),
+  FN(pga3d_screw_vectors_twist_batch),
+  FN(pga3d_wrench_at_euclidean_euclidean_batch),
+  FN(pga3d_velocity_at_twist_euclidean_batch),
+  FN(pga3d_moment_about_twist_euclidean_batch),
+  FN(pga3d_power_twist_twist_batch),
+  FN(pga3d_screw_cross_twist_twist_batch),
+  FN(pga3d_screw_row_twist_batch),
+  FN(pga3d_screw_of_row_numbers6_batch),
+  FN(pga3d_momentum_in_motor_number_euclidean_twist_batch),
+  FN(pga3d_velocity_motor_number_euclidean_twist_batch),
+  FN(pga3d_energy_motor_number_euclidean_twist_batch),
+  FN(pga3d_covector_of_twist_batch),
+  FN(pga3d_exponential_motor_twist_batch),
+  FN(pga3d_exponential_rate_world_twist_twist_batch),
+  FN(pga3d_exponential_rate_body_twist_twist_batch),
+  FN(pga3d_bortz_motor_twist_batch),
+  FN(pga3d_bortz_rate_world_twist_twist_batch),
+  FN(pga3d_bortz_rate_body_twist_twist_batch),
+  FN(pga3d_cayley_motor_twist_batch),
+  FN(pga3d_cayley_rate_world_twist_twist_batch),
+  FN(pga3d_cayley_rate_body_twist_twist_batch),
+  FN(pga3d_outer_motor_twist_batch),
+  FN(pga3d_outer_rate_world_twist_twist_batch),
+  FN(pga3d_outer_rate_body_twist_twist_batch),
 };

@@ -65,7 +65,7 @@ _HOMES = {
     "Trace": "sketch",
     "Units": "sketch",
     "animate": "animation",
-    "picture": "plots",
+    "picture": "pictures",
     "plot": "plots",
     "save": "files",
 }

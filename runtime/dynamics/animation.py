@@ -1,6 +1,6 @@
-"""Films of trajectories: GIF, MP4, and a page that needs no network. Frames are drawn by matplotlib, a page draws its own.
+"""Films of trajectories, whole or not at all: GIF, MP4, and a page that needs no network.
 
-A film is written whole or not at all.
+Frames are drawn by matplotlib; a page draws its own.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from ..errors import InputError, MissingExtraError
 from ..files import replacing
 from ..plot import backend, drawing, pages, palette
 from ..plot import checks as given
-from . import plots
+from ..plot.outlines import Faces, Strokes
+from . import pictures, plots
 from .record import Record, recorded
 from .shapes import Shape
 from .sketch import Sketch
@@ -105,7 +106,7 @@ def animate(
         with replacing(place) as temporary:
             named = temporary.with_name(temporary.name + place.suffix)  # writers go by the suffix
             try:
-                write(named, pictures, rate, _even(size), [color for _, color, _ in plots.paths(record)])
+                write(named, pictures, rate, _even(size), [color for _, color, _ in pictures.paths(record)])
                 named.replace(temporary)
             finally:
                 named.unlink(missing_ok=True)
@@ -202,19 +203,19 @@ class _Stage:
 
     def __init__(self, record: Record, ax: Any) -> None:
         self.record, self.ax = record, ax
-        self.paths = plots.paths(record)
+        self.paths = pictures.paths(record)
         art = backend.imported("mpl_toolkits.mplot3d.art3d")
-        box = plots.room(record)
+        box = pictures.room(record)
         faint = [palette.faded(palette.per_item(color, 1, color), AHEAD) for _, color, _ in self.paths]
         step = self.step = max(1, -(-len(record) // plots.MOST))
         for (_, _, points), rows in zip(self.paths, faint, strict=True):
-            drawn.paths(points[::step], ax, rows, plots.THIN, box)
+            drawn.paths(points[::step], ax, rows, pictures.THIN, box)
         if record.sketch.objects:
-            drawn.draw(*record.sketch.objects, ax=ax, color=palette.GREY, size=plots.OBJECT)
+            drawn.draw(*record.sketch.objects, ax=ax, color=palette.GREY, size=pictures.OBJECT)
         self.lines = []
         for label, color, _ in self.paths:
-            line = art.Line3D([], [], [], color=color, linewidth=plots.TRACE, solid_capstyle="round")
-            line.set(zorder=drawing.ORDER[drawing.Strokes], clip_on=False)
+            line = art.Line3D([], [], [], color=color, linewidth=pictures.TRACE, solid_capstyle="round")
+            line.set(zorder=drawing.ORDER[Strokes], clip_on=False)
             self.lines.append(ax.add_line(line))
             if label:
                 handle = backend.line_class()([], [], color=color, label=plots.plain(label))
@@ -227,14 +228,14 @@ class _Stage:
         self.title = plots.plain(record.sketch.title)
 
     def _body(self, name: str, own: Record) -> tuple[Record, Shape | None, str, Any, Any]:
-        shape, color = own.sketch.shape_of(name, len(own.rows) == 1), plots.body_color(own, name)
+        shape, color = own.sketch.shape_of(name, len(own.rows) == 1), pictures.body_color(own, name)
         art = backend.collections()
-        triangles = np.zeros((1, 3, 3)) if shape is None else plots.placed(own, shape, 0)[shape.faces]
-        faces = plots.surface(triangles, color, plots.SOLID)
+        triangles = np.zeros((1, 3, 3)) if shape is None else pictures.placed(own, shape, 0)[shape.faces]
+        faces = pictures.surface(triangles, color, pictures.SOLID)
         edges = art.Line3DCollection(
-            np.zeros((1, 2, 3)), colors=color, linewidths=plots.TRACE if shape is None else plots.THIN
+            np.zeros((1, 2, 3)), colors=color, linewidths=pictures.TRACE if shape is None else pictures.THIN
         )
-        for artist, kind in ((faces, drawing.Faces), (edges, drawing.Strokes)):
+        for artist, kind in ((faces, Faces), (edges, Strokes)):
             self.ax.add_collection3d(artist)
             artist.set(zorder=drawing.ORDER[kind], clip_on=False)
         return own, shape, color, faces, edges
@@ -251,9 +252,9 @@ class _Stage:
                 edges.set_color(palette.AXES)
                 faces.set_visible(False)
                 continue
-            vertices = plots.placed(own, shape, number)
+            vertices = pictures.placed(own, shape, number)
             faces.set_verts(vertices[shape.faces])
-            faces.set_facecolor(plots.shaded(vertices[shape.faces], color, plots.SOLID))
+            faces.set_facecolor(pictures.shaded(vertices[shape.faces], color, pictures.SOLID))
             edges.set_segments(vertices[shape.edges])
         time = f"t = {self.record.time[number]:.2f} {plots.plain(self.record.sketch.units.time)}"
         self.clock.set_text(f"{self.title}    {time}" if self.title else time)

@@ -114,7 +114,7 @@ class Assembly:
             **self._kept_for_each(method),
         )  # fmt: skip
 
-    def _kept_for_each(self, method: str) -> dict[str, int]:
+    def _kept_for_each(self, method: str) -> dict[str, Any]:
         """What only Taylor series ask for."""
         if method != "taylor":
             return {}

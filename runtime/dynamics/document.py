@@ -6,37 +6,29 @@ Every fault is told with file, line, key and remedy.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, CompilerMissingError, InputError, MissingExtraError, suggest
+from ..codegen.errors import InputError
 from ..kinematics import joints
-from ..loading import stock_algebra
 from ..multivector import Multivector
-from ..tomlread import Document, read_document
-from . import constraints, loads, schema, shapes
-from .bodies import RigidBody
-from .principal import principal
+from ..tomlread import read_document
+from . import constraints, loads, schema, schema_values
+from . import schema_parts as parts
+from .document_bodies import WORLD, Ground, KeyPath, Made
 from .screws import couple, wrench
 from .simulation import Simulation
 from .sketch import Sketch, Trace, Units
 from .system import System
 from .trajectory import Trajectory
 
-if TYPE_CHECKING:
-    from ..algebras import Algebra
-
 Array = NDArray[Any]
-T = TypeVar("T")
-Path_ = tuple[str | int, ...]
-#: What joints call the world.
-WORLD = "base"
 #: States that are stored where nothing else is said, and at most.
 STATES, MOST_STATES = 1000, 5_000_000
 
@@ -82,17 +74,6 @@ class Setup:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class _Made:
-    """A body, and what the rest of the file needs of it."""
-
-    table: Any
-    path: Path_
-    body: RigidBody
-    center: Array
-    shape: shapes.Shape | None
-
-
 def load_simulation(path: str | os.PathLike[str]) -> Setup:
     """Read and check a simulation file.
 
@@ -110,235 +91,72 @@ def load_simulation(path: str | os.PathLike[str]) -> Setup:
     return _Reader(read_document(str(file), schema.FileTable), file.parent).setup()
 
 
-class _Reader:
+class _Reader(Ground):
     """A checked file on its way to a simulation."""
-
-    def __init__(self, document: Document[schema.FileTable], folder: Path) -> None:
-        self.document, self.table, self.folder = document, document.contents, folder
-        self.algebra: Algebra = stock_algebra(self.table.simulation.algebra)
-        self.bodies: dict[str, _Made] = {}
 
     def setup(self) -> Setup:
         """Everything."""
-        for path, table in self._tables():
-            if table.name in self.bodies:
-                raise self.document.error((*path, "name"), f"is {table.name!r}, as of another body")
-            if table.name == WORLD:
-                raise self.document.error((*path, "name"), f"is {WORLD!r}, which is what joints call the world")
-            self.bodies[table.name] = self._body(table, path)
         acting = [self._load(x, ("loads", i)) for i, x in enumerate(self.table.loads)]
         holding = [self._constraint(x, ("constraints", i)) for i, x in enumerate(self.table.constraints)]
         run = self.table.simulation
-        options = {key: getattr(run, key) for key in schema.given(run, "step", "rtol", "atol", "project")}
+        options = {key: getattr(run, key) for key in schema_values.given(run, "step", "rtol", "atol", "project")}
         return Setup(
             self._simulation(acting, holding), run.duration, self._times(), options, self._sketch(holding),
             self.document.name,
         )  # fmt: skip
 
-    # -- errors ------------------------------------------------------------------------------------------------
-
-    def made(self, path: Path_, make: Callable[[], T]) -> T:
-        """What the schema cannot see: its error gets a file, a line and a key."""
-        try:
-            return make()
-        except (MissingExtraError, CompilerMissingError):
-            raise
-        except BladesmithError as error:
-            raise self.document.error(path, f"is refused: {_inside(error)}", error.remedy) from None
-
-    # -- bodies ------------------------------------------------------------------------------------------------
-
-    def _tables(self) -> list[tuple[Path_, schema.BodyTable]]:
-        single, several = self.table.body, self.table.bodies
-        if single is not None and several:
-            raise self.document.error(
-                ("body",), "and bodies are both there; a single body is [body], more are [[bodies]]"
-            )
-        if single is not None:
-            return [(("body",), single)]
-        if not several:
-            raise InputError("has no body.", where=self.document.name, remedy="Describe one under [body]")
-        return [(("bodies", i), table) for i, table in enumerate(several)]
-
-    def _body(self, table: schema.BodyTable, path: Path_) -> _Made:
-        shape, center = self._shape(table, path)
-        mass = table.mass if table.mass is not None else self._mass(table, shape)
-        key = next(iter(schema.given(table, "moments", "tensor")), "shape")
-        inertia = shape.inertia(mass) if shape is not None and key == "shape" else np.array(getattr(table, key))
-        self.made((*path, key), partial(principal, inertia))
-        turn = self._orientation(table, path)
-        position, velocity, spin = (np.array(x) for x in (table.position, table.velocity, table.angular_velocity))
-        if table.position_point is not None:
-            position = position - turn @ self._point(table.position_point, table, center, (*path, "position_point"))
-        if table.velocity_point is not None:
-            point = self._point(table.velocity_point, table, center, (*path, "velocity_point"))
-            velocity = velocity - turn @ np.cross(spin, point)
-        make = partial(RigidBody, mass, inertia, position, turn, velocity, spin, self.algebra)
-        return _Made(table, path, self.made(path, make), center, shape)
-
-    def _mass(self, table: schema.BodyTable, shape: shapes.Shape | None) -> float:
-        assert table.density is not None and shape is not None  # the schema sees to it
-        return table.density * shape.volume
-
-    def _shape(self, table: schema.BodyTable, path: Path_) -> tuple[shapes.Shape | None, Array]:
-        """The shape about the centre of mass, and the centre in the body's coordinates."""
-        center = np.array(table.center or (0.0, 0.0, 0.0))
-        match table.shape:
-            case None:
-                return None, center
-            case schema.MeshTable(path=name, scale=scale):
-                shape, own = self.made((*path, "shape", "path"), partial(shapes.mesh, self.folder / name, scale))
-                if table.center is None:
-                    return shape, own
-                if not schema.given(table, "moments", "tensor"):
-                    raise self.document.error(
-                        (*path, "center"), "is that of the mesh; leave it out, or give moments or a tensor"
-                    )
-                moved = shape.vertices + own - center
-                return shapes.Shape(moved, shape.faces, shape.volume, shape.gyration, shape.edges), center
-            case given:
-                measures = {key: value for key, value in given if key != "kind"}
-                return self.made((*path, "shape"), partial(getattr(shapes, given.kind), **measures)), center
-
-    def _orientation(self, table: schema.BodyTable, path: Path_) -> Array:
-        given = table.orientation
-        if given is None:
-            return np.eye(3)
-        if given.matrix is not None:
-            home, matrix = self.algebra, np.eye(4)
-            matrix[:3, :3] = given.matrix
-            motor = self.made((*path, "orientation", "matrix"), partial(home.motor_from_matrix, matrix, strict=True))
-        else:
-            motor = self.made(
-                (*path, "orientation"), partial(self.algebra.rotor, given.axis, given.radians, strict=True)
-            )
-        return self.algebra.matrix(motor.as_kind("motor"))[:3, :3]
-
-    def _which(self, name: str | None, path: Path_) -> _Made:
-        if name is None:
-            if len(self.bodies) > 1:
-                raise self.document.error(path, f"has no body, which is required: {', '.join(self.bodies)}")
-            return next(iter(self.bodies.values()))
-        if name not in self.bodies:
-            raise self.document.error(
-                path, f"is {name!r}, which is no body{suggest(name, self.bodies)}; there are: {', '.join(self.bodies)}"
-            )
-        return self.bodies[name]
-
-    def _owner(self, table: Any, path: Path_) -> _Made:
-        return self._which(table.body, path if table.body is None else (*path, "body"))
-
-    def _other(self, table: Any, path: Path_) -> tuple[str | None, _Made | None]:
-        if table.other is None:
-            return None, None
-        found = self._which(table.other, (*path, "other"))
-        if found is self._owner(table, path):
-            raise self.document.error((*path, "other"), f"is {table.other!r}, the same body")
-        return found.table.name, found
-
-    def _place(self, place: Any, owner: _Made | None, path: Path_) -> Array:
-        """A point (3,) in a body's frame at its centre of mass, or in the world."""
-        if owner is not None:
-            return self._point(place, owner.table, owner.center, path)
-        if isinstance(place, str):
-            raise self.document.error(path, f"is {place!r}, a name; of the world three numbers are needed")
-        return np.array(place)
-
-    def _point(self, place: Any, table: schema.BodyTable, center: Array, path: Path_) -> Array:
-        if not isinstance(place, str):
-            return np.array(place) - center
-        if place == "center" and place not in table.points:
-            return np.zeros(3)
-        if place not in table.points:
-            known = [*table.points, "center"]
-            what = (
-                f"is {place!r}, which is no point of {table.name}{suggest(place, known)}; there are: {', '.join(known)}"
-            )
-            raise self.document.error(path, what)
-        return np.array(table.points[place]) - center
-
     # -- loads -------------------------------------------------------------------------------------------------
 
-    def _load(self, table: Any, path: Path_) -> loads.Load:
+    def _load(self, table: Any, path: KeyPath) -> loads.Load:
         match table:
-            case schema.GravityTable():
+            case parts.GravityTable():
                 return self.made(path, partial(loads.Gravity, table.acceleration))
-            case schema.WorldWrenchTable():
-                owner = self._owner(table, path)
+            case parts.WorldWrenchTable():
+                owner = self.owner(table, path)
                 return loads.WorldWrench(self._wrench(table, None, path), owner.table.name)
-            case schema.BodyWrenchTable():
-                owner = self._owner(table, path)
+            case parts.BodyWrenchTable():
+                owner = self.owner(table, path)
                 return loads.BodyWrench(self._wrench(table, owner, path), owner.table.name)
-            case schema.SpringTable():
-                owner = self._owner(table, path)
-                name, other = self._other(table, path)
-                ends = [
-                    self._place(table.point, owner, (*path, "point")),
-                    self._place(table.anchor, other, (*path, "anchor")),
-                ]
+            case parts.SpringTable():
+                owner = self.owner(table, path)
+                name, other = self.other(table, path)
+                point = self.place(table.point, owner, (*path, "point"))
+                anchor = self.place(table.anchor, other, (*path, "anchor"))
                 numbers = (table.stiffness, table.length, table.damping)
-                return self.made(path, partial(loads.Spring, *ends, *numbers, owner.table.name, name))
+                return self.made(path, partial(loads.Spring, point, anchor, *numbers, owner.table.name, name))
             case _:
-                owner = self._owner(table, path)
+                owner = self.owner(table, path)
                 return self.made(path, partial(loads.Damper, table.angular, table.linear, owner.table.name))
 
-    def _wrench(self, table: schema.Wrench, owner: _Made | None, path: Path_) -> Multivector:
+    def _wrench(self, table: parts.Wrench, owner: Made | None, path: KeyPath) -> Multivector:
         """A force and a couple together; in a body's frame, forces pass through its centre by default."""
-        place: Any = 0 if table.point is None else self._place(table.point, owner, (*path, "point"))
-        parts = [wrench(table.force or (0.0, 0.0, 0.0), place, self.algebra, strict=True)]
+        place: Any = 0 if table.point is None else self.place(table.point, owner, (*path, "point"))
+        summands = [wrench(table.force or (0.0, 0.0, 0.0), place, self.algebra, strict=True)]
         if table.couple is not None:
-            parts.append(couple(table.couple, self.algebra, strict=True))
-        total: Multivector = parts[0] if len(parts) == 1 else parts[0] + parts[1]
+            summands.append(couple(table.couple, self.algebra, strict=True))
+        total: Multivector = summands[0] if len(summands) == 1 else summands[0] + summands[1]
         return total
 
     # -- constraints -------------------------------------------------------------------------------------------
 
-    def _constraint(self, table: Any, path: Path_) -> constraints.Constraint:
-        owner = self._owner(table, path)
-        other, frame = self._other(table, path)
+    def _constraint(self, table: Any, path: KeyPath) -> constraints.Constraint:
+        owner = self.owner(table, path)
+        other, frame = self.other(table, path)
         own = owner.table.name
         match table:
-            case schema.PinTable():
-                pinned = self._object(table.object, owner, (*path, "object"))
-                there = None if table.world is None else self._object(table.world, frame, (*path, "world"))
-                if there is not None and table.world.kind != table.object.kind:
-                    raise self.document.error(
-                        (*path, "world"), f"is a {table.world.kind}, the object a {table.object.kind}"
-                    )
+            case parts.PinTable():
+                pinned = self.object(table.object, owner, (*path, "object"))
+                world = table.world
+                there = None if world is None else self.object(world, frame, (*path, "world"))
+                if world is not None and world.kind != table.object.kind:
+                    raise self.document.error((*path, "world"), f"is a {world.kind}, the object a {table.object.kind}")
                 return constraints.Pin(pinned, there, own, other)
-            case schema.IncidenceTable():
-                point = self.algebra.point(self._place(table.point, owner, (*path, "point")), strict=True)
-                return constraints.Incidence(point, self._object(table.on, frame, (*path, "on")), own, other)
+            case parts.IncidenceTable():
+                point = self.algebra.point(self.place(table.point, owner, (*path, "point")), strict=True)
+                return constraints.Incidence(point, self.object(table.on, frame, (*path, "on")), own, other)
             case _:
                 wrenches = [self._wrench(x, frame, (*path, "wrenches", i)) for i, x in enumerate(table.wrenches)]
                 return constraints.VirtualPower(wrenches, own, other)
-
-    def _object(self, table: Any, owner: _Made | None, path: Path_) -> Multivector:
-        """An object in a body's frame at its centre of mass, or of the world."""
-        maker = getattr(self.algebra, table.kind, None)
-        if maker is None:
-            kinds = ("point", "direction", "line", "plane")
-            raise self.document.error(
-                path, f"is a {table.kind}, which {self.algebra.name} has not; it has: {', '.join(kinds)}"
-            )
-        measures = {}
-        for key, value in table:
-            if key == "kind" or value is None:
-                continue
-            if key in ("xyz", "a", "b", "point", "center"):
-                value = self._place(value, owner, (*path, key))
-            measures[key] = value
-        if table.kind == "plane":
-            normal = np.array(measures["normal"]) / np.linalg.norm(measures["normal"])
-            if "point" in measures:
-                measures["offset"] = float(normal @ measures.pop("point"))
-            elif owner is not None:
-                measures["offset"] = measures["offset"] / np.linalg.norm(measures["normal"]) - float(
-                    normal @ owner.center
-                )
-                measures["normal"] = normal
-        found: Multivector = self.made(path, partial(maker, **measures, strict=True))
-        return found
 
     # -- the run -----------------------------------------------------------------------------------------------
 
@@ -350,30 +168,30 @@ class _Reader:
         }  # fmt: skip
         if run.baumgarte is not None:
             options["baumgarte"] = run.baumgarte
-        joints = [self._joint(x, ("joints", i)) for i, x in enumerate(self.table.joints)]
-        system = System({name: made.body for name, made in self.bodies.items()}, joints, WORLD)
+        between = [self._joint(x, ("joints", i)) for i, x in enumerate(self.table.joints)]
+        system = System({name: made.body for name, made in self.bodies.items()}, between, WORLD)
         return self.made(("simulation",), partial(Simulation, system, acting, holding, **options))
 
-    def _joint(self, table: Any, path: Path_) -> joints.Joint:
+    def _joint(self, table: Any, path: KeyPath) -> joints.Joint:
         for key in ("a", "b"):
             if getattr(table, key) != WORLD:
-                self._which(getattr(table, key), (*path, key))
+                self.which(getattr(table, key), (*path, key))
         if table.a == table.b:
             raise self.document.error((*path, "b"), f"is {table.b!r}, the same as a")
         home, ends = self.algebra, (table.a, table.b)
         match table:
-            case schema.SphericalTable(point=point):
+            case parts.SphericalTable(point=point):
                 return joints.Spherical(*ends, home.point(point, strict=True))
-            case schema.RevoluteTable(point=point, axis=axis) if home.is_degenerate:
+            case parts.RevoluteTable(point=point, axis=axis) if home.is_degenerate:
                 return joints.Revolute(*ends, home.line(point, axis, strict=True), home.point(point, strict=True))
-            case schema.RevoluteTable(point=point, axis=axis):
+            case parts.RevoluteTable(point=point, axis=axis):
                 return joints.Revolute(*ends, home.circle(point, axis, 1.0, strict=True))
-            case schema.CylindricalTable(point=point, axis=axis):
+            case parts.CylindricalTable(point=point, axis=axis):
                 return joints.Cylindrical(*ends, home.line(point, axis, strict=True))
-            case schema.PrismaticTable(point=point, axis=axis):
+            case parts.PrismaticTable(point=point, axis=axis):
                 beside = home.direction(np.cross(axis, np.eye(3)[np.abs(axis).argmin()]), strict=True)
                 return self.made(path, partial(joints.Prismatic, *ends, home.line(point, axis, strict=True), beside))
-            case schema.PlanarTable(point=point, normal=normal):
+            case parts.PlanarTable(point=point, normal=normal):
                 way = np.array(normal) / np.linalg.norm(normal)
                 return joints.Planar(*ends, home.plane(way, float(way @ point), strict=True))
             case _:
@@ -414,9 +232,9 @@ class _Reader:
         colors = {name: made.table.color for name, made in self.bodies.items() if made.table.color is not None}
         traces = []
         for i, each in enumerate(table.traces):
-            path: Path_ = ("traces", i)
-            owner = self._owner(each, path)
-            point = self._place(each.point, owner, (*path, "point"))
+            path: KeyPath = ("traces", i)
+            owner = self.owner(each, path)
+            point = self.place(each.point, owner, (*path, "point"))
             named = each.point if isinstance(each.point, str) else ""
             label = named if each.label is None else each.label
             traces.append(Trace(point, label, each.color, owner.table.name if len(self.bodies) > 1 else None))
@@ -441,11 +259,6 @@ class _Reader:
         if isinstance(constraint, constraints.Pin):
             return [self.bodies[str(constraint.body)].body.motor >> constraint.body_object]
         return []
-
-
-def _inside(error: BladesmithError) -> str:
-    where = f"{error.where}: " if error.where else ""
-    return where + error.what
 
 
 __all__ = ["Setup", "load_simulation"]

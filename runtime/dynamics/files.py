@@ -1,4 +1,4 @@
-"""Files of trajectories: NPZ and CSV, written whole or not at all, read without executing anything (docs/simulations.md)."""
+"""Files of trajectories: NPZ and CSV, whole or not at all, read without executing anything (docs/simulations.md)."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from ..plot.outlines import Drawable, Marks, Strokes
 from ..plot.shapes import Box
 from ..plot.things import sorted_out
 from ..webpages import filled, page_json
-from . import plots
+from . import pictures
 from .record import Record
 from .shapes import Shape
 
@@ -59,7 +59,7 @@ def page_text(record: Record, speed: float, view: tuple[float, float]) -> str:
 
 def contents(record: Record, speed: float, view: tuple[float, float]) -> dict[str, Any]:
     """What the script reads: positions are relative to the middle of the view, so that 24 bits are enough."""
-    low, high = plots.room(record)
+    low, high = pictures.room(record)
     middle, half = (low + high) / 2, (high - low) / 2
     chosen = (
         np.unique(np.linspace(0, len(record) - 1, MOST_STATES).astype(int))
@@ -78,7 +78,7 @@ def contents(record: Record, speed: float, view: tuple[float, float]) -> dict[st
         "bodies": [_body(record, name, own, chosen, middle, size) for name, own in record.bodies.items()],
         "traces": [
             {"label": label, "color": color, "points": _packed(points[chosen] - middle, np.float32)}
-            for label, color, points in plots.paths(record)
+            for label, color, points in pictures.paths(record)
         ],
         "objects": _objects(record, Box(low, high), middle),
         "half": half.tolist(), "size": size, "view": list(view), "speed": speed,
@@ -97,7 +97,7 @@ def _body(record: Record, name: str, own: Record, chosen: Array, middle: Array, 
     poses = np.concatenate([own.orientation[chosen], (own.position[chosen] - middle)[..., None]], -1)
     index = np.uint16 if len(vertices) <= np.iinfo(np.uint16).max else np.uint32
     return {
-        "color": plots.body_color(record, name), "vertices": _packed(vertices, np.float32),
+        "color": pictures.body_color(record, name), "vertices": _packed(vertices, np.float32),
         "faces": _packed(faces, index), "edges": _packed(edges, index), "poses": _packed(poses, np.float32),
     }  # fmt: skip
 

@@ -150,8 +150,8 @@ class Record:
         return plot(self, path, **options)
 
     def picture(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Any:
-        """The motion in space; see `plots.picture`."""
-        from .plots import picture
+        """The motion in space; see `pictures.picture`."""
+        from .pictures import picture
 
         return picture(self, path, **options)
 

@@ -1,0 +1,278 @@
+"""Rigid bodies beside what people would use instead, in one process: MuJoCo, Pinocchio, scipy's DOP853, heyoka, classical
+Runge-Kutta steps in numba, and `clifford`. Peers that are not installed are skipped.
+
+Everything is warm; times are the least processor time of several runs. Errors are of the orientation (radians) and of the
+angular velocity (relative) at the end, against elliptic functions or power series with 30 digits. A call of `run` also
+checks, assembles and hands back; of 1000 bodies at once each bears a thousandth of that.
+
+    python benchmarks/bench_dynamics.py
+    python benchmarks/bench_dynamics.py --only tops --json tops.json
+    python benchmarks/bench_dynamics.py --only drift --steps 1000000
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import dynamics_peers as peers
+import numpy as np
+from dynamics_peers import GRAVITY, Top
+
+from bladesmith import cga3d, dynamics
+from bladesmith.report.studies import exact_motions
+
+Row = dict[str, Any]
+REPEATS = 7
+#: A run is repeated within a timing until it takes so long, in seconds.
+LEAST = 0.01
+#: Free and heavy: no two moments equal.
+FREE = Top((1.0, 2.0, 2.5), (1.5, 1.0, 2.0), (1.0, 0.0, 0.0, 0.0), 20.0)
+HEAVY = Top((0.2, 0.3, 0.15), (0.3, 0.2, 15.0), (np.cos(0.3), np.sin(0.3), 0.0, 0.0), 5.0, 1.0, 0.5)
+#: Bars: nanoseconds, steps per second, and times of peers at the errors for which they are compared.
+STEP_BAR, RHS_BAR, RATE_BAR, HEYOKA_BAR, ENGINES_BAR = 47.0, 250.0, 1e7, 3.0, 50.0
+ERRORS = (1e-6, 1e-9, 1e-12)
+BODIES, STEPS = 1000, 1000
+OURS = (("taylor", (1e-4, 1e-6, 1e-9, 1e-12, 1e-15)), ("adaptive", (1e-6, 1e-9, 1e-11, 1e-13)), ("auto", (None,)))
+
+
+def seconds(run: Callable[[], Any], repeats: int = REPEATS) -> float:
+    """Processor time of one run: the least of several."""
+    run()
+    start = time.process_time()
+    run()
+    rounds = max(1, int(LEAST / max(time.process_time() - start, 1e-7)))
+    found = []
+    for _ in range(repeats):
+        start = time.process_time()
+        for _ in range(rounds):
+            run()
+        found.append((time.process_time() - start) / rounds)
+    return min(found)
+
+
+def rotation(quaternion: Any) -> Any:
+    """Matrix of (w, x, y, z)."""
+    w, x, y, z = np.asarray(quaternion) / np.linalg.norm(quaternion)
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ])  # fmt: skip
+
+
+def body_of(top: Top, count: int = 1) -> Any:
+    """One of ours, or so many."""
+    turn = rotation(top.quaternion)
+    arm = np.array([0, 0, top.arm])
+    mass = top.mass if count == 1 else np.full(count, top.mass)
+    return dynamics.RigidBody(mass, top.moments, turn @ arm, turn, turn @ np.cross(top.spin, arm), top.spin)
+
+
+def simulation_of(top: Top, count: int = 1, **options: Any) -> Any:
+    """With weight and pin where it has a tip."""
+    if not top.arm:
+        return dynamics.Simulation(body_of(top, count), **options)
+    loads, pins = [dynamics.Gravity((0, 0, -GRAVITY))], [dynamics.Pin(cga3d.point((0, 0, -top.arm)))]
+    return dynamics.Simulation(body_of(top, count), loads, pins, **options)
+
+
+def truth(top: Top) -> tuple[Any, Any]:
+    """Orientation and spin at the end."""
+    turn = rotation(top.quaternion)
+    if not top.arm:
+        change, spin = exact_motions.free_top(np.array(top.moments), np.array(top.spin), top.duration)
+        return turn @ change, spin
+    given = (np.array([top.mass]), np.array([top.moments]), np.array([[0, 0, top.arm]]), np.array([0, 0, -GRAVITY]))
+    turns, spins = exact_motions.turning(*given, turn[None], np.array([top.spin]), top.duration)
+    return turns[0], spins[0]
+
+
+def off(turn: Any, spin: Any, exact: tuple[Any, Any]) -> float:
+    """The larger of both errors."""
+    angle = 2 * np.arcsin(min(1.0, float(np.linalg.norm(turn - exact[0])) / (2 * np.sqrt(2))))
+    return float(max(angle, np.linalg.norm(spin - exact[1]) / np.linalg.norm(exact[1])))
+
+
+# -- parts -------------------------------------------------------------------------------------------------
+
+
+def steps(options: argparse.Namespace) -> Iterator[Row]:
+    """Steps of one body."""
+    count = 100_000
+    long = Top(FREE.moments, FREE.spin, FREE.quaternion, count * 1e-3)
+    tall = Top(HEAVY.moments, HEAVY.spin, HEAVY.quaternion, count * 1e-3, arm=HEAVY.arm)
+
+    def ours(top: Top, **given: Any) -> float:
+        simulation, times = simulation_of(top, **given), [top.duration]
+        call = seconds(lambda: simulation.run(1e-3, times=[1e-3], threads=1))
+        return (seconds(lambda: simulation.run(top.duration, step=1e-3, times=times, threads=1), 3) - call) / count
+
+    what = "step of a free body"
+    yield {"what": what, "method": "bladesmith rk4", "ns": 1e9 * ours(long, integrator="rk4"), "bar": STEP_BAR}
+    for name in ("rkmk4", "cf4", "midpoint", "strang", "blanes-moan", "yoshida6"):
+        yield {"what": what, "method": f"bladesmith {name}", "ns": 1e9 * ours(long, integrator=name)}
+    if not peers.missing("numba"):
+        yield {"what": what, "method": "numba RK4", "ns": 1e9 * seconds(peers.by_numba(long, count), 3) / count}
+    if not peers.missing("mujoco"):
+        for name in ("Euler", "RK4"):
+            ns = 1e9 * seconds(peers.by_mujoco(long, count // 10, name), 3) / (count // 10)
+            yield {"what": what, "method": f"MuJoCo {name}", "ns": ns}
+    what = "right-hand side of a pinned body"
+    for how, way in (("null space", "null-space"), ("multipliers and projection", "projection")):
+        ns = 1e9 * ours(tall, integrator="rk4", stabilization=way) / 4
+        yield {"what": what, "method": f"bladesmith, {how}, quarter of a step", "ns": ns, "bar": RHS_BAR}
+    if not peers.missing("pinocchio"):
+        import pinocchio as pin
+
+        model, data = peers.pinocchio_top(HEAVY)
+        q, v, none = np.array([0, 0, 0, 1.0]), np.array(HEAVY.spin), np.zeros(3)
+        ns = 1e9 * seconds(lambda: pin.aba(model, data, q, v, none))
+        yield {"what": what, "method": "Pinocchio ABA, called from Python", "ns": ns}
+    if not peers.missing("clifford") and not options.skip_clifford:
+        yield {"what": what, "method": "clifford, free body", "ns": 1e9 * seconds(peers.clifford_rates(FREE), 3)}
+
+
+def batches(options: argparse.Namespace) -> Iterator[Row]:
+    """Steps of 1000 bodies: of a body, on the wall, for threads share the work."""
+    top = Top(FREE.moments, FREE.spin, FREE.quaternion, STEPS * 1e-3)
+    simulation, total = simulation_of(top, BODIES, integrator="rk4"), BODIES * STEPS
+
+    def wall(run: Callable[[], Any]) -> float:
+        run()
+        found = []
+        for _ in range(REPEATS):
+            start = time.perf_counter()
+            run()
+            found.append(time.perf_counter() - start)
+        return 1e9 * min(found) / total
+
+    what = f"RK4 steps of {BODIES} bodies"
+    for threads in (1, 2):
+        ns = wall(lambda n=threads: simulation.run(top.duration, step=1e-3, times=[top.duration], threads=n))  # type: ignore[misc]
+        bar = {"bar": 1e9 / RATE_BAR} if threads == 2 else {}
+        yield {"what": what, "method": f"bladesmith, {threads} threads", "ns": ns, "rate": 1e9 / ns, **bar}
+    if not peers.missing("numba"):
+        run = peers.by_numba(top, STEPS)
+        ns = wall(lambda: [run() for _ in range(BODIES)])
+        yield {"what": what, "method": "numba, 1 thread, body by body", "ns": ns, "rate": 1e9 / ns}
+    if not peers.missing("mujoco"):
+        run = peers.by_mujoco(top, STEPS)
+        ns = BODIES / 10 * wall(lambda: [run() for _ in range(10)])
+        yield {"what": what, "method": "MuJoCo, body by body", "ns": ns, "rate": 1e9 / ns}
+
+
+def tops(options: argparse.Namespace) -> Iterator[Row]:
+    """Error against time, of a free and of a heavy top, and who takes how long for the same error."""
+    for what, top in ((f"free top to t = {FREE.duration:g}", FREE), (f"heavy top to t = {HEAVY.duration:g}", HEAVY)):
+        exact, rows = truth(top), []
+        for name, settings in OURS:
+            for setting in settings:
+                rows += _ours(top, name, setting, exact)
+        for name, setting, run in peers.runs(top):
+            if run is None:
+                yield {"what": what, "method": f"{name}: {setting}, skipped"}
+                continue
+            end = run()
+            error = off(rotation(end[0]), np.array(end[1]), exact)
+            rows.append({"method": name, "setting": setting, "error": error, "ns": 1e9 * seconds(run, 3)})
+        yield from ({"what": what, **row} for row in rows)
+        for error in ERRORS:
+            yield from _compared(f"{what}, error {error:g}", [r for r in rows if r["error"] <= error])
+
+
+def _ours(top: Top, name: str, setting: float | None, exact: tuple[Any, Any]) -> list[Row]:
+    """A call, and one of a thousand."""
+    found, chosen = [], ""
+    for count, many in ((1, ""), (BODIES, f", one of {BODIES}")):
+        if count > 1 and chosen in ("blanes-moan", "yoshida6"):
+            continue  # minutes
+        simulation = simulation_of(top, count, integrator=name)
+
+        def run(simulation: Any = simulation) -> Any:
+            return simulation.run(top.duration, times=[top.duration], rtol=setting, threads=1)
+
+        end = run()
+        chosen = end.integrator
+        turn, spin = (x.reshape(-1, 2, *x.shape[-k:])[0, -1] for x, k in ((end.orientation, 2), (end.angular_velocity, 1)))
+        label = f"bladesmith {name}{f' ({chosen})' if name == 'auto' else ''}{many}"
+        ns = 1e9 * seconds(run, 3) / count
+        found.append({"method": label, "setting": setting or "", "error": off(turn, spin, exact), "ns": ns})
+    return found
+
+
+def _compared(what: str, rows: list[Row]) -> Iterator[Row]:
+    """The fastest of each, beside our fastest of both ways to be called."""
+    fastest: dict[str, Row] = {}
+    for row in rows:
+        kind = row["method"]
+        if kind.startswith("bladesmith"):
+            kind = f"bladesmith, one of {BODIES}" if "one of" in kind else "bladesmith, a call"
+        if kind not in fastest or row["ns"] < fastest[kind]["ns"]:
+            fastest[kind] = row
+    own = fastest.get(f"bladesmith, one of {BODIES}")
+    for kind, row in fastest.items():
+        times = {} if own is None else {"times": row["ns"] / own["ns"]}
+        if own is not None and kind == "heyoka":
+            times["least"] = 1 / HEYOKA_BAR
+        if own is not None and kind.startswith(("MuJoCo", "scipy")):
+            times["least"] = ENGINES_BAR
+        yield {"what": what, **row, "method": f"{kind}: {row['method']}" if kind.startswith("blade") else kind, **times}
+
+
+def drift(options: argparse.Namespace) -> Iterator[Row]:
+    """Energy and momentum over as many steps as are asked for, of every integrator."""
+    from bladesmith.report.runner import run_study
+    from bladesmith.report.studies import drift as studied
+
+    for row in run_study(studied.study((float(options.steps),))):
+        if not row.sweep:
+            yield {"what": row.case, "method": row.method, "error": row.max_error, "ns": row.nanoseconds}
+
+
+PARTS = {"steps": steps, "batches": batches, "tops": tops, "drift": drift}
+
+
+def told(row: Row) -> str:
+    """One line."""
+    line = f"  {row['method']:42s} {row.get('setting', '')!s:>8s}"
+    if "error" in row:
+        line += f" error {row['error']:8.1e}"
+    if "ns" in row:
+        line += f" {row['ns']:12.4g} ns"
+    if "rate" in row:
+        line += f" {row['rate']:9.3g} steps/s"
+    if "bar" in row:
+        line += f"  bar {row['bar']:g} ns{'' if row['ns'] <= row['bar'] else ' MISSED'}"
+    if "times" in row:
+        line += f"  {row['times']:.3g} times"
+    if "least" in row:
+        line += f", bar {row['least']:.3g}{'' if row['times'] >= row['least'] else ' MISSED'}"
+    return line
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser.add_argument("--steps", type=int, default=10_000, help="of long runs, up to 1000000")
+    parser.add_argument("--skip-clifford", action="store_true")
+    parser.add_argument("--json", help="write the rows to this file")
+    options = parser.parse_args()
+    rows, before = [], ""
+    for name in options.only:
+        for row in PARTS[name](options):
+            rows.append(row)
+            if row["what"] != before:
+                before = row["what"]
+                print(f"-- {before}")
+            print(told(row), flush=True)
+    if options.json:
+        with open(options.json, "w", encoding="utf-8") as file:
+            json.dump(rows, file, indent=1)
+
+
+if __name__ == "__main__":
+    main()
