@@ -1,9 +1,9 @@
-"""Rigid bodies beside what people would use instead, in one process: MuJoCo, Pinocchio, scipy's DOP853, heyoka, classical
-Runge-Kutta steps in numba, and `clifford`. Peers that are not installed are skipped.
+"""Rigid bodies beside what people would use instead, in one process: MuJoCo, Pinocchio, scipy's DOP853, heyoka,
+classical Runge-Kutta steps in numba, and `clifford`. Peers that are not installed are skipped.
 
-Everything is warm; times are the least processor time of several runs. Errors are of the orientation (radians) and of the
-angular velocity (relative) at the end, against elliptic functions or power series with 30 digits. A call of `run` also
-checks, assembles and hands back; of 1000 bodies at once each bears a thousandth of that.
+Everything is warm; times are the least processor time of several runs. Errors are of the orientation (radians) and of
+the angular velocity (relative) at the end, against elliptic functions or power series with 30 digits. A call of `run`
+also checks, assembles and hands back; of 1000 bodies at once each bears a thousandth of that.
 
     python benchmarks/bench_dynamics.py
     python benchmarks/bench_dynamics.py --only tops --json tops.json
@@ -16,6 +16,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import dynamics_peers as peers
@@ -107,6 +108,7 @@ def steps(options: argparse.Namespace) -> Iterator[Row]:
     tall = Top(HEAVY.moments, HEAVY.spin, HEAVY.quaternion, count * 1e-3, arm=HEAVY.arm)
 
     def ours(top: Top, **given: Any) -> float:
+        """What a step adds to a call."""
         simulation, times = simulation_of(top, **given), [top.duration]
         call = seconds(lambda: simulation.run(1e-3, times=[1e-3], threads=1))
         return (seconds(lambda: simulation.run(top.duration, step=1e-3, times=times, threads=1), 3) - call) / count
@@ -178,7 +180,7 @@ def tops(options: argparse.Namespace) -> Iterator[Row]:
                 continue
             end = run()
             error = off(rotation(end[0]), np.array(end[1]), exact)
-            rows.append({"method": name, "setting": setting, "error": error, "ns": 1e9 * seconds(run, 3)})
+            rows.append({"method": name, "setting": setting, "error": error, "ns": 1e9 * seconds(run, 2)})
         yield from ({"what": what, **row} for row in rows)
         for error in ERRORS:
             yield from _compared(f"{what}, error {error:g}", [r for r in rows if r["error"] <= error])
@@ -197,7 +199,9 @@ def _ours(top: Top, name: str, setting: float | None, exact: tuple[Any, Any]) ->
 
         end = run()
         chosen = end.integrator
-        turn, spin = (x.reshape(-1, 2, *x.shape[-k:])[0, -1] for x, k in ((end.orientation, 2), (end.angular_velocity, 1)))
+        turn, spin = (
+            x.reshape(-1, 2, *x.shape[-k:])[0, -1] for x, k in ((end.orientation, 2), (end.angular_velocity, 1))
+        )
         label = f"bladesmith {name}{f' ({chosen})' if name == 'auto' else ''}{many}"
         ns = 1e9 * seconds(run, 3) / count
         found.append({"method": label, "setting": setting or "", "error": off(turn, spin, exact), "ns": ns})
@@ -233,7 +237,24 @@ def drift(options: argparse.Namespace) -> Iterator[Row]:
             yield {"what": row.case, "method": row.method, "error": row.max_error, "ns": row.nanoseconds}
 
 
-PARTS = {"steps": steps, "batches": batches, "tops": tops, "drift": drift}
+def auto(options: argparse.Namespace) -> Iterator[Row]:
+    """What "auto" takes in the studies, and the fastest and the most exact of all others."""
+    from bladesmith.report.registry import load_study
+    from bladesmith.report.runner import run_study
+    from bladesmith.report.studies import integrators
+
+    for name in ("tops", "pendulums", "stiffness"):
+        study = load_study(name)
+        for v in integrators.verdicts(run_study(replace(study, cases=tuple(c for c in study.cases if not c.sweep)))):
+            yield {"what": v.case, "method": f"auto: {v.chosen}", "error": v.error, "ns": v.nanoseconds}
+            for which, row in (("fastest to 1e-9", v.fastest), ("most exact", v.exactest)):
+                if row is not None:
+                    label, times = f"{which}: {row.method}", row.nanoseconds / v.nanoseconds
+                    found = {"error": row.max_error, "ns": row.nanoseconds, "times": times}
+                    yield {"what": v.case, "method": label, "setting": row.setting, **found}
+
+
+PARTS = {"steps": steps, "batches": batches, "tops": tops, "auto": auto, "drift": drift}
 
 
 def told(row: Row) -> str:

@@ -65,11 +65,14 @@ def no_turn(s):
 
 
 def pins(rng):
-    """Everything that can be pinned, by name, in both algebras or in CGA alone."""
-    p, q = rng.normal(size=(2, 3))
-    m, n = unit(rng.normal(size=3)), unit(rng.normal(size=3))
+    """Everything that can be pinned, by name: in both algebras, and in CGA alone; at random places."""
+    p, q, m, n = rng.normal(size=(4, 3))
+    return pins_at(p, q, unit(m), unit(n), *rng.uniform(0.3, 1.5, 2))
+
+
+def pins_at(p, q, m, n, radius, off):
+    """The same of two points, two unit vectors and two lengths."""
     across = unit(np.cross(m, n))
-    radius, off = rng.uniform(0.3, 1.5, 2)
     both = {
         "point": Case(lambda a: [a.point(p)], lambda s: ne.point_held(s, p), 3),
         "direction": Case(lambda a: [a.direction(m)], lambda s: ne.direction_held(s, m), 4),
@@ -119,7 +122,7 @@ def pins(rng):
 
 
 def surfaces(rng):
-    """Objects of the world that a point of the body stays on: a point of each (n -> (n, 3)), the rows, the freedom left."""
+    """Objects of the world that a point of the body stays on: points of each (n -> (n, 3)), the rows, freedom left."""
     c, p = rng.normal(size=(2, 3))
     m = unit(rng.normal(size=3))
     e1, e2 = ne.across(m)

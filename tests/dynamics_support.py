@@ -1,4 +1,7 @@
-"""Random bodies for tests of dynamics, and what the driver makes of a state: one program serves all constraints."""
+"""Random bodies for tests of dynamics, what the driver makes of a state, and how wrong that is.
+
+One program serves all constraints: it is compiled once.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,8 @@ from bladesmith.codegen.programs.dynamics import LOADS, Needs
 from bladesmith.dynamics import engine, methods
 from bladesmith.dynamics.assembly import Assembly, assemble
 
+from . import newton_euler as ne
+from .dynamics_conditions import wrench
 from .newton_euler import State, times
 
 FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
@@ -25,6 +30,11 @@ LAYOUTS = {
     "pga3d": ("direction", "point", "plane", "line", "twist"),
 }
 ROWS = 24
+#: Share of an acceleration or a reaction that may be wrong.
+BAR = 1e-10
+#: Objects drawn for each constraint, and states of each.
+OBJECTS, STATES = (5, 200) if FULL else (3, 40)
+GRAVITY = np.array([0.3, -0.7, -9.81])
 
 
 class Wide(Assembly):
@@ -51,6 +61,13 @@ def states(n, seed, size=2.0, speed=3.0):
     return State(mass, (tensor + np.swapaxes(tensor, 1, 2)) / 2, x, turn, v, w)
 
 
+def alike(n, seed):
+    """States of one body."""
+    s = states(n, seed)
+    s.mass[:], s.tensor[:] = s.mass[0], s.tensor[0]
+    return s
+
+
 def body_of(s, algebra):
     """The package's body in this state."""
     spin = np.einsum("nji,nj->ni", s.turn, s.w)
@@ -65,8 +82,8 @@ def single(s, i):
 def _item(body):
     """The only body of a batch of one."""
     return dynamics.RigidBody(
-        float(body.mass[0]), body.axes[0] @ np.diag(body.moments[0]) @ body.axes[0].T, body.position[0], body.rotation[0],
-        body.velocity[0], body.angular_velocity[0], algebra=body.algebra,
+        float(body.mass[0]), body.axes[0] @ np.diag(body.moments[0]) @ body.axes[0].T, body.position[0],
+        body.rotation[0], body.velocity[0], body.angular_velocity[0], algebra=body.algebra,
     )  # fmt: skip
 
 
@@ -74,6 +91,13 @@ def screws(algebra, rows):
     """Vectors a and b of a I3 + b n."""
     found = call(algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(rows)))
     return found.values[0].values, found.values[1].values
+
+
+def pose(motor, twist):
+    """Place, turn and velocities in the world that functions of the state are given."""
+    matrix = motor.algebra.matrix(motor)
+    w, v = screws(motor.algebra, twist.values)
+    return matrix[:3, 3], matrix[:3, :3], matrix[:3, :3] @ v, matrix[:3, :3] @ w
 
 
 class Looked:
@@ -91,7 +115,7 @@ class Looked:
     """
 
     def __init__(self, s, algebra, loads, constraints, null_space, alone=False, before=None):
-        """Alone: one simulation serves all states, which are of one body; `before(i)` prepares what constraints read."""
+        """Alone: one simulation serves all states, those of one body; `before(i)` prepares what constraints read."""
         body = body_of(single(s, 0) if alone else s, algebra)
         self.made = made = assemble([_item(body) if alone else body], ["body"], loads, constraints, 1.0, null_space)
         self.before = before or (lambda i: None)
@@ -132,3 +156,46 @@ class Looked:
         turns, ways = screws(algebra, np.eye(6))  # a row holds the power of the reaction on each unit twist
         self.force, about_origin = times(turn, rows @ ways), times(turn, rows @ turns)
         self.moment = about_origin + np.cross(r, self.force)
+
+
+def worst(found, a, dw, force, moment, s):
+    """Largest share that is wrong; turns and moments are brought to lengths by the radius of gyration."""
+    reach = np.sqrt(np.trace(s.tensor, axis1=1, axis2=2) / s.mass)[:, None]
+    shares = []
+    for mine, theirs in (
+        ((found.acceleration, reach * found.spin_rate), (a, reach * dw)),
+        ((found.force, found.moment / reach), (force, moment / reach)),
+    ):
+        error = np.linalg.norm(np.concatenate([x - y for x, y in zip(mine, theirs, strict=True)], 1), axis=1)
+        size = np.linalg.norm(np.concatenate(theirs, 1), axis=1)
+        shares.append(float(np.divide(error, size, out=error.copy(), where=size > 1e-3).max()))
+    return max(shares)
+
+
+def loads(algebra, rng):
+    """Gravity, and a wrench of each sort; and what they are, for a state, about the centre of mass."""
+    force, moment, own_force, own_moment = rng.normal(size=(4, 3))
+    acting = [
+        dynamics.Gravity(GRAVITY),
+        dynamics.WorldWrench(wrench(algebra, force, moment)),
+        dynamics.BodyWrench(wrench(algebra, own_force, own_moment)),
+    ]
+
+    def about_center(s):
+        total = s.mass[:, None] * GRAVITY + force + times(s.turn, own_force)
+        return total, moment - np.cross(s.x, force) + times(s.turn, own_moment)
+
+    return acting, about_center
+
+
+def settled(s, build):
+    """The state next to s that obeys the rows, and they there."""
+    s = ne.admissible(s, build(s))
+    return s, build(s)
+
+
+def compared(s, rows, algebra, constraints, null_space, rng, alone=False, before=None):
+    """What the driver finds, and how wrong it is."""
+    acting, about_center = loads(algebra, rng)
+    found = Looked(s, algebra, acting, constraints, null_space, alone, before)
+    return found, worst(found, *ne.motion(s, *about_center(s), rows), s)

@@ -1,7 +1,7 @@
 """Newton and Euler by plain three-vectors: accelerations and reactions of rigid bodies held by geometric conditions.
 
-No geometric algebra. A condition is a few rows on (v, w) of the body in the world's axes: what they times (v, w) must be,
-and what they times (a, dw) must be. Batches (n, ...) throughout; equations are solved in extended precision.
+No geometric algebra. A condition is a few rows on (v, w) of the body in the world's axes: what they times (v, w) must
+be, and what they times (a, dw) must be. Batches (n, ...) throughout; equations are solved in extended precision.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def times(matrix, vector):
 
 @dataclass
 class State:
-    """n bodies: mass (n,), tensors (n, 3, 3) in body axes, place x (n, 3), turn (n, 3, 3), velocities v, w (n, 3) of the
-    centre of mass and of turning, in the world's axes.
+    """n bodies: mass (n,), tensors (n, 3, 3) in body axes, place x (n, 3), turn (n, 3, 3), velocities v, w (n, 3) of
+    the centre of mass and of turning, in the world's axes.
     """
 
     mass: np.ndarray
@@ -86,7 +86,7 @@ REST = np.zeros(3)
 
 
 def point_along(s, p, e, c=(REST, REST, REST), slid=(REST, REST)):
-    """e . P = e . c for directions e that rest; c moves. Within the body the point slides with velocity, acceleration."""
+    """e . P = e . c for directions e that rest; c moves, and the point slides within the body, with these rates."""
     r, bend = s.arm(p), s.bend(p)
     slip = 2 * np.cross(s.w, times(s.turn, slid[0])) + times(s.turn, slid[1])
     slide = times(s.turn, slid[0])

@@ -30,12 +30,10 @@ def drift(values):
     return np.abs(values - values[0]).max() / np.abs(values[0]).max()
 
 
-def kinetic(found):
-    """Energy without what gravity adds: what a share of the energy is measured by."""
-    return np.abs(found.energy[0])
+TOPS_OF_ALGEBRAS = [("cuboid", pga), ("heavy top", cga), ("lopsided top", pga)]
 
 
-@pytest.mark.parametrize(("name", "algebra"), [("cuboid", pga), ("heavy top", cga), ("lopsided top", pga)])
+@pytest.mark.parametrize(("name", "algebra"), TOPS_OF_ALGEBRAS if FULL else TOPS_OF_ALGEBRAS[:2])
 def test_energy_stays_over_a_million_steps(name, algebra):
     """At the default settings, h = 1e-3; and the second half is no worse than the first: no trend."""
     found = simulation(TOPS[name], algebra).run(1000.0, times=stores(1000.0))
@@ -63,7 +61,7 @@ HELD = {
 
 @pytest.mark.parametrize("name", HELD if FULL else ["two points"])
 def test_pins_hold_over_a_million_steps(name):
-    """Steps of 0.1 ms, so that integrators without a memory keep their energy too; the plane falls, and stops nowhere."""
+    """Steps of 0.1 ms, so that integrators without a memory keep their energy too; a plane lets the body fall."""
     algebra, objects, integrator = HELD[name]
     steps = 1_000_000 if FULL else 200_000
     turn = Rotation.from_rotvec([0.5, 1.0, 0.3]).as_matrix()
@@ -187,7 +185,8 @@ def batch(n, algebra):
 
 
 def arrays(found):
-    return [found.motor.values, found.twist.values, found.reaction.values, found.violation, found.energy, found.position]
+    states = [x.values for x in (found.motor, found.twist, found.reaction)]
+    return [*states, found.violation, found.energy, found.position]
 
 
 @pytest.mark.parametrize(
@@ -206,8 +205,8 @@ def test_a_batch_is_its_single_runs_bit_for_bit(objects, integrator, how):
     numbers = batch(n, algebra)
     if objects:  # at rest, so that every pin finds it so
         numbers["angular_velocity"] = np.zeros((n, 3))
-    pins = [dynamics.Pin({"point": algebra.point(P), "line": algebra.line(P, AXIS), "plane": algebra.plane(AXIS, AXIS @ P)}[x])
-            for x in objects]  # fmt: skip
+    known = {"point": algebra.point(P), "line": algebra.line(P, AXIS), "plane": algebra.plane(AXIS, AXIS @ P)}
+    pins = [dynamics.Pin(known[x]) for x in objects]
 
     def run(**given):
         body = dynamics.RigidBody(**given, algebra=algebra)

@@ -47,6 +47,7 @@ _HOMES = {
     "Incidence": "constraints",
     "VirtualPower": "constraints",
     "allowed_twists": "freedom",
+    "Event": "events",
     "Simulation": "simulation",
     "System": "system",
     "Trajectory": "trajectory",

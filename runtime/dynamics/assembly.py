@@ -94,7 +94,7 @@ class Assembly:
         block = np.broadcast_to(np.asarray(values, np.float64), (self.size, np.shape(values)[-1]))
         self.blocks.append(block)
         self.width += block.shape[1]
-        return self.width - block.shape[1]
+        return self.width - int(block.shape[1])
 
     @property
     def numbers(self) -> Array:
@@ -146,7 +146,8 @@ class Assembly:
     @property
     def shift(self) -> Multivector:
         """Motor from the driver's world to the user's."""
-        return self.algebra.translator(self.origin)
+        motor: Multivector = self.algebra.translator(self.origin)
+        return motor
 
     def to_user(self, body: int, motors: Array, twists: Array) -> tuple[Multivector, Multivector]:
         """Poses and twists (in the bodies' frames) as the user has them; arrays (..., 8) and (..., 6)."""

@@ -21,7 +21,7 @@ from .functions import Called
 from .methods import NUMBERS, Method
 
 if TYPE_CHECKING:
-    from .sensitivities import Directions
+    from .parameters import Directions
 
 Array = NDArray[Any]
 #: Status of a simulation, as in templates/c/dynamics_rates.j2.

@@ -14,6 +14,7 @@ from .assembly import Assembly
 from .body_numbers import BODY, PLACES, SPRING
 
 if TYPE_CHECKING:
+    from .parameters import Directions
     from .trajectory import Trajectory
 
 Array = NDArray[Any]
@@ -24,7 +25,8 @@ class Sensitivities(dict[str, "Sensitivity"]):
 
     def __missing__(self, name: str) -> Sensitivity:
         raise InputError(
-            f"no sensitivity to {name!r} was asked for.{suggest(name, self)}", remedy="Name it in run(sensitivities=[..])"
+            f"no sensitivity to {name!r} was asked for.{suggest(name, self)}",
+            remedy="Name it in run(sensitivities=[..])",
         )
 
 
@@ -54,10 +56,17 @@ class Sensitivity:
     def _made(self) -> Assembly:
         return self._trajectory._made
 
+    @property
+    def _directions(self) -> Directions:
+        found = self._trajectory._run.driver.directions
+        assert found is not None  # of a run that was asked for sensitivities
+        return found
+
     def _tangents(self, body: int) -> tuple[Array, Array]:
         """Of pose and twist (..., stores, k, 6), in the driver's frame."""
         run = self._trajectory._run
-        chosen = run.tangents[:, :, self._place, :, body] / run.driver.directions.sizes[:, None, self._place, None, None]
+        sizes = self._directions.sizes[:, None, self._place, None, None]
+        chosen = run.tangents[:, :, self._place, :, body] / sizes
         found = self._trajectory._array(chosen)
         return np.ascontiguousarray(found[..., 0, :]), np.ascontiguousarray(found[..., 1, :])
 
@@ -113,7 +122,7 @@ class Sensitivity:
 
     def _numbers(self, begin: int, count: int) -> tuple[Array, Array]:
         """Numbers (.., 1, 1, count) of the simulation and their tangents (.., 1, k, count)."""
-        directions = self._trajectory._run.driver.directions
+        directions = self._directions
         value = self._made.numbers[:, None, None, begin : begin + count]
         change = directions.numbers[:, None, self._place, begin : begin + count]
         return (value[0], change[0]) if self._trajectory._single else (value, change)

@@ -26,8 +26,9 @@ MAPS = ("exponential", "bortz", "cayley", "outer")
 STABILIZATIONS = ("auto", "null-space", "projection", "baumgarte", "none")
 #: Step of methods that do not choose their own, in seconds; error of those that do, by step.
 STEP, RTOL = 1e-3, 1e-12
-#: Bodies and springs of which Taylor series are kept on the stack: some 30 kB each.
-MOST_SERIES = 16
+#: Bodies, springs and constraints of which Taylor series are kept on the stack: some 30 kB each, and four times that for
+#: constraints between two bodies.
+MOST_SERIES = 64
 _NOTHING = np.zeros(1)
 
 
@@ -68,10 +69,8 @@ def _check_series(made: Assembly) -> None:
     why = ""
     if made.called.functions:
         why = "functions of users have none"
-    elif made.mode == "constrained" and len(made.bodies) > 1:
-        why = "bodies that hold each other have none here"
-    elif len(made.bodies) + len(made.springs) > MOST_SERIES:
-        why = f"those of more than {MOST_SERIES} bodies and springs would take too much room"
+    elif len(made.bodies) + len(made.springs) + sum(4 if row.other >= 0 else 1 for row in made.rows) > MOST_SERIES:
+        why = f"those of {len(made.bodies)} bodies and what is between them would take too much room"
     if why:
         raise InputError(f"taylor makes series of the motion; {why}.", remedy="Use integrator='adaptive'")
 

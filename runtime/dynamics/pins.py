@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 #: Shares of what pins take away that count as rounding.
 NOISE = 1e-9
+#: Share of an object's largest coefficient that is none: of a plane, say, what a sphere would have.
+ROUNDING = 1e-13
 
 
 def principal_frame(body: RigidBody, origin: Array) -> Frame:
@@ -61,6 +63,33 @@ def twists_left(objects: Sequence[Multivector]) -> Array:
     return basis[rank:]
 
 
+def _lengths(algebra: Algebra, blades: Sequence[int]) -> Array:
+    """With what power of a length coefficients on blades grow: n_inf goes with a length, n0 with one less."""
+    powers = {"ni": 1, "0": 1, "no": -1}
+    bits = [powers.get(v, 0) for v in algebra.vectors]
+    return np.array([sum(p for i, p in enumerate(bits) if b >> i & 1) for b in blades])
+
+
+def length_of(objects: Sequence[Multivector]) -> float:
+    """A length that makes all of these small numbers, a power of two: the largest distance or radius; 1 for none."""
+    largest = 0.0
+    for x in objects:
+        sizes, powers = np.abs(x.values), _lengths(x.algebra, x.kind.blades)
+        groups = {p: float(sizes[powers == p].max()) for p in sorted(set(powers.tolist()))}
+        kept = {p: size for p, size in groups.items() if size > ROUNDING * sizes.max()}
+        first = min(kept)
+        for p in kept:
+            if p > first:
+                largest = max(largest, (kept[p] / kept[first]) ** (1 / (p - first)))
+    return float(2.0 ** np.round(np.log2(largest))) if largest > 0 else 1.0
+
+
+def in_units(x: Multivector, unit: float) -> Multivector:
+    """An object in a world whose lengths are measured by this one; but for a factor."""
+    powers = _lengths(x.algebra, x.kind.blades)
+    return x.algebra.wrap(x.kind.layout, np.ascontiguousarray(x.values * unit ** (powers.min() - powers.astype(float))))
+
+
 def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[Frame], Array]:
     """The frame of a body whose pins never move, at the pins and along what they leave; and the world's origin there.
 
@@ -71,12 +100,16 @@ def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[
     objects = [of_algebra(c.body_object, algebra, "the body's object") for c in constraints if isinstance(c, Pin)]
     if any(x.shape for x in objects):
         raise InputError("a pinned object is one object; a batch of simulations shares it.")
-    middle = _center(algebra, twists_left(objects))
+    unit = length_of(objects)
+    objects = [in_units(x, unit) for x in objects]
+    near = _center(algebra, twists_left(objects))
+    middle, objects = unit * near, [~algebra.translator(near) >> x for x in objects]
     at = algebra.translator(middle)
-    basis = twists_left([~at >> x for x in objects])
+    basis = twists_left(objects)
     turns, ways = _vectors(algebra, basis)
     axes = _axes(turns, ways)
-    own = (at * algebra.motor_from_matrix(axes)).as_kind("motor", check=False)
+    along = algebra.motor_from_matrix(axes)
+    own = (at * along).as_kind("motor", check=False)
     inner = (~own * algebra.motor_from_matrix(body.axes)).as_kind("motor", check=False)
     matrix = mass_matrix(algebra, body.mass, body.moments, inner)
     if len(basis) == 3 and np.linalg.matrix_rank(turns, tol=1e-6) == 3:
@@ -84,10 +117,9 @@ def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[
         own = (own * algebra.motor_from_matrix(turn)).as_kind("motor", check=False)
         inner = (~own * algebra.motor_from_matrix(body.axes)).as_kind("motor", check=False)
         matrix = mass_matrix(algebra, body.mass, body.moments, inner)
-        basis = np.broadcast_to(twists_left([~at >> x for x in objects]), basis.shape)
         allowed = is_turn(algebra)
     else:
-        allowed = np.abs(twists_left([~own >> x for x in objects])).max(0, initial=0) > 1e-6
+        allowed = np.abs(twists_left([~along >> x for x in objects])).max(0, initial=0) > 1e-6
         if allowed.sum() != len(basis):
             raise InputError("these pins leave no group of motions along axes; give stabilization='projection'.")
     moments = _moments(algebra, matrix)
@@ -170,11 +202,11 @@ def _tensor(algebra: Algebra, matrix: Array) -> Array:
 
 def _principal_axes(algebra: Algebra, matrix: Array) -> Array:
     tensor = _tensor(algebra, matrix)
-    diagonal = tensor * np.eye(3)
-    if np.abs(tensor - diagonal).max() <= 1e-15 * np.abs(tensor).max():
-        return np.broadcast_to(np.eye(3), tensor.shape).copy()
+    off = np.abs(tensor * (1 - np.eye(3))).max((-1, -2), keepdims=True)
     _, axes = np.linalg.eigh(tensor)
-    return np.ascontiguousarray(axes * np.sign(np.linalg.det(axes))[..., None, None])
+    axes = axes * np.sign(np.linalg.det(axes))[..., None, None]
+    found: Array = np.where(off <= 1e-15 * np.abs(tensor).max((-1, -2), keepdims=True), np.eye(3), axes)
+    return found
 
 
 def _moments(algebra: Algebra, matrix: Array) -> Array:

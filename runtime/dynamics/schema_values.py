@@ -12,8 +12,8 @@ from ..tomlread import Table
 from .methods import INTEGRATORS, MAPS, STABILIZATIONS
 from .sketch import COLORS
 
-#: Larger numbers have squares and cubes that are none.
-LARGEST = 1e60
+#: Larger numbers have squares and cubes that are none; so have directions that are shorter.
+LARGEST, SHORTEST = 1e60, 1e-60
 #: Letters of a name, of a label and of a unit.
 MOST_LETTERS, MOST_OF_UNIT = 60, 12
 
@@ -24,7 +24,7 @@ Vector = tuple[Number, Number, Number]
 
 
 def _nonzero(v: Vector) -> Vector:
-    if not any(v):
+    if max(map(abs, v)) < SHORTEST:
         raise ValueError("a direction is not zero")
     return v
 

@@ -16,8 +16,10 @@ from .bodies import RigidBody
 from .constraints import Constraint
 from .events import Event, first_event
 from .given import finite, positive
+from .parameters import Directions
+from .pins import is_turn
 from .progress import told
-from .sensitivities import REFUSED, Directions, directions_of
+from .sensitivities import REFUSED, directions_of
 from .starts import check_pinned_twist, check_start
 from .system import System
 from .trajectory import Trajectory
@@ -177,6 +179,8 @@ class Simulation:
         name = methods.chosen(integrator, made)
         tolerance = methods.RTOL if rtol is None else float(positive(rtol, "rtol"))
         least = 0.0 if atol is None else float(positive(atol, "atol", zero=True))
+        if name == "taylor" and self.stabilization == "baumgarte":
+            raise InputError("stabilization='baumgarte' has no Taylor series.", remedy="Use 'projection'")
         adaptive = methods.INTEGRATORS[name] not in methods.FIXED
         return made, methods.Method(name, duration if adaptive else step, tolerance, least)
 
@@ -229,7 +233,8 @@ def start_of(made: Assembly) -> tuple[Array, Array]:
         twists[:, i] = (~frame.own >> body.twist_in_body).values
         if frame.allowed is not None:
             kept = np.where(frame.allowed, twists[:, i], 0.0)
-            check_pinned_twist(twists[:, i], kept)
+            reach = np.sqrt(frame.moments.max(-1) / body.mass)[..., None]
+            check_pinned_twist(twists[:, i], kept, np.where(is_turn(made.algebra), 1.0, reach))
             twists[:, i] = kept
     return motors, twists
 

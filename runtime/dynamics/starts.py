@@ -21,9 +21,10 @@ def check_start(run: engine.Run, projected: bool) -> None:
     if not made.rows or run.status.any():
         return
     for kind, what in enumerate(("", "the rate of ")):
-        worst = int(np.argmax(run.start[:, kind]))
+        allowed = ROUNDING if kind else _rounding(made)
+        worst = int(np.argmax(run.start[:, kind] / allowed))
         share = float(run.start[worst, kind])
-        if not share > ROUNDING:
+        if not (run.start[:, kind] > allowed).any():
             continue
         unit = "of the body's velocity" if kind else "of the body's size and distance (or radians)"
         label = _label(made, int(run.start_rows[worst, kind]))
@@ -39,10 +40,22 @@ def check_start(run: engine.Run, projected: bool) -> None:
         )
 
 
-def check_pinned_twist(given: Array, kept: Array) -> None:
-    """Raise `ConstraintError` if a start's twists (n, 6) are not those that pins leave."""
-    size = np.abs(given).max(-1)
-    off = np.abs(given - kept).max(-1)
+def _rounding(made: Assembly) -> Array:
+    """What the coefficients of an object of the world far from its origin can say: those of CGA hold squares."""
+    reach = np.min([np.sqrt(b.moments.max(-1) / b.mass) for b in made.bodies], axis=0)
+    far = np.linalg.norm(made.origin, axis=-1) / reach
+    power = 1 if made.algebra.is_degenerate else 2
+    found: Array = np.broadcast_to(ROUNDING + 8 * np.finfo(float).eps * far**power, made.size)
+    return found
+
+
+def check_pinned_twist(given: Array, kept: Array, units: Array) -> None:
+    """Raise `ConstraintError` if a start's twists (n, 6) are not those that pins leave.
+
+    ``units`` (n, 6) or (6,) are what coefficients are measured by.
+    """
+    size = np.abs(given / units).max(-1)
+    off = np.abs((given - kept) / units).max(-1)
     share = np.divide(off, size, out=np.zeros_like(off), where=size > 0)
     worst = int(np.argmax(share))
     if share[worst] > ROUNDING:

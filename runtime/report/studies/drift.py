@@ -93,11 +93,21 @@ TOPS = {
 }
 
 
+def compiled(integrator: str) -> None:
+    """One step of each, so that programs are there."""
+    for make in TOPS.values():
+        motions = make(np.random.default_rng(0), 1)
+        integrators.ran(motions.simulation(integrator=integrator), STEP, [STEP], step=STEP)
+
+
 def study(counts: Sequence[float] = COUNTS) -> Study:
     """The study for other numbers of steps: up to 1e6 is a matter of seconds for each method."""
     from ...dynamics.methods import INTEGRATORS
 
-    methods = [Method(name, partial(drifted, integrator=name), most=1, repeats=0) for name in (*INTEGRATORS, "auto")]
+    methods = [
+        Method(name, partial(drifted, integrator=name), most=1, repeats=0, prepare=partial(compiled, name))
+        for name in (*INTEGRATORS, "auto")
+    ]
     cases = []
     for body, make in TOPS.items():
         for what in ("energy", "momentum"):
@@ -116,8 +126,8 @@ def study(counts: Sequence[float] = COUNTS) -> Study:
         unit="relative change",
         count=4,
         source="thesis 6.4 and 6.5",
-        notes=f"Steps of {STEP} s; integrators that choose their own run as long, and auto as users get it who give that "
-        f"step. The largest change at {STORES} times.",
+        notes=f"Steps of {STEP} s; integrators that choose their own run as long, and auto as users get it who give "
+        f"that step. The largest change at {STORES} times.",
     )
 
 

@@ -188,18 +188,18 @@ def _series(state: Array, inverse: Array, pull: Array) -> Array:
     With w = J L along the body's axes, L' = L x w + arm x weight and r' = r x w for the rows r of the orientation.
     """
     x = np.empty((TERMS + 1, *state.shape), object)
-    w = np.empty((TERMS, *state.shape[1:]), object)
+    w = np.empty((TERMS, 1, *state.shape[1:]), object)
     x[0] = state
-    for k in range(TERMS):
-        w[k] = _product(inverse, x[k, 0]) >> BITS
-        a, b = x[: k + 1], w[k::-1, None] if k else w[:1, None]
+    for order in range(TERMS):
+        w[order] = _product(inverse, x[order, 0]) >> BITS
+        a, b = x[: order + 1], w[order::-1]
         rate = np.empty_like(state)
         for i in range(3):
-            j, l = (i + 1) % 3, (i + 2) % 3
-            rate[:, i] = (a[:, :, j] * b[:, :, l] - a[:, :, l] * b[:, :, j]).sum(0)
+            j, k = (i + 1) % 3, (i + 2) % 3
+            rate[:, i] = (a[:, :, j] * b[:, :, k] - a[:, :, k] * b[:, :, j]).sum(0)
             # the weight's moment: arm x (sum of the world's axes r by the parts of gravity along them)
-            rate[0, i] += (pull[j] * x[k, 1:, l] - pull[l] * x[k, 1:, j]).sum(0)
-        x[k + 1] = (rate >> BITS) // (k + 1)
+            rate[0, i] += (pull[j] * x[order, 1:, k] - pull[k] * x[order, 1:, j]).sum(0)
+        x[order + 1] = (rate >> BITS) // (order + 1)
     return x
 
 
@@ -212,7 +212,7 @@ def _step(series: Array) -> float:
 
 def _at(series: Array, step: int) -> Array:
     """The series at a step."""
-    found = series[-1]
+    found: Array = series[-1]
     for k in range(TERMS - 1, -1, -1):
         found = (found * step >> BITS) + series[k]
     return found

@@ -1,4 +1,4 @@
-"""Integrators of `bladesmith.dynamics` as methods of studies: what they are given, and how far they are from the truth."""
+"""Integrators of `bladesmith.dynamics` as methods of studies: what they are given, and how far off they end."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..runner import Measurement
 from ..study import Case, Errors, Method, Nature
 from . import exact_motions
 
 Array = NDArray[Any]
 #: Orientations that are further off, in radians, or velocities, relatively, count as lost.
 LOST = 0.1
+#: The error that "auto" is asked for; what stands before its choice in a description.
+ASKED, TAKES = 1e-9, "; auto takes "
 GRAVITY, SPHERE = np.array([0.0, 0.0, -9.81]), 0.7
 #: Integrators that take steps of one size, in how many steps, and those that choose their own, with which tolerances.
 FEW, MANY = (60, 250, 1000), (250, 1000, 4000)
@@ -98,7 +101,9 @@ class Motions:
             position = position + SPHERE * np.array([1.0, 0.0, 0.0])
         body = dynamics.RigidBody(mass, moments, position, rotation, velocity, spin)
         loads = [dynamics.Gravity(GRAVITY)] if self.held else []
-        return dynamics.Simulation(body, loads, self.constraints(copies), **{"stabilization": self.stabilization, **options})
+        return dynamics.Simulation(
+            body, loads, self.constraints(copies), **{"stabilization": self.stabilization, **options}
+        )
 
 
 @dataclass(frozen=True)
@@ -205,7 +210,7 @@ def _turned(inputs: Motions) -> tuple[Array, Array]:
 
 
 def _about_line(inputs: Motions) -> tuple[Array, Array]:
-    """Pendulums about the second axis: at the start turned about it from the position in which the world's are theirs."""
+    """Pendulums about the second axis, turned about it from where their axes are those of the world."""
     turn, spin = np.zeros((len(inputs), 3, 3)), np.zeros((len(inputs), 3))
     for k in range(len(inputs)):
         x, _, z = inputs.arm[k]
@@ -233,13 +238,53 @@ def error(answer: States, exact: States, inputs: Motions) -> Errors:
     return np.where(found < LOST, found, np.inf)
 
 
+# -- "auto" beside the others ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What "auto" took on a case, and what would have been better.
+
+    Attributes
+    ----------
+    case, chosen : str
+    error, nanoseconds : float
+        Of "auto"; an infinite error: it was lost.
+    fastest, exactest : Measurement, optional
+        Of all others the fastest that is as exact as is asked for, and the one with the least error.
+    """
+
+    case: str
+    chosen: str
+    error: float
+    nanoseconds: float
+    fastest: Measurement | None
+    exactest: Measurement | None
+
+
+def verdicts(rows: Sequence[Measurement], asked: float = ASKED) -> list[Verdict]:
+    """For each case that is not of a sweep."""
+    found = []
+    for case in dict.fromkeys(r.case for r in rows if not r.sweep):
+        own = [r for r in rows if r.case == case]
+        (auto,) = (r for r in own if r.method == "auto")
+        others = [r for r in own if r.method != "auto" and not r.lost]
+        right = [r for r in others if r.max_error <= asked]
+        error = np.inf if auto.lost else auto.max_error
+        chosen = (auto.worst or auto.first_lost).rpartition(TAKES)[2]
+        fastest = min(right, key=lambda r: r.nanoseconds, default=None)
+        exactest = min(others, key=lambda r: r.max_error, default=None)
+        found.append(Verdict(case, chosen, error, auto.nanoseconds, fastest, exactest))
+    return found
+
+
 # -- cases -------------------------------------------------------------------------------------------------
 
 
 def describe(inputs: Motions, i: int) -> str:
     """One body, and what "auto" takes for it."""
     chosen = ", ".join(sorted(inputs.chosen))
-    auto = f"; auto takes {chosen}" if chosen else ""
+    auto = TAKES + chosen if chosen else ""
     return f"moments {_told(inputs.moments[i])}, spin {_told(inputs.spin[i])}, arm {_told(inputs.arm[i])}{auto}"
 
 

@@ -59,6 +59,6 @@ STUDY = Study(
     unit="radian, or relative",
     count=COUNT,
     source="thesis 6.7 and 6.8",
-    notes="A point is a whole motion. Pins that never move are kept by moving only as they allow; the last panel is the "
-    "same with multipliers and projection, as constraints are kept that move.",
+    notes="A point is a whole motion. Pins that never move are kept by moving only as they allow; the last panel is "
+    "the same with multipliers and projection, as constraints are kept that move.",
 )

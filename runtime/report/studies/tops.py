@@ -70,7 +70,7 @@ STUDY = Study(
     unit="radian, or relative",
     count=COUNT,
     source="thesis 6.4 to 6.7",
-    notes="A point is a whole motion. Integrators with steps of one size are labelled with their number, the others with "
-    "their tolerance; \"auto\" runs as users get it who say nothing. Times hold what a call costs, shared by the "
+    notes="A point is a whole motion. Integrators with steps of one size are labelled with their number, the others "
+    'with their tolerance; "auto" runs as users get it who say nothing. Times hold what a call costs, shared by the '
     "bodies of a batch.",
 )

@@ -56,9 +56,7 @@ def long(held: str) -> Any:
     def make(steps: float) -> Any:
         def inputs(rng: np.random.Generator, count: int) -> Motions:
             one = (hinged(1.5, 1.0) if held == "line" else swinging(1.5))(rng, 1)
-            return Motions(
-                one.mass, one.moments, one.spin, one.rotation, steps * STEP, one.arm, held, step=STEP
-            )
+            return Motions(one.mass, one.moments, one.spin, one.rotation, steps * STEP, one.arm, held, step=STEP)
 
         return inputs
 
