@@ -114,17 +114,19 @@ def test_a_file_has_all_that_another_program_needs(tmp_path):
 
 
 def test_similarities_in_files(tmp_path):
-    """Of a pose with a scale the matrix holds it; the versor comes back."""
-    from dataclasses import replace
-
-    result = replace(reform.register(*tables()), motor=CGA.dilator(2.0) * POSE, scale=2.0)
-    reform.save_registration(tmp_path / "r.json", result)
-    back = reform.load_registration(tmp_path / "r.json")
-    assert back.motor.values.tobytes() == result.motor.values.tobytes() and back.scale == 2
-    matrix = np.array(json.loads((tmp_path / "r.json").read_text())["motor"]["matrix"])
-    here = (result.motor >> CGA.point((1, 2, 3))).normalized("point").parameters().xyz
-    np.testing.assert_allclose((matrix @ (1, 2, 3, 1))[:3], here, rtol=1e-12)
-    assert summary.pose_text(result.motor).startswith("scale by 2, turn by 114.592 degrees")
+    """The matrix holds the scale, of the pose and of others that serve; the motor comes back."""
+    query, reference = tables()
+    query = query.in_frame((0, 0, 0), 2.0)
+    result = reform.register(query, reference, similarity=True)
+    assert result.ambiguous and result.scale == pytest.approx(2, rel=1e-12)
+    reform.save_registration(tmp_path / "r.json", result, query, reference)
+    same(reform.load_registration(tmp_path / "r.json"), result)
+    data = json.loads((tmp_path / "r.json").read_text())
+    for motor, found in zip([result.motor, *result.ambiguous], [data["motor"], *data["ambiguous"]], strict=True):
+        here = (motor >> CGA.point((2, 4, 6))).parameters().xyz
+        np.testing.assert_allclose((np.array(found["matrix"]) @ (1, 2, 3, 1))[:3], here, rtol=1e-12)
+    assert "\npose:        scale by 2, turn by " in "\n" + summary.summary(result, query, reference)
+    assert summary.pose_text(CGA.dilator(2.0) * POSE).startswith("scale by 2, turn by 114.592 degrees")
 
 
 @pytest.mark.parametrize(

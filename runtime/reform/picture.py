@@ -63,8 +63,8 @@ def picture(
     path : optional
         Where to save it; the suffix says the format.
     show : "before", "after", or both
-        "before": the reference in black, the query where it stood in red. "after": the query moved in blue, over the
-        reference, whose matched objects are green and the others black.
+        "before": the reference in black, the query where it stood in red. "after": the query moved (of a similarity,
+        scaled too) in blue, over the reference, whose matched objects are green and the others black.
     title : str, optional
         Default: how many were matched, and whether it converged.
     view : (elevation, azimuth)
@@ -212,17 +212,24 @@ def _after(ax: Axes3D, result: Registration, query: Model, reference: Model) -> 
             colors = {kind: _masked(color, flags == chosen) for kind, flags in taken.items()}
             _drawn(ax, there, colors, None, width=scale * width)
             _entry(ax, color, f"reference, {name} ({count})")
-    here = Sketch(query.transformed(result.motor))
+    here = Sketch(_scaled(query, result.scale).transformed(result.motor))
     here.over(there, {kind: result.matches[kind] for kind in query.counts})
     inside = int(np.asarray(result.inliers).sum())
+    moved = "moved" if result.scale == 1 else "scaled and moved"
     rest = f", {len(query) - inside} without a match" if inside < len(query) else ""
-    _drawn(ax, here, BLUE, f"query, moved ({len(query)}{rest})", None, NARROWER * width)
+    _drawn(ax, here, BLUE, f"query, {moved} ({len(query)}{rest})", None, NARROWER * width)
 
 
 def _title(result: Registration, query: Model) -> str:
     count = int(np.asarray(result.inliers).sum())
     said = "converged" if result.converged else f"not converged: {result.message}" if result.message else "in doubt"
-    return f"{count} of {len(query)} objects matched, {said}"
+    scale = f"scale {result.scale:.6g}, " if result.scale != 1 else ""
+    return f"{count} of {len(query)} objects matched, {scale}{said}"
+
+
+def _scaled(query: Model, scale: float) -> Model:
+    """What the motor of a similarity moves; of a motion, the query as it is."""
+    return query if scale == 1 else query.in_frame((0.0, 0.0, 0.0), 1 / scale)
 
 
 # -- drawing ---------------------------------------------------------------------------------------------------
