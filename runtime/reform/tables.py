@@ -48,13 +48,14 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Table:
-    """Pairs of reference objects of two kinds, sorted by the invariant ``column``."""
+    """Pairs of reference objects of two kinds, sorted by the invariant ``column``; ``keys`` are its sizes."""
 
     kinds: tuple[str, str]
     first: Array
     second: Array
     invariants: Array
     column: int
+    keys: Array
 
     def counts(self, invariants: Array, tolerance: float) -> Array:
         """At most so many pairs are found for each."""
@@ -96,9 +97,8 @@ class Table:
         return self.kinds == ("line", "line")
 
     def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
-        keys = _keys(self.invariants, self.column)
         asked = _keys(invariants, self.column)
-        return np.searchsorted(keys, asked - tolerance), np.searchsorted(keys, asked + tolerance, side="right")
+        return np.searchsorted(self.keys, asked - tolerance), np.searchsorted(self.keys, asked + tolerance, "right")
 
 
 def _keys(invariants: Array, column: int) -> Array:
@@ -114,19 +114,22 @@ class Tables:
     driver : Driver
     rows : mapping of kind to array (n, k)
         Reference objects.
-    random : numpy Generator
-        Chooses the objects that stay, where there are too many pairs.
+    kept : mapping of kind to array (n,)
+        Rows of those that take part (see `kept_rows`).
     """
 
-    def __init__(self, driver: Driver, rows: Mapping[str, Array], random: np.random.Generator) -> None:
-        total = sum(map(len, rows.values()))
-        share = min(1.0, (2 * MOST_PAIRS) ** 0.5 / max(total, 1))
-        kept = {k: _some(len(x), share, random) for k, x in rows.items()}
-        self.share = share
+    def __init__(self, driver: Driver, rows: Mapping[str, Array], kept: Mapping[str, Array]) -> None:
         self._tables = {pair: _table(driver, pair, rows, kept) for pair in combinations_with_replacement(rows, 2)}
 
     def __getitem__(self, kinds: tuple[str, str]) -> Table:
         return self._tables[kinds]
+
+
+def kept_rows(rows: Mapping[str, Array], random: np.random.Generator) -> tuple[dict[str, Array], float]:
+    """Rows of the objects of a reference that are in its tables, by kind; and which share of them that is."""
+    total = sum(map(len, rows.values()))
+    share = min(1.0, (2 * MOST_PAIRS) ** 0.5 / max(total, 1))
+    return {k: _some(len(x), share, random) for k, x in rows.items()}, share
 
 
 def _some(n: int, share: float, random: np.random.Generator) -> Array:
@@ -143,8 +146,9 @@ def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], ke
     first, second = a[i].astype(np.int32), b[j].astype(np.int32)
     invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
     column = int(np.argmax(np.std(np.abs(invariants), axis=0))) if len(first) else 0
-    order = np.argsort(_keys(invariants, column), kind="stable")
-    return Table(kinds, first[order], second[order], invariants[order], column)
+    keys = _keys(invariants, column)
+    order = np.argsort(keys, kind="stable")
+    return Table(kinds, first[order], second[order], invariants[order], column, keys[order])
 
 
 def sign_choices(kinds: tuple[str, ...]) -> Array:
