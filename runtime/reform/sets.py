@@ -69,8 +69,7 @@ class Sets:
     ) -> None:  # fmt: skip
         self._scene, self._samples, self._random = scene, samples, random
         kept, self.share = kept_rows(reference.side.rows, random)
-        seed = int(random.spawn(1)[0].integers(1 << 62))  # leaves what is drawn later as it is
-        self._chosen = Chosen(kept, seed, align)
+        self._chosen = Chosen(kept, align)
         self._trials = Trials(scene, driver, query.side.rows, reference.side.rows, self._chosen)
         self._done = self._sent = 0
         self._order = self._edges = np.empty(0, np.int64)

@@ -19,8 +19,10 @@ from .engine import Driver
 Array = NDArray[Any]
 #: Pairs of a reference that are kept, over all kinds; of larger models some objects are left out of the tables.
 MOST_PAIRS = 500_000
-#: The cosine of the angle between two directions is the second invariant; it has a sign, the others have none.
+#: The cosine of the angle between two directions is the second invariant; it has a sign.
 COSINE = 1
+#: Kinds whose invariants have a twist (formula `registration.line_twist`), which has a sign.
+TWISTED = frozenset((("line", "line"), ("point_pair", "line"), ("line", "circle")))
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Table:
         found, asked = self.invariants[place], invariants[source]
         near = np.ones(len(place), bool)
         both = np.abs(asked[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of a
-        for i in range(asked.shape[1]):  # signed distance, is not known
+        for i in range(asked.shape[1]):  # twist, is not known
             a, b = found[:, i], asked[:, i]
             if i == COSINE or self._signed:
                 ahead, behind = np.abs(a - b) <= tolerance, np.abs(a + b) <= tolerance
@@ -93,8 +95,9 @@ class Table:
 
     @property
     def _signed(self) -> bool:
-        """Whether the distance has a sign, that of the cosine times that of the twist: between lines."""
-        return self.kinds == ("line", "line")
+        """Whether there is a number with a sign, that of the cosine times that of a twist: between lines, or axes of
+        rounds and lines."""
+        return self.kinds in TWISTED
 
     def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
         asked = _keys(invariants, self.column)

@@ -82,13 +82,11 @@ class Chosen:
     ----------
     kept : mapping of kind to array (n,)
         Rows of the reference objects that are in tables.
-    seed : int
     align : bool
         x and -x are one.
     """
 
     kept: Mapping[str, Array]
-    seed: int
     align: bool
 
 
@@ -162,7 +160,7 @@ class Trials:
         count = np.bincount(found.source)
         if not (count > MOST_OF_SET).any():
             return found
-        random = np.random.default_rng([self._chosen.seed, number])
+        random = np.random.default_rng(number)
         keep = random.random(len(found)) * count[found.source] < MOST_OF_SET
         return Candidates(*(x[keep] for x in (found.source, found.first, found.second, found.turned)))
 
