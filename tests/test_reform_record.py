@@ -14,7 +14,7 @@ from bladesmith import reform
 from bladesmith.errors import InputError
 from bladesmith.reform import summary
 
-from .reform_support import POSE, full_disk, mixed, noisy_lines, same, tables, unrelated
+from .reform_support import POSE, full_disk, mixed, noisy_lines, random_lines, same, tables, unrelated
 
 CGA = bs.cga3d
 
@@ -110,6 +110,29 @@ def test_what_cannot_be_saved_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="cannot be written: No space left"):
         reform.save_registration(place, result)
     assert [p.name for p in tmp_path.iterdir()] == ["r.json"] and place.read_text() == "old"
+
+
+def test_models_that_were_not_registered_are_refused(tmp_path):
+    """By their kinds and counts: a file that names others would mislead."""
+    query, reference = noisy_lines()
+    result, place = reform.register(query, reference), tmp_path / "r.json"
+    more = reform.Model(lines=random_lines(43, np.random.default_rng(1)))
+    mixed_in = reform.Model(lines=query.parameters["line"].reshape(-1, 2, 3), points=[(0, 0, 0)])
+    points = reform.Model(points=np.zeros((40, 3)))
+    for models, message in [
+        ((more, reference), "the lines of the models .* the query has 43, and the result is of 40"),
+        ((mixed_in, reference), "the points of the models .* the query has 1, and the result is of 0"),
+        ((points,), "the points of the models .* the query has 40, and the result is of 0"),
+        ((query, query.subset({"lines": range(10)})), "the reference has 10, and the result is of at least"),
+        ((query, points), "the lines of the models .* the reference has 0, and the result is of at least"),
+        ((reference.parameters, reference), "the query is a .*; a reform.Model is needed"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            reform.save_registration(place, result, *models)
+    assert not place.exists()
+    reform.save_registration(place, result, query, mixed_in)  # the reference may hold what the query has not
+    reform.save_registration(place, result, query)
+    reform.save_registration(place, result, None, reference)
 
 
 def test_poses_in_words():

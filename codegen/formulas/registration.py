@@ -136,7 +136,8 @@ def pair_invariants(x: Multivector, y: Multivector) -> Result:
         assert place is not None
         first = _distance(point(place), flat)
         if cosine is not None and flat.grades == (3,):
-            second = line_twist(*(carriers(a, x.constant(1))[-1] for a in (x, y)), cosine)
+            axis, line = (carriers(a, x.constant(1))[-1] for a in (x, y))
+            second = line_twist(axis, line, cosine)
     elif x.grades == y.grades == (3,):
         assert cosine is not None
         first = line_twist(x, y, cosine)

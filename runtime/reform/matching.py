@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import objects
+from ..arrays import truth
 from ..codegen.programs.reform import DIRECTED, KINDS
 from ..multivector import Multivector
-from ..objects.inputs import chosen, truth
+from ..objects.inputs import chosen
 from .engine import ELEMENT, MOTOR, Closeness, Driver, Scene, Side
 from .frames import closeness_within, middle, size_of
 from .given import both, positive

@@ -18,6 +18,7 @@ from ..files import replacing
 from ..multivector import Multivector
 from ..plot import backend, drawing, pages, palette
 from ..plot.outlines import Faces, Marks, Strokes
+from .given import check_belongs
 from .model import Model
 from .parameters import PLURALS
 from .result import Registration
@@ -88,7 +89,12 @@ def picture(
     shown = _panels(show)
     if path is not None:
         check_suffix(path)
-    _check(result, query, reference)
+    for name, value in (("query", query), ("reference", reference)):
+        if value is None:
+            raise InputError(f"the {name} is None; a reform.Model is needed.")
+    check_belongs(result, query, reference)
+    if not len(query) or not len(reference):
+        raise InputError("an empty model has no picture.")
     stages = plot.panels(1, len(shown), view, PAGES[len(shown)])
     for ax, name in zip(stages, shown, strict=True):
         x, y, across, high = vars(ax)[pages._HOME]
@@ -306,23 +312,6 @@ def _panels(show: Any) -> list[str]:
     if not names or len(names) > len(PANELS) or any(name not in PANELS for name in names):
         raise InputError(f"show is {show!r}; it is {PANELS[0]!r}, {PANELS[1]!r} or both.")
     return names
-
-
-def _check(result: Any, query: Any, reference: Any) -> None:
-    for name, value, wanted in (
-        ("result", result, Registration),
-        ("query", query, Model),
-        ("reference", reference, Model),
-    ):
-        if not isinstance(value, wanted):
-            raise InputError(f"the {name} is a {type(value).__name__}; a reform.{wanted.__name__} is needed.")
-    for kind, count in query.counts.items():
-        known = result.matches[kind] if PLURALS[kind] in result.matches.keys() else np.empty(0)  # noqa: SIM118
-        most = int(known.max(initial=-1))
-        if len(known) != count or most >= reference.counts.get(kind, 0):
-            raise InputError(f"the {PLURALS[kind]} of the models are not those that were registered.")
-    if not len(query) or not len(reference):
-        raise InputError("an empty model has no picture.")
 
 
 __all__ = ["check_suffix", "draw_model", "picture", "save"]

@@ -19,6 +19,7 @@ from ..codegen.version import __version__
 from ..errors import InputError
 from ..loading import stock_algebra
 from ..multivector import Multivector
+from .given import check_belongs
 from .model import Model
 from .parameters import PLURALS
 from .result import PerItem, Registration, Step
@@ -48,20 +49,21 @@ def save_registration(
     path
     result : Registration
     query, reference : Model, optional
-        Their names and counts are written.
+        Those that were registered: their names and counts are written.
     **settings
         Of `register`, for readers: numbers, texts, truth values, such as ``seed=3``.
 
     Raises
     ------
     InputError
-        If it cannot be written, or a setting is none of those.
+        If it cannot be written, a setting is none of those, or the models are not those that were registered.
     """
     if not isinstance(result, Registration):
         raise InputError(f"a {type(result).__name__} is no registration.", remedy="Give what register() returned")
     for key, value in settings.items():
         if not isinstance(value, str | bool | int | float | None):
             raise InputError(f"the setting {key} is a {type(value).__name__}; a number, a text or None is needed.")
+    check_belongs(result, query, reference)
     from .documents import write_document
 
     write_document(path, registration_text(result, query, reference, settings), "a registration")
