@@ -10,7 +10,8 @@ from bladesmith.calls import Numbers, call
 from bladesmith.codegen.build import compiler
 from bladesmith.codegen.formulas import registration
 from bladesmith.codegen.programs.reform import DIRECTED, KINDS
-from bladesmith.reform.engine import Closeness, Driver, Scene, Side
+from bladesmith.reform.engine import Driver, Scene
+from bladesmith.reform.sides import Closeness, Side
 from bladesmith.reform.tables import Tables
 
 from .reform_digits import ALGEBRA, PAIRS
@@ -139,6 +140,20 @@ def test_driver_elements_invariants_and_steps(world):
     twist = np.array([0.1, -0.2, 0.05, 0.3, -0.1, 0.2])
     expected = formula("registration.stepped", wrapped("motor", world.motor), wrapped("twist", twist))[0]
     np.testing.assert_allclose(world.driver.step(world.motor, twist), expected, atol=1e-15)
+
+
+@needs_compiler
+def test_a_scene_keeps_nothing_of_what_was_asked_before(world):
+    scene, half = world.scene, slice(None, None, 2)
+    before = len(scene._models)
+    try:
+        for _ in range(3):
+            scene.ask(world.kinds[half], world.rows[half])
+            found = scene.match(world.motor)
+            np.testing.assert_array_equal(found[0], world.nearest(world.motor)[0][half])
+        assert len(scene._models) == before
+    finally:
+        scene.ask(world.kinds, world.rows)
 
 
 @needs_compiler

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from .. import parallel
 from ..errors import BladesmithError, InputError
-from .engine import SETTLED, Closeness, Side
+from .sides import Closeness, Side
+from .stages import SETTLED
 from .trials import Chosen, Lot, Tried
 from .worker import TRIED, Sent, work
 

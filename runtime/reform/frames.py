@@ -16,7 +16,8 @@ from ..algebras import Algebra
 from ..codegen.formulas.subspaces import length_powers
 from ..multivector import Multivector
 from ..objects.local import Frame
-from .engine import Closeness, Driver, Side
+from .engine import Driver
+from .sides import Closeness, Side
 
 Array = NDArray[Any]
 #: Directions in which the objects say less than this, relative to the most, do not place a model's centre.

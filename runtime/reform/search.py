@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from .chance import doubt, meetings_of
 from .contest import LEVEL, SAME, SAME_POSE, Contest, distinct
-from .engine import Closeness, Driver, Scene
+from .engine import Driver, Scene
 from .frames import Local, closeness_within
 from .sets import Sets
+from .sides import Closeness
 from .trials import Tried
 
 Array = NDArray[Any]

@@ -18,7 +18,7 @@ from ..codegen.programs.reform import in_order, reform_program
 from ..codegen.version import __version__
 from ..errors import BladesmithError
 from .backends import backend_of
-from .engine import Closeness, Side
+from .sides import Closeness, Side
 from .trials import Chosen, Trials
 
 Array = NDArray[Any]
