@@ -50,12 +50,13 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Table:
-    """Pairs of reference objects of two kinds, sorted by the invariant ``column``; ``keys`` are its sizes."""
+    """Pairs of reference objects of two kinds, sorted by the invariant ``column``; ``keys`` are its sizes, and
+    ``numbers`` (4, n) all invariants."""
 
     kinds: tuple[str, str]
     first: Array
     second: Array
-    invariants: Array
+    numbers: Array
     column: int
     keys: Array
 
@@ -78,20 +79,23 @@ class Table:
         count = high - low
         source = np.repeat(np.arange(len(invariants)), count)
         place = np.arange(len(source)) + np.repeat(low - np.cumsum(count) + count, count)
-        found, asked = self.invariants[place], invariants[source]
-        near = np.ones(len(place), bool)
-        both = np.abs(asked[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of a
-        for i in range(asked.shape[1]):  # twist, is not known
-            a, b = found[:, i], asked[:, i]
-            if i == COSINE or self._signed:
-                ahead, behind = np.abs(a - b) <= tolerance, np.abs(a + b) <= tolerance
-                near &= (ahead | behind) if i == COSINE else np.where(both, ahead | behind, ahead)
-            else:
-                near &= np.abs(a - b) <= tolerance
-        source, place, both = source[near], place[near], both[near]
-        turned = np.sign(found[near, COSINE]) * np.sign(asked[near, COSINE])
-        turned[both] = 0
+        unsure = np.abs(invariants[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of
+        for i in self._compared(invariants):  # a twist, is not known
+            a, b = self.numbers[i][place], invariants[source, i]
+            near = np.abs(a - b) <= tolerance
+            if i == COSINE:
+                near |= np.abs(a + b) <= tolerance
+            elif self._signed:
+                near |= (np.abs(a + b) <= tolerance) & unsure[source]
+            source, place = source[near], place[near]
+        turned = np.sign(self.numbers[COSINE][place]) * np.sign(invariants[source, COSINE])
+        turned[unsure[source]] = 0
         return Candidates(source, self.first[place], self.second[place], turned)
+
+    def _compared(self, invariants: Array) -> list[int]:
+        """Numbers that pairs of these kinds have, that which they are sorted by last: it tells no more apart."""
+        found = [i for i, own in enumerate(self.numbers) if i != self.column and (own.any() or invariants[:, i].any())]
+        return [*found, self.column]
 
     @property
     def _signed(self) -> bool:
@@ -151,7 +155,8 @@ def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], ke
     column = int(np.argmax(np.std(np.abs(invariants), axis=0))) if len(first) else 0
     keys = _keys(invariants, column)
     order = np.argsort(keys, kind="stable")
-    return Table(kinds, first[order], second[order], invariants[order], column, keys[order])
+    numbers = np.ascontiguousarray(invariants[order].T)
+    return Table(kinds, first[order], second[order], numbers, column, keys[order])
 
 
 def sign_choices(kinds: tuple[str, ...]) -> Array:

@@ -139,7 +139,7 @@ class Trials:
         signs = choices[choice]
         possible = turned[image] * signs[:, 0] * signs[:, 1] >= 0
         image, signs = image[possible], signs[possible]
-        kinds = np.tile(np.array([KINDS.index(k) for k in lot.kinds]), (len(image), 1))
+        kinds = np.full((len(image), len(lot.kinds)), [KINDS.index(k) for k in lot.kinds])
         return kinds, lot.rows[source[image]], images[image], signs
 
     def _images(self, lot: Lot, tolerance: float) -> tuple[Array, Array, Array]:
