@@ -6,6 +6,7 @@ layout: on a kind with constraints known, reductions would hide directions in wh
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -138,14 +139,71 @@ def derivative_formula(formula: Formula, names: Sequence[str], wrt: str, is_scal
     return derived
 
 
-def _lift(x: Any, ring: DualRing) -> Any:
+def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ()) -> Formula:
+    """A formula along a direction of all its arguments at once.
+
+    Parameters
+    ----------
+    formula : callable
+    module : str
+        The module of formulas that the new one belongs to.
+    constant : sequence of str
+        Arguments that do not vary.
+
+    Returns
+    -------
+    callable
+        Takes the arguments, then a direction ``d_<name>`` (of the same blades) for each that varies, and returns all
+        values, then their tangents on the same blades. Statuses are left out.
+    """
+    names = [p.name for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
+    varying = [name for name in names if name not in constant]
+
+    def tangent(*arguments: Any) -> Any:
+        operands, directions = arguments[: len(names)], dict(zip(varying, arguments[len(names) :], strict=True))
+        first = operands[0][0] if isinstance(operands[0], tuple) else operands[0]
+        base = first.ring
+        ring = DualRing(base)
+        lifted = [_lift(x, ring, directions.get(name)) for name, x in zip(names, operands, strict=True)]
+        results = [r for r in as_outputs(formula(*lifted)) if r.role != "status"]
+        called = [r.name or ("out" if i == 0 else f"out{i}") for i, r in enumerate(results)]
+        values = [
+            Result(tuple(_value(v, base) for v in r.values), r.role, name, r.is_row)
+            for r, name in zip(results, called, strict=True)
+        ]
+        tangents = [
+            Result(tuple(_tangent(v, base, whole=True) for v in r.values), r.role, f"d_{name}", r.is_row)
+            for r, name in zip(results, called, strict=True)
+        ]
+        return (*values, *tangents)
+
+    parameters = [*names, *(f"d_{name}" for name in varying)]
+    tangent.__name__ = tangent.__qualname__ = f"{formula.__name__}_tangent"
+    tangent.__module__ = module
+    tangent.__doc__ = f"`{formula.__name__}` and its tangent."
+    tangent.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in parameters]
+    )
+    return tangent
+
+
+def _lift(x: Any, ring: DualRing, direction: Any = None) -> Any:
+    """A constant, or with a direction on the same blades a value that varies."""
     if isinstance(x, tuple):
-        return tuple(_lift(v, ring) for v in x)
-    return Multivector(x.algebra, ring, {b: (c, None) for b, c in x.terms.items()})
+        return tuple(_lift(v, ring, d) for v, d in zip(x, direction or [None] * len(x), strict=True))
+    tangents = {} if direction is None else direction.terms
+    return Multivector(x.algebra, ring, {b: (c, tangents.get(b)) for b, c in x.terms.items()})
 
 
-def _tangent(x: Multivector, base: Ring) -> Multivector:
-    return Multivector(x.algebra, base, {b: c[1] for b, c in x.terms.items() if c[1] is not None})
+def _value(x: Multivector, base: Ring) -> Multivector:
+    return Multivector(x.algebra, base, {b: c[0] for b, c in x.terms.items()})
+
+
+def _tangent(x: Multivector, base: Ring, whole: bool = False) -> Multivector:
+    """The tangents of the coefficients; whole: with the zeros of those that do not vary."""
+    zero = base.constant(Fraction(0))
+    terms = {b: zero if c[1] is None else c[1] for b, c in x.terms.items() if whole or c[1] is not None}
+    return Multivector(x.algebra, base, terms)
 
 
 def derivative_kinds(names: Sequence[str], kinds: Sequence[Kind], wrt: str) -> tuple[list[str], list[Kind]]:

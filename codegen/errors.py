@@ -144,6 +144,28 @@ class UndeterminedError(SingularError):
         super().__init__(what, where=where, remedy=remedy)
 
 
+class ConstraintError(InputError):
+    """Constraints that the start does not obey, or that contradict each other."""
+
+
+class SimulationError(BladesmithError, ArithmeticError):
+    """A simulation that could not go on.
+
+    Parameters
+    ----------
+    what, where, remedy
+        As for every error.
+    trajectory
+        What was computed until then.
+    """
+
+    def __init__(
+        self, what: str, *, where: str | None = None, remedy: str | None = None, trajectory: object = None
+    ) -> None:
+        self.trajectory = trajectory
+        super().__init__(what, where=where, remedy=remedy)
+
+
 class NotInvertibleError(SingularError):
     """The inverse of something that has none."""
 

@@ -125,6 +125,26 @@ def a_registration(random):
                 if len(common):
                     stages(scene, kinds, np.array([counts, others]), random.choice(common, (40, 3)), motors, random)
 
+    frames(reform_engine.Driver(kinds, 2), kinds, random)
+
+
+def frames(driver, kinds, random):
+    """Middles of one object, of many, and of such as have no place; what is seen from there; the way back."""
+    for n in (1, 2, 40):
+        side = registered(kinds, (n, n, n), random)
+        elements = np.concatenate(list(side.elements.values()))
+        spoilt = random.choice(EXTREME, elements.shape)
+        for given in (elements, spoilt, np.zeros_like(elements), np.full_like(elements, np.nan)):
+            for place in (0, len(given) // 2, len(given) - 1):
+                rule = reform_engine.MiddleRule(8, place, 3.0, 1e-12, 1e-6)
+                origin = driver.middle(np.repeat([KINDS.index(kind) for kind in kinds], n), given, rule)
+        for kind, rows in side.rows.items():
+            driver.seen(kind, rows, origin)
+            near = reform_engine.Closeness((1.0, 1.0, 1.0), 1.0)
+            driver.apart(kind, side.elements[kind][:, None], side.elements[kind], near)
+        driver.unseen(random.choice(EXTREME, (n, 8)), origin, origin)
+        driver.unseen_twists(random.choice(EXTREME, (n, 6)), origin)
+
 
 def registered(kinds, counts, random):
     """Objects as the driver reads them, every other one spoilt."""

@@ -31,12 +31,16 @@ from bladesmith.codegen.targets.cuda import DRIVER_OPTIONS, compile_source, refo
 from bladesmith.codegen.targets.cuda_run import Device, unavailable
 from bladesmith.reform import backend_cuda, backend_numba, engine
 from bladesmith.reform.backends import Backend, backend_of
-from bladesmith.reform.sides import Closeness, Side
+from bladesmith.reform.sides import Closeness, MiddleRule, Side
 
 COUNT = 40
 #: Arguments of the launchers after the range of items.
 LAUNCHERS = {
     "elements": ("int", "double *", "double *"),
+    "seen": ("int", "double *", "double *", "double *"),
+    "middle": ("bs_middle",),
+    "unseen": ("double *", "double *", "double *", "double *"),
+    "unseen_twists": ("double *", "double *", "double *"),
     "invariants": ("int", "double *", "int32_t *", "int", "double *", "int32_t *", "double *"),
     "step": ("double *", "double *", "double *"),
     **{stage: ("bs_reform", f"bs_{job}") for stage, job in (
@@ -84,6 +88,14 @@ def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: 
     for kind, same in zip(kinds, near, strict=True):
         rows[1][kind][same] = rows[0][kind][same]
     found = {f"elements of {k}": [driver.elements(k, rows[0][k])] for k in kinds}
+    origin, other = rng.normal(size=(2, 3))
+    found |= {f"{k} as seen from elsewhere": [driver.seen(k, rows[0][k], origin)] for k in kinds}
+    placed = np.concatenate([driver.elements(k, rows[1][k]) for k in kinds])
+    placed[::9, :3] += 100.0
+    rule = MiddleRule(8, round(0.75 * len(placed)), 3.0, 1e-12, 1e-6)
+    found["middle"] = [driver.middle(np.repeat([KINDS.index(k) for k in kinds], COUNT), placed, rule)]
+    found["unseen"] = [driver.unseen(driver.step(np.eye(8)[0], rng.normal(size=6))[None], origin, other)]
+    found["unseen twists"] = [driver.unseen_twists(rng.normal(size=(5, 6)), origin)]
     pairs = rng.integers(0, COUNT, (2, samples))
     for a, b in combinations_with_replacement(kinds, 2):
         found[f"invariants of {a}, {b}"] = [driver.invariants((a, b), (rows[0][a], rows[1][b]), tuple(pairs))]

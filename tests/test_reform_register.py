@@ -70,7 +70,7 @@ def least(query, reference, motor, true):
     start = scaled(to * motor * back, 1 / job.reference.unit)._data.reshape(-1)
     pairs = {k.removesuffix("s"): (np.flatnonzero(m >= 0), m[m >= 0]) for k, m in true.items()}
     found = polish(job.scene, job.driver, start, pairs)
-    return outward(found.motor[None], job.query, job.reference, job.algebra)[0]
+    return outward(job.driver, found.motor[None], job.query, job.reference, job.algebra)[0]
 
 
 @pytest.mark.parametrize("wrong", [0.0, 0.3])

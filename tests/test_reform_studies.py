@@ -215,6 +215,18 @@ def test_false_claims_are_counted():
     assert claims.error(answer, true, scenes).tolist() == [pytest.approx(0, abs=1e-14), np.inf, 0.0]
 
 
+def test_a_window_of_a_front_stands_where_its_pose_says():
+    for scene in claims.windows(0.0)(np.random.default_rng(2), 3).items:
+        seen = scene.true["line"] >= 0
+        assert np.bincount(scene.true["line"][seen]).tolist() == [1] * 5 and len(scene.query) == 15
+        assert len(scene.reference) == 30
+        turn, shift = scene.pose[:3, :3], scene.pose[:3, 3]
+        query, rows = scene.query.parameters["line"][seen], scene.reference.parameters["line"][scene.true["line"][seen]]
+        for along in (0, 1):  # two points of each line
+            points = (query[:, :3] + along * query[:, 3:]) @ turn.T + shift
+            assert distances(points, rows).max() < 1e-12
+
+
 def test_covariances_are_of_the_size_of_errors():
     from bladesmith.report.studies import coverage
 

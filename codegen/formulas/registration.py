@@ -6,6 +6,7 @@ their own.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 from ..algebra import Algebra
@@ -15,8 +16,9 @@ from ..trace import Result, row
 from .blades import norm_squared
 from .conformal import infinity, origin, point, round_center
 from .costs import aligned, any_rotor, is_plain, parallel, positive_product
-from .euclidean import attached_part, coordinates, euclidean_part, space
-from .local import anchor, curvature
+from .euclidean import attached_part, axes, canonical_sign, coordinates, euclidean_part, space, vector
+from .local import anchor, curvature, inward
+from .motions import translator
 from .outcome import only_if
 
 
@@ -79,6 +81,75 @@ def element(x: Multivector) -> Result:
 def moved_element(r: Multivector, x: Multivector) -> Result:
     """`element` of R x ~R."""
     return element((r >> x).grade(*x.grades))
+
+
+# -- elements: position (3), direction (3) and radius (1) as numbers ------------------------------------------
+
+
+def apart(
+    a: tuple[Multivector, ...], b: tuple[Multivector, ...], weights: tuple[Multivector, ...], whole: Multivector,
+    other: Multivector,
+) -> tuple[Result, Result]:  # fmt: skip
+    """Weighted square of how far two elements are apart, and the cosine of the angle between their directions.
+
+    The weights are of squared differences of positions, of 1 - cos, and of squared differences of radii. ``whole`` is 1
+    for kinds that have a direction, else 0; ``other`` is -1 where x and -x are one, else 1.
+    """
+    between, size = vector(b[:3]) - vector(a[:3]), b[6] - a[6]
+    cosine = (vector(a[3:6]) * vector(b[3:6])).grade(0)
+    turned, nothing = other * cosine, whole.constant(0)
+    away = whole - select(turned > cosine, turned, cosine)
+    turn = select(away > nothing, away, nothing)  # rounding leaves no negative ones
+    total = weights[0] * (between * between).grade(0) + weights[1] * turn + weights[2] * (size * size)
+    return row([total], "square"), row([cosine], "cosine")
+
+
+def off_position(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:
+    """|p - a|^2 for a position p, half its gradient by p, and half its second rates (upper half)."""
+    return _off(p - vector(a[:3]), lambda v: v)
+
+
+def off_line(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:
+    """The square of the distance of p from the line of an element, half its gradient by p, half its second rates."""
+    return _off(p - vector(a[:3]), lambda v: v ^ vector(a[3:6]))
+
+
+def off_plane(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:
+    """The square of the distance of p from the plane of an element, half its gradient by p, half its second rates."""
+    return _off(p - vector(a[:3]), lambda v: v | vector(a[3:6]))
+
+
+def _off(between: Multivector, part: Callable[[Multivector], Multivector]) -> tuple[Result, Result, Result]:
+    """What of a difference of positions counts, a linear function of it, squared; and the rates of that."""
+
+    def form(u: Multivector, v: Multivector) -> Multivector:
+        return (part(u) * ~part(v)).grade(0)
+
+    basis = axes(between)
+    gradient, matrix = [form(e, between) for e in basis], [form(e, f) for i, e in enumerate(basis) for f in basis[i:]]
+    return row([form(between, between)], "square"), row(gradient, "gradient"), row(matrix, "matrix")
+
+
+# -- frames: models as seen from a position ----------------------------------------------------------------
+
+
+def seen(x: Multivector, o: Multivector) -> Result:
+    """Coefficients of an object, on its own blades, as seen from the position o: `local.inward`."""
+    y = inward(x, o)
+    return row([y.new({0: y.terms[b]} if b in y.terms else {}) for b in x.terms], "seen")
+
+
+def unseen(r: Multivector, to: Multivector, back: Multivector) -> Multivector:
+    """A motor from a frame about the position ``back`` to one about ``to`` as a motor of the world; the first
+    coefficient that is not zero is positive.
+    """
+    moved = (translator(to) * r * translator(-back)).grade(0, 2, 4)
+    return canonical_sign(moved) * moved
+
+
+def unseen_twist(b: Multivector, o: Multivector) -> Multivector:
+    """A twist of the frame about o as a twist of the world."""
+    return (translator(o) >> b).grade(2)
 
 
 # -- the motor of some pairs -------------------------------------------------------------------------------

@@ -121,15 +121,16 @@ def program(
     values: Mapping[str, object],
     options: tuple[str, ...] = (),
     parts: tuple[Part, ...] = (),
+    declarations: str = "",
 ) -> Program:
     """Print the kernels as their formulas were written (no search of forms) and fill the driver's template.
 
-    ``declared`` are those of the driver; those of parts come after them.
+    ``declared`` are those of the driver; those of parts come after them. ``declarations`` are for cffi alone.
     """
     texts = printed_together([*declared, *(d for part in parts for d in part.declared)])
     files = {
         "kernels.c": render(template, **values),
         "kernels.h": _kernels_header(texts),
-        "kernels.cdef": template_text(cdef),
+        "kernels.cdef": template_text(cdef) + declarations,
     }
     return Program(name, tuple(texts), files, tuple(headers), options, parts, tuple(declared))

@@ -15,9 +15,11 @@ from . import Declared, Program, cga3d, program
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
 #: Those that point somewhere.
 DIRECTED = frozenset(("point_pair", "line", "circle", "plane"))
+#: How far points are off flats; off other kinds it is the distance of their positions.
+_OFF = {"line": registration.off_line, "plane": registration.off_plane}
 _HEADERS = (
     "platform.h", "instance.h", "instance_end.h", "reform_types.h", "reform_solve.h", "reform_loops.h",
-    "reform_direct.h",
+    "reform_direct.h", "reform_frames.h",
 )  # fmt: skip
 
 
@@ -29,11 +31,18 @@ class RegisteredKind:
     number: int
     size: int
     directed: bool
+    off: str
+
+
+def _registered(kind: str) -> RegisteredKind:
+    off = _OFF.get(kind, registration.off_position).__name__
+    return RegisteredKind(kind, KINDS.index(kind), cga3d().kind(kind).size, kind in DIRECTED, off)
 
 
 def _declared(kind: str) -> list[Declared]:
     return [
         Declared(registration.element, (kind,), f"element_{kind}"),
+        Declared(registration.seen, (kind, "position"), f"seen_{kind}"),
         Declared(registration.moved_rates, ("motor", kind, kind), f"rates_{kind}"),
         Declared(registration.moved_element, ("motor", kind), f"moved_{kind}"),
         Declared(registration.motor_form, (kind, kind, "number"), f"form_{kind}"),
@@ -64,12 +73,17 @@ def driven(wanted: tuple[str, ...]) -> Driven:
     pairs = list(combinations_with_replacement(wanted, 2))
     values: dict[str, object] = {
         "title": f"Registration of models of {', '.join(wanted)}",
-        "kinds": [RegisteredKind(k, KINDS.index(k), cga3d().kind(k).size, k in DIRECTED) for k in wanted],
+        "kinds": [_registered(kind) for kind in wanted],
         "motor_order": [blades.index(b) for b in registration.motor_blades(cga3d())],
         "pairs": [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs],
     }
     declared = [Declared(registration.near_motor, ("layout motor",), "near_motor")]
     declared.append(Declared(registration.stepped, ("motor", "twist"), "stepped"))
+    declared.append(Declared(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart"))
+    declared.append(Declared(registration.unseen, ("motor", "position", "position"), "unseen"))
+    declared.append(Declared(registration.unseen_twist, ("twist", "position"), "unseen_twist"))
+    offs = dict.fromkeys(_OFF.get(kind, registration.off_position) for kind in wanted)
+    declared += [Declared(formula, ("position", "numbers7")) for formula in offs]
     declared += [d for kind in wanted for d in _declared(kind)]
     declared += [Declared(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
     return Driven(tuple(declared), values)

@@ -19,7 +19,7 @@ from .reform import driven, in_order
 
 _TEMPLATE = "numba/reform.py.j2"
 #: What it includes.
-_PARTS = tuple(f"numba/reform_{part}.py.j2" for part in ("solve", "loops", "stages"))
+_PARTS = tuple(f"numba/reform_{part}.py.j2" for part in ("solve", "loops", "frames", "stages"))
 #: What the text depends on, from the package's folder.
 _SOURCES = (
     "programs/reform_numba.py", "formulas/registration.py", "specs/cga3d.toml",

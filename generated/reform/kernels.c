@@ -84,6 +84,33 @@ BS_OWN void FN(element)(int kind, S *element, const S *x)
   }
 }
 
+BS_OWN void FN(seen)(int kind, S *found, const S *x, const S *origin)
+{
+  switch (kind) {
+  case 0: FN(cga3d_seen_point)(found, x, origin); break;
+  case 1: FN(cga3d_seen_point_pair)(found, x, origin); break;
+  case 2: FN(cga3d_seen_line)(found, x, origin); break;
+  case 3: FN(cga3d_seen_circle)(found, x, origin); break;
+  case 4: FN(cga3d_seen_plane)(found, x, origin); break;
+  case 5: FN(cga3d_seen_sphere)(found, x, origin); break;
+  default: break;
+  }
+}
+
+/* How far a point is off an object, squared, and how that changes with the point: halves of the first and second rates. */
+BS_OWN void FN(off)(int kind, S *square, S *gradient, S *matrix, const S *point, const S *element)
+{
+  switch (kind) {
+  case 0: FN(cga3d_off_position)(square, gradient, matrix, point, element); break;
+  case 1: FN(cga3d_off_position)(square, gradient, matrix, point, element); break;
+  case 2: FN(cga3d_off_line)(square, gradient, matrix, point, element); break;
+  case 3: FN(cga3d_off_position)(square, gradient, matrix, point, element); break;
+  case 4: FN(cga3d_off_plane)(square, gradient, matrix, point, element); break;
+  case 5: FN(cga3d_off_position)(square, gradient, matrix, point, element); break;
+  default: break;
+  }
+}
+
 BS_OWN void FN(rates)(int kind, S *rates, const S *motor, const S *x, const S *y)
 {
   switch (kind) {
@@ -151,12 +178,43 @@ BS_OWN int FN(half_step_of_two)(int kind, S *out, const S *motor, const S *x, co
 #include "reform_solve.h"
 #include "reform_loops.h"
 #include "reform_direct.h"
+#include "reform_frames.h"
 
 const char *bs_source_hash(void) { return BS_SOURCE_HASH; }
 
 void bs_reform_elements(int kind, const double *rows, double *elements, ptrdiff_t count)
 {
   for (ptrdiff_t i = 0; i < count; i++) FN(element)(kind, elements + BS_NUMBERS * i, rows + FN(row_size)(kind) * i);
+}
+
+void bs_reform_seen(int kind, const double *rows, const double *origin, double *found, ptrdiff_t count)
+{
+  const ptrdiff_t size = FN(row_size)(kind);
+  for (ptrdiff_t i = 0; i < count; i++) FN(seen)(kind, found + size * i, rows + size * i, origin);
+}
+
+void bs_reform_apart(int kind, const double *a, const double *b, const double *weights, double other, double *squares,
+                     ptrdiff_t begin, ptrdiff_t end)
+{
+  const S whole = FN(has_direction)(kind), used[3] = {weights[0], 2 * weights[1], weights[2]};
+  S cosine;
+  for (ptrdiff_t i = begin; i < end; i++)
+    FN(cga3d_apart)(squares + i, &cosine, a + BS_NUMBERS * i, b + BS_NUMBERS * i, used, &whole, &other);
+}
+
+void bs_reform_middle(const bs_middle *middle)
+{
+  FN(middle)(middle);
+}
+
+void bs_reform_unseen(const double *motors, const double *to, const double *back, double *found, ptrdiff_t count)
+{
+  for (ptrdiff_t i = 0; i < count; i++) FN(cga3d_unseen)(found + BS_MOTOR * i, motors + BS_MOTOR * i, to, back);
+}
+
+void bs_reform_unseen_twists(const double *twists, const double *origin, double *found, ptrdiff_t count)
+{
+  for (ptrdiff_t i = 0; i < count; i++) FN(cga3d_unseen_twist)(found + 6 * i, twists + 6 * i, origin);
 }
 
 void bs_reform_invariants(int first_kind, const double *first_rows, const int32_t *first, int second_kind,

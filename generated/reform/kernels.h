@@ -69,6 +69,219 @@ BS_INLINE void FN(cga3d_stepped)(V *RESTRICT out, const V *RESTRICT r_in, const 
   out[7] = (t8 - t0 * t13) * t6; /* e123ni */
 }
 
+/* cga3d_apart: Weighted square of how far two elements are apart, and the cosine of the angle between their directions. 11 mul, 11 add, 4 other. */
+BS_INLINE void FN(cga3d_apart)(V *RESTRICT square, V *RESTRICT cosine, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT weights_in, const V *RESTRICT whole_in, const V *RESTRICT other_in)
+{
+  const V a_0 = a_in[0];
+  const V a_1 = a_in[1];
+  const V a_2 = a_in[2];
+  const V a_3 = a_in[3];
+  const V a_4 = a_in[4];
+  const V a_5 = a_in[5];
+  const V a_6 = a_in[6];
+  const V b_0 = b_in[0];
+  const V b_1 = b_in[1];
+  const V b_2 = b_in[2];
+  const V b_3 = b_in[3];
+  const V b_4 = b_in[4];
+  const V b_5 = b_in[5];
+  const V b_6 = b_in[6];
+  const V weights_0 = weights_in[0];
+  const V weights_1 = weights_in[1];
+  const V weights_2 = weights_in[2];
+  const V whole_s = whole_in[0];
+  const V other_s = other_in[0];
+  const V t0 = b_0 - a_0;
+  const V t1 = b_1 - a_1;
+  const V t2 = b_2 - a_2;
+  const V t3 = a_3 * b_3 + a_4 * b_4 + a_5 * b_5;
+  const V t4 = other_s * t3;
+  const M t5 = LT(t3, t4);
+  const V t6 = SELECT(t5, t4, t3);
+  const V t7 = whole_s - t6;
+  const M t8 = LT(SPLAT(0.0), t7);
+  const V t9 = SELECT(t8, t7, SPLAT(0.0));
+  const V t10 = b_6 - a_6;
+  const V t11 = (weights_0 * (t0 * t0 + t1 * t1 + t2 * t2) + weights_1 * t9) + weights_2 * (t10 * t10);
+  square[0] = t11;
+  cosine[0] = t3;
+}
+
+/* cga3d_unseen: A motor from a frame about the position ``back`` to one about ``to`` as a motor of the world; the first 56 mul, 24 add, 32 other. */
+BS_INLINE void FN(cga3d_unseen)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT to_in, const V *RESTRICT back_in)
+{
+  const V r_s = r_in[0];
+  const V r_e12 = r_in[1];
+  const V r_e13 = r_in[2];
+  const V r_e1ni = r_in[3];
+  const V r_e23 = r_in[4];
+  const V r_e2ni = r_in[5];
+  const V r_e3ni = r_in[6];
+  const V r_e123ni = r_in[7];
+  const V to_e1 = to_in[0];
+  const V to_e2 = to_in[1];
+  const V to_e3 = to_in[2];
+  const V back_e1 = back_in[0];
+  const V back_e2 = back_in[1];
+  const V back_e3 = back_in[2];
+  const M t0 = LT(SPLAT(0.0), r_s);
+  const M t1 = LT(r_s, SPLAT(0.0));
+  const M t2 = LT(SPLAT(0.0), r_e12);
+  const M t3 = LT(r_e12, SPLAT(0.0));
+  const M t4 = LT(SPLAT(0.0), r_e13);
+  const M t5 = LT(r_e13, SPLAT(0.0));
+  const V t6 = r_e1ni - K(0.5) * (r_s * to_e1) + K(0.5) * (r_e12 * to_e2) + K(0.5) * (r_e13 * to_e3);
+  const V t7 = K(0.5) * (r_s * back_e1) + K(0.5) * (r_e12 * back_e2) + K(0.5) * (r_e13 * back_e3) + t6;
+  const M t8 = LT(SPLAT(0.0), t7);
+  const M t9 = LT(t7, SPLAT(0.0));
+  const M t10 = LT(SPLAT(0.0), r_e23);
+  const M t11 = LT(r_e23, SPLAT(0.0));
+  const V t12 = r_e2ni - K(0.5) * (r_e12 * to_e1) - K(0.5) * (r_s * to_e2) + K(0.5) * (r_e23 * to_e3);
+  const V t13 = K(0.5) * (r_s * back_e2) - K(0.5) * (r_e12 * back_e1) + K(0.5) * (r_e23 * back_e3) + t12;
+  const M t14 = LT(SPLAT(0.0), t13);
+  const M t15 = LT(t13, SPLAT(0.0));
+  const V t16 = r_e3ni - K(0.5) * (r_e13 * to_e1) - K(0.5) * (r_e23 * to_e2) - K(0.5) * (r_s * to_e3);
+  const V t17 = K(0.5) * (r_s * back_e3) - K(0.5) * (r_e13 * back_e1) - K(0.5) * (r_e23 * back_e2) + t16;
+  const M t18 = LT(SPLAT(0.0), t17);
+  const M t19 = LT(t17, SPLAT(0.0));
+  const V t20 = r_e123ni - K(0.5) * (r_e23 * to_e1) + K(0.5) * (r_e13 * to_e2) - K(0.5) * (r_e12 * to_e3);
+  const V t21 = K(0.5) * (r_e12 * back_e3) - K(0.5) * (r_e13 * back_e2) + K(0.5) * (r_e23 * back_e1) + t20;
+  const M t22 = LT(SPLAT(0.0), t21);
+  const M t23 = LT(t21, SPLAT(0.0));
+  const V t24 = SELECT(t23, SPLAT(-1.0), SPLAT(1.0));
+  const V t25 = SELECT(t22, SPLAT(1.0), t24);
+  const V t26 = SELECT(t19, SPLAT(-1.0), t25);
+  const V t27 = SELECT(t18, SPLAT(1.0), t26);
+  const V t28 = SELECT(t15, SPLAT(-1.0), t27);
+  const V t29 = SELECT(t14, SPLAT(1.0), t28);
+  const V t30 = SELECT(t11, SPLAT(-1.0), t29);
+  const V t31 = SELECT(t10, SPLAT(1.0), t30);
+  const V t32 = SELECT(t9, SPLAT(-1.0), t31);
+  const V t33 = SELECT(t8, SPLAT(1.0), t32);
+  const V t34 = SELECT(t5, SPLAT(-1.0), t33);
+  const V t35 = SELECT(t4, SPLAT(1.0), t34);
+  const V t36 = SELECT(t3, SPLAT(-1.0), t35);
+  const V t37 = SELECT(t2, SPLAT(1.0), t36);
+  const V t38 = SELECT(t1, SPLAT(-1.0), t37);
+  const V t39 = SELECT(t0, SPLAT(1.0), t38);
+  out[0] = r_s * t39; /* 1 */
+  out[1] = r_e12 * t39; /* e12 */
+  out[2] = r_e13 * t39; /* e13 */
+  out[3] = t7 * t39; /* e1ni */
+  out[4] = r_e23 * t39; /* e23 */
+  out[5] = t13 * t39; /* e2ni */
+  out[6] = t17 * t39; /* e3ni */
+  out[7] = t21 * t39; /* e123ni */
+}
+
+/* cga3d_unseen_twist: A twist of the frame about o as a twist of the world. 18 mul, 12 add. */
+BS_INLINE void FN(cga3d_unseen_twist)(V *RESTRICT out, const V *RESTRICT b_in, const V *RESTRICT o_in)
+{
+  const V b_e12 = b_in[0];
+  const V b_e13 = b_in[1];
+  const V b_e1ni = b_in[2];
+  const V b_e23 = b_in[3];
+  const V b_e2ni = b_in[4];
+  const V b_e3ni = b_in[5];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = b_e12 * o_e2;
+  const V t1 = b_e13 * o_e3;
+  const V t2 = b_e12 * o_e1;
+  const V t3 = b_e23 * o_e3;
+  const V t4 = b_e13 * o_e1;
+  const V t5 = b_e23 * o_e2;
+  out[0] = b_e12; /* e12 */
+  out[1] = b_e13; /* e13 */
+  out[2] = K(0.5) * t0 + K(0.5) * t1 + (b_e1ni + K(0.5) * t0 + K(0.5) * t1); /* e1ni */
+  out[3] = b_e23; /* e23 */
+  out[4] = K(0.5) * t3 - K(0.5) * t2 + (b_e2ni - K(0.5) * t2 + K(0.5) * t3); /* e2ni */
+  out[5] = (b_e3ni - K(0.5) * t4 - K(0.5) * t5) - K(0.5) * t4 - K(0.5) * t5; /* e3ni */
+}
+
+/* cga3d_off_position: |p - a|^2 for a position p, half its gradient by p, and half its second rates (upper half). 3 mul, 5 add. */
+BS_INLINE void FN(cga3d_off_position)(V *RESTRICT square, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT p_in, const V *RESTRICT a_in)
+{
+  const V p_e1 = p_in[0];
+  const V p_e2 = p_in[1];
+  const V p_e3 = p_in[2];
+  const V a_0 = a_in[0];
+  const V a_1 = a_in[1];
+  const V a_2 = a_in[2];
+  const V t0 = p_e1 - a_0;
+  const V t1 = p_e2 - a_1;
+  const V t2 = p_e3 - a_2;
+  square[0] = t0 * t0 + t1 * t1 + t2 * t2;
+  gradient[0] = t0;
+  gradient[1] = t1;
+  gradient[2] = t2;
+  matrix[0] = SPLAT(1.0);
+  matrix[1] = SPLAT(0.0);
+  matrix[2] = SPLAT(0.0);
+  matrix[3] = SPLAT(1.0);
+  matrix[4] = SPLAT(0.0);
+  matrix[5] = SPLAT(1.0);
+}
+
+/* cga3d_off_line: The square of the distance of p from the line of an element, half its gradient by p, half its second rates. 21 mul, 14 add. */
+BS_INLINE void FN(cga3d_off_line)(V *RESTRICT square, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT p_in, const V *RESTRICT a_in)
+{
+  const V p_e1 = p_in[0];
+  const V p_e2 = p_in[1];
+  const V p_e3 = p_in[2];
+  const V a_0 = a_in[0];
+  const V a_1 = a_in[1];
+  const V a_2 = a_in[2];
+  const V a_3 = a_in[3];
+  const V a_4 = a_in[4];
+  const V a_5 = a_in[5];
+  const V t0 = p_e1 - a_0;
+  const V t1 = p_e2 - a_1;
+  const V t2 = a_4 * t0 - a_3 * t1;
+  const V t3 = p_e3 - a_2;
+  const V t4 = a_5 * t0 - a_3 * t3;
+  const V t5 = a_5 * t1 - a_4 * t3;
+  const V t6 = a_4 * a_4;
+  const V t7 = a_5 * a_5;
+  const V t8 = a_3 * a_3;
+  square[0] = t2 * t2 + t4 * t4 + t5 * t5;
+  gradient[0] = a_4 * t2 + a_5 * t4;
+  gradient[1] = a_5 * t5 - a_3 * t2;
+  gradient[2] = -a_3 * t4 - a_4 * t5;
+  matrix[0] = t6 + t7;
+  matrix[1] = -a_3 * a_4;
+  matrix[2] = -a_3 * a_5;
+  matrix[3] = t8 + t7;
+  matrix[4] = -a_4 * a_5;
+  matrix[5] = t8 + t6;
+}
+
+/* cga3d_off_plane: The square of the distance of p from the plane of an element, half its gradient by p, half its second rates. 13 mul, 5 add. */
+BS_INLINE void FN(cga3d_off_plane)(V *RESTRICT square, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT p_in, const V *RESTRICT a_in)
+{
+  const V p_e1 = p_in[0];
+  const V p_e2 = p_in[1];
+  const V p_e3 = p_in[2];
+  const V a_0 = a_in[0];
+  const V a_1 = a_in[1];
+  const V a_2 = a_in[2];
+  const V a_3 = a_in[3];
+  const V a_4 = a_in[4];
+  const V a_5 = a_in[5];
+  const V t0 = a_3 * (p_e1 - a_0) + a_4 * (p_e2 - a_1) + a_5 * (p_e3 - a_2);
+  square[0] = t0 * t0;
+  gradient[0] = a_3 * t0;
+  gradient[1] = a_4 * t0;
+  gradient[2] = a_5 * t0;
+  matrix[0] = a_3 * a_3;
+  matrix[1] = a_3 * a_4;
+  matrix[2] = a_3 * a_5;
+  matrix[3] = a_4 * a_4;
+  matrix[4] = a_4 * a_5;
+  matrix[5] = a_5 * a_5;
+}
+
 /* cga3d_element_point: Position (3), direction (3) and radius (1): of flats the point nearest to the origin; zeros for what is not. 0 mul, 0 add. */
 BS_INLINE void FN(cga3d_element_point)(V *RESTRICT element, const V *RESTRICT x_in)
 {
@@ -82,6 +295,38 @@ BS_INLINE void FN(cga3d_element_point)(V *RESTRICT element, const V *RESTRICT x_
   element[4] = SPLAT(0.0);
   element[5] = SPLAT(0.0);
   element[6] = SPLAT(0.0);
+}
+
+/* cga3d_seen_point: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 16 mul, 8 add, 9 other. */
+BS_INLINE void FN(cga3d_seen_point)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+{
+  const V x_e1 = x_in[0];
+  const V x_e2 = x_in[1];
+  const V x_e3 = x_in[2];
+  const V x_no = x_in[3];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = x_e1;
+  const V t1 = x_no;
+  const V t2 = o_e1 * t1;
+  const V t3 = (t0 - K(0.5) * t2) - K(0.5) * t2;
+  const V t4 = t1;
+  const V t5 = K(1.0) / t4;
+  const V t6 = t3 * t5;
+  const V t7 = x_e2;
+  const V t8 = o_e2 * t1;
+  const V t9 = (t7 - K(0.5) * t8) - K(0.5) * t8;
+  const V t10 = t9 * t5;
+  const V t11 = x_e3;
+  const V t12 = o_e3 * t1;
+  const V t13 = (t11 - K(0.5) * t12) - K(0.5) * t12;
+  const V t14 = t13 * t5;
+  seen[0] = t6;
+  seen[1] = t10;
+  seen[2] = t14;
+  seen[3] = SPLAT(1.0);
+  seen[4] = K(0.5) * (t6 * t6 + t10 * t10 + t14 * t14);
 }
 
 /* cga3d_rates_point: `cost_rates` of R x ~R and y. 105 mul, 62 add. */
@@ -307,6 +552,123 @@ BS_INLINE void FN(cga3d_element_point_pair)(V *RESTRICT element, const V *RESTRI
   element[4] = -x_e2no * t6;
   element[5] = -x_e3no * t6;
   element[6] = t6;
+}
+
+/* cga3d_seen_point_pair: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 145 mul, 91 add, 48 other. */
+BS_INLINE void FN(cga3d_seen_point_pair)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+{
+  const V x_e12 = x_in[0];
+  const V x_e13 = x_in[1];
+  const V x_e1no = x_in[2];
+  const V x_e1ni = x_in[3];
+  const V x_e23 = x_in[4];
+  const V x_e2no = x_in[5];
+  const V x_e2ni = x_in[6];
+  const V x_e3no = x_in[7];
+  const V x_e3ni = x_in[8];
+  const V x_noni = x_in[9];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = x_e12;
+  const V t1 = x_e2no;
+  const V t2 = o_e1 * t1;
+  const V t3 = x_e1no;
+  const V t4 = o_e2 * t3;
+  const V t5 = t0 + K(0.5) * t2 - K(0.5) * t4;
+  const V t6 = t5 - K(0.5) * t4 + K(0.5) * t2;
+  const V t7 = t1;
+  const V t8 = x_e13;
+  const V t9 = x_e3no;
+  const V t10 = o_e1 * t9;
+  const V t11 = o_e3 * t3;
+  const V t12 = t8 + K(0.5) * t10 - K(0.5) * t11;
+  const V t13 = t12 - K(0.5) * t11 + K(0.5) * t10;
+  const V t14 = t9;
+  const V t15 = t3;
+  const V t16 = o_e1 * t3;
+  const V t17 = o_e2 * t1;
+  const V t18 = o_e3 * t9;
+  const V t19 = x_noni;
+  const V t20 = t19 + K(0.5) * t16 + K(0.5) * t17 + K(0.5) * t18;
+  const V t21 = K(0.5) * t16 + K(0.5) * t17 + K(0.5) * t18 + t20;
+  const V t22 = t15 * t15 + t7 * t7 + t14 * t14;
+  const M t23 = LT(SPLAT(0.0), t22);
+  const V t24 = SPLAT(BS_NOT_A_NUMBER);
+  const V t25 = SELECT(t23, t22, t24);
+  const V t26 = K(1.0) / t25;
+  const V t27 = (-t6 * t7 - t13 * t14 - t15 * t21) * t26;
+  const V t28 = t15 * t27;
+  const V t29 = x_e23;
+  const V t30 = o_e2 * t9;
+  const V t31 = o_e3 * t1;
+  const V t32 = t29 + K(0.5) * t30 - K(0.5) * t31;
+  const V t33 = t32 - K(0.5) * t31 + K(0.5) * t30;
+  const V t34 = (t6 * t15 - t33 * t14 - t7 * t21) * t26;
+  const V t35 = t7 * t34;
+  const V t36 = (t13 * t15 + t33 * t7 - t14 * t21) * t26;
+  const V t37 = t14 * t36;
+  const V t38 = -K(0.5) * t28 - K(0.5) * t35 - K(0.5) * t37;
+  const V t39 = t7 * t27;
+  const V t40 = t15 * t34;
+  const V t41 = K(0.5) * t40 - K(0.5) * t39;
+  const V t42 = t14 * t27;
+  const V t43 = t15 * t36;
+  const V t44 = K(0.5) * t43 - K(0.5) * t42;
+  const V t45 = K(1.0) / (K(2.0) * t22);
+  const V t46 = t27 * t38 + t34 * t41 + t36 * t44 + t15 * t45;
+  const V t47 = ABS(t46);
+  const V t48 = t14 * t34;
+  const V t49 = t7 * t36;
+  const V t50 = K(0.5) * t49 - K(0.5) * t48;
+  const V t51 = t34 * t38 - t27 * t41 + t36 * t50 + t7 * t45;
+  const V t52 = ABS(t51);
+  const V t53 = t36 * t38 - t27 * t44 - t34 * t50 + t14 * t45;
+  const V t54 = ABS(t53);
+  const V t55 = t38 - K(0.5) * t28 - K(0.5) * t35 - K(0.5) * t37;
+  const V t56 = ABS(t55);
+  const V t57 = ABS(x_e1ni);
+  const V t58 = ABS(x_e2ni);
+  const V t59 = ABS(x_e3ni);
+  const V t60 = ABS(x_noni);
+  const V t61 = K(0.5) * t16 + K(0.5) * t17 + K(0.5) * t18;
+  const V t62 = x_e1ni;
+  const V t63 = t62 - K(0.5) * (o_e1 * t19) - K(0.5) * (o_e2 * t0) - K(0.5) * (o_e3 * t8);
+  const V t64 = K(0.5) * t2 - K(0.5) * t4;
+  const V t65 = K(0.5) * t10 - K(0.5) * t11;
+  const V t66 = t63 - K(0.5) * (o_e1 * t61) - K(0.5) * (o_e2 * t5) - K(0.5) * (o_e3 * t12) - K(0.5) * (o_e1 * t20) - K(0.5) * (o_e2 * t64) - K(0.5) * (o_e3 * t65);
+  const V t67 = t66;
+  const V t68 = ABS(t67);
+  const V t69 = x_e2ni;
+  const V t70 = t69 + K(0.5) * (o_e1 * t0) - K(0.5) * (o_e2 * t19) - K(0.5) * (o_e3 * t29);
+  const V t71 = K(0.5) * t30 - K(0.5) * t31;
+  const V t72 = K(0.5) * (o_e1 * t5) - K(0.5) * (o_e2 * t61) - K(0.5) * (o_e3 * t32) + t70 - K(0.5) * (o_e2 * t20) + K(0.5) * (o_e1 * t64) - K(0.5) * (o_e3 * t71);
+  const V t73 = t72;
+  const V t74 = ABS(t73);
+  const V t75 = x_e3ni;
+  const V t76 = t75 + K(0.5) * (o_e1 * t8) + K(0.5) * (o_e2 * t29) - K(0.5) * (o_e3 * t19);
+  const V t77 = K(0.5) * (o_e1 * t12) - K(0.5) * (o_e3 * t61) + K(0.5) * (o_e2 * t32) + t76 - K(0.5) * (o_e3 * t20) + K(0.5) * (o_e1 * t65) + K(0.5) * (o_e2 * t71);
+  const V t78 = t77;
+  const V t79 = ABS(t78);
+  const V t80 = ABS(t21);
+  const M t81 = LT(t47 + t52 + t54 + t56, (t57 + t58 + t59 + t60) + (t68 + t74 + t79 + t80));
+  const V t82 = SELECT(t81, t41 + K(0.5) * t40 - K(0.5) * t39, t6);
+  const V t83 = SELECT(t81, t44 + K(0.5) * t43 - K(0.5) * t42, t13);
+  const V t84 = SELECT(t81, t46, t67);
+  const V t85 = SELECT(t81, t50 + K(0.5) * t49 - K(0.5) * t48, t33);
+  const V t86 = SELECT(t81, t51, t73);
+  const V t87 = SELECT(t81, t53, t78);
+  const V t88 = SELECT(t81, t55, t21);
+  seen[0] = t82;
+  seen[1] = t83;
+  seen[2] = t15;
+  seen[3] = t84;
+  seen[4] = t85;
+  seen[5] = t7;
+  seen[6] = t86;
+  seen[7] = t14;
+  seen[8] = t87;
+  seen[9] = t88;
 }
 
 /* cga3d_rates_point_pair: `cost_rates` of R x ~R and y. 2928 mul, 2045 add, 37 other. */
@@ -1482,6 +1844,49 @@ BS_INLINE void FN(cga3d_element_line)(V *RESTRICT element, const V *RESTRICT x_i
   element[6] = SPLAT(0.0);
 }
 
+/* cga3d_seen_line: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 39 mul, 19 add, 15 other. */
+BS_INLINE void FN(cga3d_seen_line)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+{
+  const V x_e12ni = x_in[0];
+  const V x_e13ni = x_in[1];
+  const V x_e1noni = x_in[2];
+  const V x_e23ni = x_in[3];
+  const V x_e2noni = x_in[4];
+  const V x_e3noni = x_in[5];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = x_e12ni;
+  const V t1 = x_e2noni;
+  const V t2 = o_e1 * t1;
+  const V t3 = x_e1noni;
+  const V t4 = o_e2 * t3;
+  const V t5 = (t0 + K(0.5) * t2 - K(0.5) * t4) - K(0.5) * t4 + K(0.5) * t2;
+  const V t6 = t3;
+  const V t7 = t1;
+  const V t8 = x_e3noni;
+  const V t9 = t8;
+  const V t10 = -t6 * t6 - t7 * t7 - t9 * t9;
+  const V t11 = SQRT(-t10);
+  const V t12 = K(1.0) / t11;
+  const V t13 = x_e13ni;
+  const V t14 = o_e1 * t8;
+  const V t15 = o_e3 * t3;
+  const V t16 = (t13 + K(0.5) * t14 - K(0.5) * t15) - K(0.5) * t15 + K(0.5) * t14;
+  const V t17 = x_e23ni;
+  const V t18 = o_e2 * t8;
+  const V t19 = o_e3 * t1;
+  const V t20 = (t17 + K(0.5) * t18 - K(0.5) * t19) - K(0.5) * t19 + K(0.5) * t18;
+  const V t21 = K(1.0) / (-K(2.0) * t10);
+  const V t22 = (K(2.0) * (t16 * t7) - K(2.0) * (t5 * t9) - K(2.0) * (t6 * t20)) * t21 * t12;
+  seen[0] = t5 * t12 + t9 * t22;
+  seen[1] = t16 * t12 - t7 * t22;
+  seen[2] = t6 * t12;
+  seen[3] = t20 * t12 + t6 * t22;
+  seen[4] = t7 * t12;
+  seen[5] = t9 * t12;
+}
+
 /* cga3d_rates_line: `cost_rates` of R x ~R and y. 667 mul, 412 add, 11 other. */
 BS_INLINE void FN(cga3d_rates_line)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
@@ -1986,6 +2391,132 @@ BS_INLINE void FN(cga3d_element_circle)(V *RESTRICT element, const V *RESTRICT x
   element[4] = -x_e13no * t9;
   element[5] = x_e12no * t9;
   element[6] = t11;
+}
+
+/* cga3d_seen_circle: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 145 mul, 97 add, 54 other. */
+BS_INLINE void FN(cga3d_seen_circle)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+{
+  const V x_e123 = x_in[0];
+  const V x_e12no = x_in[1];
+  const V x_e12ni = x_in[2];
+  const V x_e13no = x_in[3];
+  const V x_e13ni = x_in[4];
+  const V x_e1noni = x_in[5];
+  const V x_e23no = x_in[6];
+  const V x_e23ni = x_in[7];
+  const V x_e2noni = x_in[8];
+  const V x_e3noni = x_in[9];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = x_e123;
+  const V t1 = x_e23no;
+  const V t2 = o_e1 * t1;
+  const V t3 = x_e13no;
+  const V t4 = o_e2 * t3;
+  const V t5 = x_e12no;
+  const V t6 = o_e3 * t5;
+  const V t7 = t0 - K(0.5) * t2 + K(0.5) * t4 - K(0.5) * t6;
+  const V t8 = t7 - K(0.5) * t6 + K(0.5) * t4 - K(0.5) * t2;
+  const V t9 = t3;
+  const V t10 = t5;
+  const V t11 = o_e2 * t5;
+  const V t12 = o_e3 * t3;
+  const V t13 = x_e1noni;
+  const V t14 = t13 + K(0.5) * t11 + K(0.5) * t12;
+  const V t15 = K(0.5) * t11 + K(0.5) * t12 + t14;
+  const V t16 = t1;
+  const V t17 = o_e1 * t3;
+  const V t18 = o_e2 * t1;
+  const V t19 = x_e3noni;
+  const V t20 = t19 - K(0.5) * t17 - K(0.5) * t18;
+  const V t21 = t20 - K(0.5) * t17 - K(0.5) * t18;
+  const V t22 = t10 * t10 + t9 * t9 + t16 * t16;
+  const M t23 = LT(SPLAT(0.0), t22);
+  const V t24 = SPLAT(BS_NOT_A_NUMBER);
+  const V t25 = SELECT(t23, t22, t24);
+  const V t26 = K(1.0) / t25;
+  const V t27 = (t16 * t21 - t8 * t9 - t10 * t15) * t26;
+  const V t28 = t10 * t27;
+  const V t29 = o_e1 * t5;
+  const V t30 = o_e3 * t1;
+  const V t31 = x_e2noni;
+  const V t32 = t31 - K(0.5) * t29 + K(0.5) * t30;
+  const V t33 = K(0.5) * t30 - K(0.5) * t29 + t32;
+  const V t34 = (t8 * t10 - t9 * t15 - t16 * t33) * t26;
+  const V t35 = t9 * t34;
+  const V t36 = -K(0.5) * t28 - K(0.5) * t35;
+  const V t37 = (t8 * t16 + t10 * t33 + t9 * t21) * t26;
+  const V t38 = t10 * t37;
+  const V t39 = t16 * t34;
+  const V t40 = K(0.5) * t38 - K(0.5) * t39;
+  const V t41 = t16 * t37;
+  const V t42 = t9 * t27;
+  const V t43 = t10 * t34;
+  const V t44 = K(0.5) * t41 - K(0.5) * t42 + K(0.5) * t43;
+  const V t45 = K(1.0) / (K(2.0) * t22);
+  const V t46 = t27 * t36 - t37 * t40 + t34 * t44 + t10 * t45;
+  const V t47 = ABS(-t46);
+  const V t48 = t9 * t37;
+  const V t49 = t16 * t27;
+  const V t50 = K(0.5) * t48 + K(0.5) * t49;
+  const V t51 = t34 * t36 - t37 * t50 - t27 * t44 + t9 * t45;
+  const V t52 = ABS(-t51);
+  const V t53 = t36 - K(0.5) * t28 - K(0.5) * t35;
+  const V t54 = ABS(-t53);
+  const V t55 = t34 * t40 - t27 * t50 + t37 * t44 + t16 * t45;
+  const V t56 = ABS(-t55);
+  const V t57 = K(0.5) * t38 - K(0.5) * t39 + t40;
+  const V t58 = ABS(-t57);
+  const V t59 = K(0.5) * t48 + K(0.5) * t49 + t50;
+  const V t60 = ABS(-t59);
+  const V t61 = ABS(-x_e12ni);
+  const V t62 = ABS(-x_e13ni);
+  const V t63 = ABS(-x_e1noni);
+  const V t64 = ABS(-x_e23ni);
+  const V t65 = ABS(-x_e2noni);
+  const V t66 = ABS(-x_e3noni);
+  const V t67 = K(0.5) * t11 + K(0.5) * t12;
+  const V t68 = K(0.5) * t30 - K(0.5) * t29;
+  const V t69 = x_e12ni;
+  const V t70 = t69 + K(0.5) * (o_e1 * t31) - K(0.5) * (o_e2 * t13) - K(0.5) * (o_e3 * t0);
+  const V t71 = K(0.5) * t4 - K(0.5) * t2 - K(0.5) * t6;
+  const V t72 = K(0.5) * (o_e1 * t68) - K(0.5) * (o_e2 * t67) - K(0.5) * (o_e3 * t7) + t70 - K(0.5) * (o_e2 * t14) + K(0.5) * (o_e1 * t32) - K(0.5) * (o_e3 * t71);
+  const V t73 = t72;
+  const V t74 = ABS(-t73);
+  const V t75 = -K(0.5) * t17 - K(0.5) * t18;
+  const V t76 = x_e13ni;
+  const V t77 = t76 + K(0.5) * (o_e1 * t19) + K(0.5) * (o_e2 * t0) - K(0.5) * (o_e3 * t13);
+  const V t78 = K(0.5) * (o_e1 * t75) - K(0.5) * (o_e3 * t67) + K(0.5) * (o_e2 * t7) + t77 - K(0.5) * (o_e3 * t14) + K(0.5) * (o_e1 * t20) + K(0.5) * (o_e2 * t71);
+  const V t79 = t78;
+  const V t80 = ABS(-t79);
+  const V t81 = ABS(-t15);
+  const V t82 = x_e23ni;
+  const V t83 = t82 - K(0.5) * (o_e1 * t0) + K(0.5) * (o_e2 * t19) - K(0.5) * (o_e3 * t31);
+  const V t84 = K(0.5) * (o_e2 * t75) - K(0.5) * (o_e3 * t68) - K(0.5) * (o_e1 * t7) + t83 - K(0.5) * (o_e3 * t32) + K(0.5) * (o_e2 * t20) - K(0.5) * (o_e1 * t71);
+  const V t85 = t84;
+  const V t86 = ABS(-t85);
+  const V t87 = ABS(-t33);
+  const V t88 = ABS(-t21);
+  const V t89 = (t61 + t62 + t63 + t64 + t65 + t66) + (t74 + t80 + t81 + t86 + t87 + t88);
+  const M t90 = LT(t47 + t52 + t54 + t56 + t58 + t60, t89);
+  const V t91 = SELECT(t90, t44 + K(0.5) * t43 - K(0.5) * t42 + K(0.5) * t41, t8);
+  const V t92 = SELECT(t90, t46, t73);
+  const V t93 = SELECT(t90, t51, t79);
+  const V t94 = SELECT(t90, t53, t15);
+  const V t95 = SELECT(t90, t55, t85);
+  const V t96 = SELECT(t90, t57, t33);
+  const V t97 = SELECT(t90, t59, t21);
+  seen[0] = t91;
+  seen[1] = t10;
+  seen[2] = t92;
+  seen[3] = t9;
+  seen[4] = t93;
+  seen[5] = t94;
+  seen[6] = t16;
+  seen[7] = t95;
+  seen[8] = t96;
+  seen[9] = t97;
 }
 
 /* cga3d_rates_circle: `cost_rates` of R x ~R and y. 2928 mul, 2045 add, 37 other. */
@@ -3164,6 +3695,36 @@ BS_INLINE void FN(cga3d_element_plane)(V *RESTRICT element, const V *RESTRICT x_
   element[6] = SPLAT(0.0);
 }
 
+/* cga3d_seen_plane: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 16 mul, 8 add, 10 other. */
+BS_INLINE void FN(cga3d_seen_plane)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+{
+  const V x_e123ni = x_in[0];
+  const V x_e12noni = x_in[1];
+  const V x_e13noni = x_in[2];
+  const V x_e23noni = x_in[3];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = x_e123ni;
+  const V t1 = x_e23noni;
+  const V t2 = o_e1 * t1;
+  const V t3 = x_e13noni;
+  const V t4 = o_e2 * t3;
+  const V t5 = x_e12noni;
+  const V t6 = o_e3 * t5;
+  const V t7 = (t0 - K(0.5) * t2 + K(0.5) * t4 - K(0.5) * t6) - K(0.5) * t6 + K(0.5) * t4 - K(0.5) * t2;
+  const V t8 = t7;
+  const V t9 = t5;
+  const V t10 = t3;
+  const V t11 = t1;
+  const V t12 = SQRT(-(-t9 * t9 - t10 * t10 - t11 * t11));
+  const V t13 = K(1.0) / t12;
+  seen[0] = t8 * t13;
+  seen[1] = t9 * t13;
+  seen[2] = t10 * t13;
+  seen[3] = t11 * t13;
+}
+
 /* cga3d_rates_plane: `cost_rates` of R x ~R and y. 465 mul, 250 add, 13 other. */
 BS_INLINE void FN(cga3d_rates_plane)(V *RESTRICT cost, V *RESTRICT gradient, V *RESTRICT matrix, const V *RESTRICT r_in, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
@@ -3564,6 +4125,74 @@ BS_INLINE void FN(cga3d_element_sphere)(V *RESTRICT element, const V *RESTRICT x
   element[4] = SPLAT(0.0);
   element[5] = SPLAT(0.0);
   element[6] = t7;
+}
+
+/* cga3d_seen_sphere: Coefficients of an object, on its own blades, as seen from the position o: `local.inward`. 45 mul, 28 add, 35 other. */
+BS_INLINE void FN(cga3d_seen_sphere)(V *RESTRICT seen, const V *RESTRICT x_in, const V *RESTRICT o_in)
+{
+  const V x_e123no = x_in[0];
+  const V x_e123ni = x_in[1];
+  const V x_e12noni = x_in[2];
+  const V x_e13noni = x_in[3];
+  const V x_e23noni = x_in[4];
+  const V o_e1 = o_in[0];
+  const V o_e2 = o_in[1];
+  const V o_e3 = o_in[2];
+  const V t0 = x_e123no;
+  const V t1 = t0;
+  const V t2 = o_e3 * t0;
+  const V t3 = x_e12noni;
+  const V t4 = t3 + K(0.5) * t2;
+  const V t5 = K(0.5) * t2 + t4;
+  const V t6 = t1 * t1;
+  const M t7 = LT(SPLAT(0.0), t6);
+  const V t8 = SPLAT(BS_NOT_A_NUMBER);
+  const V t9 = SELECT(t7, -t6, t8);
+  const V t10 = K(1.0) / t9;
+  const V t11 = t1 * t5 * t10;
+  const V t12 = t1 * t11;
+  const V t13 = o_e2 * t0;
+  const V t14 = x_e13noni;
+  const V t15 = t14 - K(0.5) * t13;
+  const V t16 = t15 - K(0.5) * t13;
+  const V t17 = -t1 * t16 * t10;
+  const V t18 = t1 * t17;
+  const V t19 = o_e1 * t0;
+  const V t20 = x_e23noni;
+  const V t21 = t20 + K(0.5) * t19;
+  const V t22 = K(0.5) * t19 + t21;
+  const V t23 = t1 * t22 * t10;
+  const V t24 = t1 * t23;
+  const V t25 = K(1.0) / (K(2.0) * t6);
+  const V t26 = t1 * t25 - K(0.5) * (t11 * t12) - K(0.5) * (t17 * t18) - K(0.5) * (t23 * t24);
+  const V t27 = ABS(t26);
+  const V t28 = -t12;
+  const V t29 = ABS(t28);
+  const V t30 = ABS(t18);
+  const V t31 = -t24;
+  const V t32 = ABS(t31);
+  const V t33 = ABS(x_e123ni);
+  const V t34 = ABS(x_e12noni);
+  const V t35 = ABS(x_e13noni);
+  const V t36 = ABS(x_e23noni);
+  const V t37 = x_e123ni;
+  const V t38 = t37 - K(0.5) * (o_e1 * t20) + K(0.5) * (o_e2 * t14) - K(0.5) * (o_e3 * t3);
+  const V t39 = t38 - K(0.25) * (o_e3 * t2) - K(0.25) * (o_e2 * t13) - K(0.25) * (o_e1 * t19) - K(0.5) * (o_e3 * t4) + K(0.5) * (o_e2 * t15) - K(0.5) * (o_e1 * t21);
+  const V t40 = t39;
+  const V t41 = ABS(t40);
+  const V t42 = ABS(t5);
+  const V t43 = ABS(t16);
+  const V t44 = ABS(t22);
+  const M t45 = LT(t27 + t29 + t30 + t32, (t33 + t34 + t35 + t36) + (t41 + t42 + t43 + t44));
+  const V t46 = SELECT(t45, t26, t40);
+  const V t47 = SELECT(t45, t28, t5);
+  const V t48 = SELECT(t45, t18, t16);
+  const V t49 = SELECT(t45, t31, t22);
+  seen[0] = t1;
+  seen[1] = t46;
+  seen[2] = t47;
+  seen[3] = t48;
+  seen[4] = t49;
 }
 
 /* cga3d_rates_sphere: `cost_rates` of R x ~R and y. 1073 mul, 659 add, 13 other. */
@@ -4306,7 +4935,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_point_pair)(V *RESTRICT invariants
   invariants[3] = t24;
 }
 
-/* cga3d_invariants_point_pair_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 30 mul, 18 add, 8 other. */
+/* cga3d_invariants_point_pair_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 43 mul, 26 add, 10 other. */
 BS_INLINE void FN(cga3d_invariants_point_pair_line)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
   const V x_e12 = x_in[0];
@@ -4337,10 +4966,16 @@ BS_INLINE void FN(cga3d_invariants_point_pair_line)(V *RESTRICT invariants, cons
   const V t12 = SQRT(t11);
   const V t13 = SQRT(t0);
   const V t14 = K(1.0) / t13;
-  const V t15 = y_e1noni * (x_e1no * t14) + y_e2noni * (x_e2no * t14) + y_e3noni * (x_e3no * t14);
+  const V t15 = x_e1no * t14;
+  const V t16 = x_e2no * t14;
+  const V t17 = x_e3no * t14;
+  const V t18 = y_e1noni * t15 + y_e2noni * t16 + y_e3noni * t17;
+  const V t19 = y_e3noni * (t6 * t15 - t5 * t16) - y_e2noni * (t8 * t15 - t5 * t17) + y_e23ni * t15 + y_e1noni * (t8 * t16 - t6 * t17) - y_e13ni * t16 + y_e12ni * t17;
+  const M t20 = LT(t18, SPLAT(0.0));
+  const V t21 = SELECT(t20, SPLAT(-1.0), SPLAT(1.0));
   invariants[0] = t12;
-  invariants[1] = t15;
-  invariants[2] = SPLAT(0.0);
+  invariants[1] = t18;
+  invariants[2] = t19 * t21;
   invariants[3] = SPLAT(0.0);
 }
 
@@ -4484,7 +5119,7 @@ BS_INLINE void FN(cga3d_invariants_line_line)(V *RESTRICT invariants, const V *R
   invariants[3] = SPLAT(0.0);
 }
 
-/* cga3d_invariants_line_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 30 mul, 18 add, 8 other. */
+/* cga3d_invariants_line_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 43 mul, 26 add, 10 other. */
 BS_INLINE void FN(cga3d_invariants_line_circle)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
   const V x_e12ni = x_in[0];
@@ -4515,10 +5150,16 @@ BS_INLINE void FN(cga3d_invariants_line_circle)(V *RESTRICT invariants, const V 
   const V t12 = SQRT(t11);
   const V t13 = SQRT(t0);
   const V t14 = K(1.0) / t13;
-  const V t15 = x_e2noni * (y_e13no * t14) - x_e1noni * (y_e23no * t14) - x_e3noni * (y_e12no * t14);
+  const V t15 = y_e23no * t14;
+  const V t16 = y_e13no * t14;
+  const V t17 = y_e12no * t14;
+  const V t18 = x_e2noni * t16 - x_e1noni * t15 - x_e3noni * t17;
+  const V t19 = x_e1noni * (t6 * t17 + t8 * t16) - x_e12ni * t17 - x_e13ni * t16 - x_e23ni * t15 - x_e2noni * (t5 * t17 - t8 * t15) + x_e3noni * (-t5 * t16 - t6 * t15);
+  const M t20 = LT(t18, SPLAT(0.0));
+  const V t21 = SELECT(t20, SPLAT(-1.0), SPLAT(1.0));
   invariants[0] = t12;
-  invariants[1] = t15;
-  invariants[2] = SPLAT(0.0);
+  invariants[1] = t18;
+  invariants[2] = t19 * t21;
   invariants[3] = SPLAT(0.0);
 }
 

@@ -20,8 +20,9 @@ from ..codegen.targets.cuda import DRIVER_OPTIONS, compile_kept, device_arch, re
 from ..codegen.targets.cuda_run import CudaModule, Device, DeviceArrays
 from ..codegen.templating import template_text
 from .engine import STRUCTURES
-from .sides import ELEMENT, Closeness, Side, grid_of
-from .stages import MOTOR, Stages, integers, reals
+from .grids import grid_of
+from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
+from .stages import MOTOR, TWIST, Stages, integers, reals
 
 Array = NDArray[Any]
 Arguments = Callable[[list[ctypes.c_uint64]], list[Any]]
@@ -117,6 +118,35 @@ class CudaDriver:
         self._launchers.run("elements", len(rows), lambda places: [number, *places], given, [found])
         return found
 
+    def seen(self, kind: str, rows: Array, origin: Array) -> Array:
+        """Objects, (n, k) rows, as they are seen from an origin (3,)."""
+        given, found, number = [reals(rows), reals(origin)], np.empty(rows.shape), _number(kind)
+        self._launchers.run("seen", len(rows), lambda places: [number, *places], given, [found])
+        return found
+
+    def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
+        """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
+        n, job = len(elements), structures().new("bs_middle *")
+        job.count, job.rounds, job.place, job.far, job.rounding, job.loose = n, *rule
+        given = {"kinds": integers(kinds), "elements": reals(elements)}
+        found = {"point": np.empty(POSITION), "squares": np.empty(n), "ordered": np.empty(n)}
+        arrays = {**given, **found, "near": np.empty(n, np.int32)}
+        results = [arrays[name] for name in arrays if name not in given]
+        self._launchers.run("middle", 1, lambda places: [_filled(job, arrays, places)], list(given.values()), results)
+        return found["point"]
+
+    def unseen(self, motors: Array, to: Array, back: Array) -> Array:
+        """Motors (n, 8) from a frame about the position ``back`` to one about ``to`` as motors of the world."""
+        found = np.empty((len(motors), MOTOR))
+        self._launchers.run("unseen", len(motors), list, [reals(motors), reals(to), reals(back)], [found])
+        return found
+
+    def unseen_twists(self, twists: Array, origin: Array) -> Array:
+        """Twists (n, 6) of a frame about an origin as twists of the world."""
+        found = np.empty((len(twists), TWIST))
+        self._launchers.run("unseen_twists", len(twists), list, [reals(twists), reals(origin)], [found])
+        return found
+
     def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
         """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
         given = [reals(rows[0]), integers(places[0]), reals(rows[1]), integers(places[1])]
@@ -188,11 +218,16 @@ class CudaScene(Stages):
             setattr(job, name, number)
 
         def arguments(pointers: list[ctypes.c_uint64]) -> list[Any]:
-            for (name, array), pointer in zip(arrays.items(), pointers, strict=True):
-                setattr(job, name, _pointer(array, pointer))
-            return [_by_value(self._state), _by_value(job)]
+            return [_by_value(self._state), _filled(job, arrays, pointers)]
 
         self._launchers.run(stage, n, arguments, list(given.values()), list(found.values()))
+
+
+def _filled(job: Any, arrays: Mapping[str, Array], pointers: list[ctypes.c_uint64]) -> Any:
+    """A structure as an argument, with where its arrays are on the device."""
+    for (name, array), pointer in zip(arrays.items(), pointers, strict=True):
+        setattr(job, name, _pointer(array, pointer))
+    return _by_value(job)
 
 
 def _pointer(array: Array, place: ctypes.c_uint64) -> Any:

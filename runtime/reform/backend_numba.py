@@ -13,12 +13,13 @@ from ..codegen.programs.reform import DIRECTED, KINDS
 from ..codegen.programs.reform_numba import reform_numba
 from ..codegen.targets.numba_kept import KeptModule
 from ..codegen.targets.numba_run import numba
-from .sides import ELEMENT, Closeness, Grid, Side, grid_of
-from .stages import MOTOR, PAIRS, Stages, integers, reals, share
+from .grids import Grid, grid_of
+from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
+from .stages import MOTOR, PAIRS, TWIST, Stages, integers, reals, share
 
 Array = NDArray[Any]
 #: Heads of a scene's arrays, as in templates/numba/reform.py.j2: of each kind among the integers; limits and grids.
-HEAD, LIMITS, GRID = 11, 6, 4
+HEAD, LIMITS, GRID = 10, 6, 5
 #: Among a kind's numbers: where its rows, its elements, and its cells and their order begin; what follows.
 QUERY, REFERENCE, ELEMENTS, STARTS, ORDER, SIDES = range(6)
 
@@ -38,6 +39,10 @@ def _signatures() -> dict[str, Any]:
     scene = types.Tuple((reals, longs, longs))
     arguments = {
         "elements": (n, reals, found, n),
+        "seen": (n, reals, reals, found, n),
+        "middle": (n, integers, reals, n, n, number, number, number, found, found, found, counts),
+        "unseen": (reals, reals, reals, found, n),
+        "unseen_twists": (reals, reals, found, n),
         "invariants": (n, n, n, n, reals, integers, n, n, reals, integers, found),
         "step": (reals, reals, found),
         "rates": (n, n, scene, n, integers, integers, reals, found),
@@ -62,6 +67,31 @@ class NumbaDriver:
         """Positions, directions and radii (n, 7) of unit objects."""
         found = np.empty((len(rows), ELEMENT))
         self._module["elements"](KINDS.index(kind), _reals(rows), found.reshape(-1), len(rows))
+        return found
+
+    def seen(self, kind: str, rows: Array, origin: Array) -> Array:
+        """Objects, (n, k) rows, as they are seen from an origin (3,)."""
+        found = np.empty(rows.shape)
+        self._module["seen"](KINDS.index(kind), _reals(rows), _reals(origin), found.reshape(-1), len(rows))
+        return found
+
+    def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
+        """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
+        n, found = len(elements), np.empty(POSITION)
+        room = (np.empty(n), np.empty(n), np.empty(n, np.int32))
+        self._module["middle"](n, _integers(kinds), _reals(elements), *rule, found, *room)
+        return found
+
+    def unseen(self, motors: Array, to: Array, back: Array) -> Array:
+        """Motors (n, 8) from a frame about the position ``back`` to one about ``to`` as motors of the world."""
+        found = np.empty((len(motors), MOTOR))
+        self._module["unseen"](_reals(motors), _reals(to), _reals(back), found.reshape(-1), len(motors))
+        return found
+
+    def unseen_twists(self, twists: Array, origin: Array) -> Array:
+        """Twists (n, 6) of a frame about an origin as twists of the world."""
+        found = np.empty((len(twists), TWIST))
+        self._module["unseen_twists"](_reals(twists), _reals(origin), found.reshape(-1), len(twists))
         return found
 
     def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
@@ -105,8 +135,8 @@ class NumbaScene(Stages):
         for place, array in ((STARTS, grid.starts), (ORDER, grid.order)):
             head[place] = sum(map(len, self._longs))
             self._longs.append(array.astype(np.int64))
-        head[SIDES:] = (*grid.sides, len(reference), query.shape[1], kind in DIRECTED)
-        self._reals[0][LIMITS + GRID * number :][:GRID] = (*grid.corner, grid.scale)
+        head[SIDES:] = (*grid.sides, len(reference), query.shape[1])
+        self._reals[0][LIMITS + GRID * number :][:GRID] = (*grid.corner, grid.scale, kind in DIRECTED)
 
     def ask(self, kinds: Array, rows: Array) -> None:
         """Look at other query objects."""
@@ -115,7 +145,9 @@ class NumbaScene(Stages):
 
     def closeness(self, given: Closeness) -> None:
         """From now on."""
-        self._scene[0][:LIMITS] = (*given.weights, given.limit, given.least, float(given.align))
+        place, turn, size = given.weights
+        other = -1.0 if given.align else 1.0
+        self._scene[0][:LIMITS] = (place, 2 * turn, size, given.limit, given.least, other)
 
     def _run(
         self, stage: str, n: int, grain: int, numbers: Mapping[str, float], given: Mapping[str, Array],

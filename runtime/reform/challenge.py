@@ -16,7 +16,8 @@ from .estimators import inward
 from .frames import closeness_within, outward
 from .job import Job
 from .result import Registration, Step
-from .search import CHANCE, TOLERANCES, VERIFIED, Found, Search
+from .rivals import looked_again
+from .search import CHANCE, TOLERANCES, Found, Search
 
 Array = NDArray[Any]
 #: Sets of query objects that vote for rivals, at each tolerance and at most.
@@ -37,18 +38,17 @@ def challenged(job: Job, result: Registration) -> Registration:
     """
     if not result.converged:
         return result
-    some = job.random.permutation(len(job.rows))[:VERIFIED]
-    job.scene.ask(job.kinds[some], job.rows[some])
+    job.some()
     found = _rivals(job)
     job.history.append(Step("challenge", found.tolerance, found.candidates, int(found.hits.max(initial=0)), math.nan))
-    if found.doubt > math.log10(CHANCE):
+    if found.doubt > math.log10(CHANCE) and not found.rivalled:
         return result
     motor = inward(result.motor, job.query, job.reference)
     rivals, hits = _held(job, motor, found)
     if len(rivals) and hits[1:].max() * AS_GOOD - 1 > hits[0]:
         return replace(result, converged=False, message=BEATEN)
     equal = rivals[hits[1:] >= AS_GOOD * hits[0] - 1]
-    world = outward(equal, job.query, job.reference, job.algebra)
+    world = outward(job.driver, equal, job.query, job.reference, job.algebra)
     return replace(result, ambiguous=[*result.ambiguous, *(world[i] for i in range(len(equal)))])
 
 
@@ -59,7 +59,7 @@ def _rivals(job: Job) -> Found:
         found = search.run(tolerance, found)
         if found.doubt <= math.log10(CHANCE):
             break
-    return found
+    return looked_again(job, search, found)
 
 
 def _held(job: Job, motor: Array, found: Found) -> tuple[Array, Array]:

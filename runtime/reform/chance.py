@@ -65,10 +65,10 @@ def doubts(hits: Any, objects: int, chance: Any, motors: int) -> Array:
 
     Infinite where as many as that are expected of any motor. Numbers of hits and probabilities broadcast.
     """
-    hits, chance = np.asarray(hits, np.float64), np.clip(chance, LEAST_CHANCE, MOST_CHANCE)
+    hits, chance = np.asarray(hits, np.float64), np.minimum(np.maximum(chance, LEAST_CHANCE), MOST_CHANCE)
     if objects <= 0:
         return np.full(np.broadcast_shapes(hits.shape, chance.shape), math.inf)
-    share = np.clip(hits / objects, 0.0, 1.0)
+    share = np.minimum(np.maximum(hits / objects, 0.0), 1.0)
     missed = np.maximum(1 - share, LEAST_CHANCE)
     excess = share * np.log(np.maximum(share, LEAST_CHANCE) / chance) + (1 - share) * np.log(missed / (1 - chance))
     return np.where(share > chance, math.log10(max(motors, 1)) - objects * excess / math.log(10), math.inf)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ..codegen.build import load
 from ..codegen.programs.reform import KINDS, in_order, reform_program
 from ..installed import installed_program
-from .sides import ELEMENT, Closeness, Grid, Side, grid_of
-from .stages import MOTOR, PAIRS, Stages, integers, reals, share
+from .grids import Grid, grid_of
+from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
+from .stages import MOTOR, PAIRS, TWIST, Stages, integers, reals, share
 
 Array = NDArray[Any]
 #: Structures of stages by items.
@@ -45,11 +46,56 @@ class Driver:
     def elements(self, kind: str, rows: Array) -> Array:
         """Positions, directions and radii (n, 7) of unit objects."""
         rows, found = np.ascontiguousarray(rows, np.float64), np.empty((len(rows), ELEMENT))
-        ffi = self._module.ffi
-        self._module.lib.bs_reform_elements(
-            KINDS.index(kind), ffi.from_buffer("double[]", rows), ffi.from_buffer("double[]", found), len(rows)
-        )
+        self._module.lib.bs_reform_elements(KINDS.index(kind), *self._numbers(rows, found), len(rows))
         return found
+
+    def seen(self, kind: str, rows: Array, origin: Array) -> Array:
+        """Objects, (n, k) rows, as they are seen from an origin (3,)."""
+        rows, found = np.ascontiguousarray(rows, np.float64), np.empty(rows.shape)
+        self._module.lib.bs_reform_seen(KINDS.index(kind), *self._numbers(rows, origin, found), len(rows))
+        return found
+
+    def apart(self, kind: str, a: Array, b: Array, given: Closeness, signs: Array | None = None) -> Array:
+        """Weighted squares (..) of how far elements (.., 7) are apart; they broadcast. ``signs`` says which are turned
+        round; where it is not given, that x and -x are one, or not, does.
+        """
+        if signs is not None:
+            a = a.copy()
+            a[..., POSITION : 2 * POSITION] *= np.asarray(signs)[..., None]
+        a, b = (np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(a, b))
+        found, weights = np.empty(a.shape[:-1]), np.array(given.weights)
+        other = -1.0 if given.align and signs is None else 1.0
+        x, y, w, to = self._numbers(a, b, weights, found)
+        run = self._module.lib.bs_reform_apart
+        share(lambda i, j: run(KINDS.index(kind), x, y, w, other, to, i, j), found.size, self._threads, PAIRS)
+        return found
+
+    def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
+        """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
+        ffi, n, found = self._module.ffi, len(elements), np.empty(POSITION)
+        squares, ordered, near = np.empty(n), np.empty(n), np.empty(n, np.int32)
+        job = ffi.new("bs_middle *")
+        job.count, job.rounds, job.place, job.far, job.rounding, job.loose = n, *rule
+        numbers = np.ascontiguousarray(kinds, np.int32)
+        job.kinds, job.near = ffi.from_buffer("int32_t[]", numbers), ffi.from_buffer("int32_t[]", near)
+        job.elements, job.point, job.squares, job.ordered = self._numbers(elements, found, squares, ordered)
+        self._module.lib.bs_reform_middle(job)
+        return found
+
+    def unseen(self, motors: Array, to: Array, back: Array) -> Array:
+        """Motors (n, 8) from a frame about the position ``back`` to one about ``to`` as motors of the world."""
+        found = np.empty((len(motors), MOTOR))
+        self._module.lib.bs_reform_unseen(*self._numbers(motors, to, back, found), len(motors))
+        return found
+
+    def unseen_twists(self, twists: Array, origin: Array) -> Array:
+        """Twists (n, 6) of a frame about an origin as twists of the world."""
+        found = np.empty((len(twists), TWIST))
+        self._module.lib.bs_reform_unseen_twists(*self._numbers(twists, origin, found), len(twists))
+        return found
+
+    def _numbers(self, *arrays: Array) -> list[Any]:
+        return [self._module.ffi.from_buffer("double[]", np.ascontiguousarray(a, np.float64)) for a in arrays]
 
     def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
         """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
@@ -69,9 +115,8 @@ class Driver:
 
     def step(self, motor: Array, twist: Array) -> Array:
         """The motor next to (1 + twist) motor."""
-        ffi, found = self._module.ffi, np.empty(MOTOR)
-        given = [np.ascontiguousarray(x, np.float64) for x in (motor, twist)]
-        self._module.lib.bs_reform_step(*(ffi.from_buffer("double[]", x) for x in (*given, found)))
+        found = np.empty(MOTOR)
+        self._module.lib.bs_reform_step(*self._numbers(motor, twist, found))
         return found
 
 

@@ -260,10 +260,9 @@ def _near(squares: Array, reach: float | None) -> Array:
 
 
 def _result(ground: Ground, pairs: Pairs, motor: Array, keep: Array, last: Estimated, how: How) -> Estimate:
-    world = outward(motor[None], ground.query, ground.reference, ground.algebra)[0]
+    world = outward(ground.driver, motor[None], ground.query, ground.reference, ground.algebra)[0]
     good = pairs.some(keep)
-    matrix = rates(ground.scene, motor, good.by_kind()).matrices.sum(0)
-    free = told(free_motions(matrix), ground.algebra)
+    free = told(free_motions(rates(ground.scene, motor, good.by_kind()).modes), ground.algebra)
     twists = ground.algebra.wrap(ground.algebra.kind("twist"), free)
     status = Status.OK if last.settled else Status.NOT_CONVERGED
     if len(free):

@@ -121,7 +121,7 @@ class Ground:
             elements = self.driver.elements(kind, rows).reshape(len(motors), len(own), -1)
             others = self.reference.side.elements[kind][pairs.reference[own]]
             signs = pairs.signs[own] if align is None else None
-            found[:, own] = squares(kind, elements, others, bool(align), signs)
+            found[:, own] = squares(self.driver, kind, elements, others, bool(align), signs)
         return found
 
     def turned(self, pairs: Pairs, motor: Array) -> Pairs:

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebras import Algebra
 from ..codegen.errors import UndeterminedError
 from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
 from .contest import ROOM, SAME, SAME_POSE, distinct
-from .frames import Local, closeness_within, outward, scaled
+from .frames import closeness_within, outward, outward_twists
 from .freedom import NEARLY_FREE, free_motions, in_words, told
 from .job import Job
-from .polish import Polished, covariance, polish, stiffness
+from .polish import Polished, covariance, modes_of, polish, stiffness
 from .result import PerItem, Registration, Step
 from .search import CHANCE, Found
 
@@ -54,7 +53,7 @@ def finish(job: Job, found: Found, rounds: int, counts: Mapping[str, int]) -> Re
     if partly:
         motors = _refined(job, motors, found.reach, rounds)
     best, indices, spread = _polished(job, motors[0], found.reach)
-    others = motors[distinct(motors, max(SAME * spread, SAME_POSE))[1:]]
+    others = motors[distinct(motors, max(SAME * found.reach, SAME_POSE))[1:]]
     return _result(job, found, best, indices, spread, others, counts)
 
 
@@ -69,17 +68,18 @@ def _refined(job: Job, motors: Array, reach: float, rounds: int) -> Array:
 def _nothing(job: Job, counts: Mapping[str, int]) -> Registration:
     """No motor lays anything on anything."""
     matches = {kind: np.full(n, -1) for kind, n in counts.items()}
+    nothing = outward_twists(job.driver, np.empty((0, 6)), job.reference, job.algebra)
     result = Registration(
         motor=job.algebra.wrap(job.algebra.kind("motor"), np.eye(8)[0]), matches=PerItem(matches),
         inliers=PerItem({k: m >= 0 for k, m in matches.items()}), cost=0.0, history=job.history, converged=False,
-        covariance=np.full((6, 6), np.nan), undetermined=_world(np.empty((0, 6)), job.reference, job.algebra),
+        covariance=np.full((6, 6), np.nan), undetermined=nothing,
         doubt=math.inf, center=job.reference.center, unit=job.reference.unit,
         message="no motion was found that lays objects of the query on objects of the reference",
     )  # fmt: skip
     for name, model in (("query", job.query), ("reference", job.reference)):
-        free = told(free_motions(stiffness(model.side), least=NEARLY_FREE), job.algebra)
+        free = told(free_motions(modes_of(stiffness(model.side)), least=NEARLY_FREE), job.algebra)
         if len(free):
-            motions = _world(free, model, job.algebra)
+            motions = outward_twists(job.driver, free, model, job.algebra)
             what = f"the objects of the kinds that both models have leave free, or nearly free, {in_words(motions)}"
             remedy = "Give objects that move with them: points off the line, lines or planes of another direction"
             raise UndeterminedError(what, where=f"the {name}", remedy=remedy, motions=motions, result=result)
@@ -96,23 +96,28 @@ def _polished(job: Job, motor: Array, reach: float) -> tuple[Polished, Array, fl
             break
         found = polish(job.scene, job.driver, motor, job.by_kind(indices))
         hit = indices >= 0
-        spread = SPREAD * math.sqrt(float(np.median(squares[hit]))) if hit.any() else limit
+        spread = SPREAD * math.sqrt(_median(squares[hit])) if hit.any() else limit
         motor, before = found.motor, indices
         limit = min(max(spread, LEAST_SPREAD), MOST_GROWTH * reach)
     return found, indices, limit
 
 
+def _median(values: Array) -> float:
+    ordered, half = np.sort(values), len(values) // 2
+    return float(ordered[half] + ordered[-half - 1]) / 2
+
+
 def _result(
     job: Job, found: Found, best: Polished, indices: Array, spread: float, others: Array, counts: Mapping[str, int]
 ) -> Registration:
-    world = outward(np.concatenate([best.motor[None], others]), job.query, job.reference, job.algebra)
+    world = outward(job.driver, np.concatenate([best.motor[None], others]), job.query, job.reference, job.algebra)
     matches = {}
     for kind, count in counts.items():
         own = job.kinds == KINDS.index(kind)
         matches[kind] = indices[own].astype(np.int64) if own.any() else np.full(count, -1)
     inside, wider = covariance(best)
-    free = told(free_motions(best.rates.matrices.sum(0), inside), job.algebra)
-    change = np.asarray(_world(np.eye(6), job.reference, job.algebra)._data).T
+    free = told(free_motions(best.rates.modes, inside), job.algebra)
+    change = np.asarray(outward_twists(job.driver, np.eye(6), job.reference, job.algebra)._data).T
     undetermined = job.algebra.wrap(job.algebra.kind("twist"), free @ change.T)
     job.history.append(Step("polish", spread, found.candidates, int((indices >= 0).sum()), best.cost))
     message = _message(job, found, undetermined, int((indices >= 0).sum()))
@@ -136,10 +141,3 @@ def _message(job: Job, found: Found, undetermined: Multivector, matched: int) ->
     if found.rivalled:
         return "other motors, which contradict this one, lay nearly as many objects on others"
     return "chance would lay as many objects on others: there are too few, or they are too far off"
-
-
-def _world(twists: Array, model: Local, algebra: Algebra) -> Multivector:
-    """Twists (m,) of a model's frame, in the world."""
-    inside = algebra.wrap(algebra.kind("twist"), twists)
-    moved: Multivector = algebra.translator(model.center) >> scaled(inside, model.unit)
-    return moved

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..algebras import Algebra
 from ..multivector import Multivector
+from ..objects.screws import screw
 
 Array = NDArray[Any]
 #: A motion is free if it is resisted less than this, relative to the most; and nearly free.
@@ -41,11 +42,13 @@ def generators(algebra: Algebra) -> Array:
     return rows
 
 
-def free_motions(matrix: Array, covariance: Array | None = None, least: float = FREE) -> Array:
-    """Twists (m, 6) that a symmetric matrix (6, 6) resists less than that, or that a covariance does not tell."""
-    values, vectors = np.linalg.eigh(matrix)
+def free_motions(modes: tuple[Array, Array], covariance: Array | None = None, least: float = FREE) -> Array:
+    """Twists (m, 6) that a symmetric matrix, given by its modes (`polish.modes_of`), resists less than that, or that a
+    covariance does not tell.
+    """
+    values, vectors = modes
     free = values <= least * max(float(values[-1]), 0.0)
-    if not free.any() and covariance is not None:
+    if not free.any() and covariance is not None and covariance.trace() > UNKNOWN * UNKNOWN:  # else none is unknown
         values, vectors = np.linalg.eigh(covariance)
         free = values > UNKNOWN * UNKNOWN
     found: Array = vectors[:, free].T
@@ -78,15 +81,12 @@ def in_words(twists: Iterable[Multivector]) -> str:
 
 
 def _words(twist: Multivector) -> str:
-    rows = np.asarray(twist._data) @ np.linalg.inv(generators(twist.algebra))
-    turn, shift = rows[:3], rows[3:]
-    size, length = (float(np.linalg.norm(v)) for v in (turn, shift))
-    if size == 0:
-        return f"the translation along {_vector(shift / length)}"
-    axis = turn / size
-    place, pitch = np.cross(turn, shift) / size**2, float(axis @ shift) / size
-    line = f"the line through {_vector(place)} along {_vector(axis)}"
-    if abs(pitch) <= NO_PITCH * max(1.0, length / size):
+    found = screw(-twist)  # exp(b) turns about the axis of -b
+    axis, pitch = found.axis.parameters(), float(found.pitch)
+    if math.isinf(pitch):
+        return f"the translation along {_vector(axis.direction)}"
+    line = f"the line through {_vector(axis.point)} along {_vector(axis.direction)}"
+    if abs(pitch) <= NO_PITCH * max(1.0, math.hypot(*axis.point, pitch)):
         return f"the rotation about {line}"
     return f"the screw motion about {line} by {2 * math.pi * pitch:.{DIGITS}g} a turn"
 

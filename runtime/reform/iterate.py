@@ -90,7 +90,7 @@ def iterate(
     motor, history = _settled(ground, how, rule, inward(given, ground.query, ground.reference), rounds)
     job = Job(first.objects, second.objects, threads=threads, align=rule.align, length=float(length))
     job.history.extend(history)
-    world = outward(motor[None], ground.query, ground.reference, ground.algebra)[0]
+    world = outward(ground.driver, motor[None], ground.query, ground.reference, ground.algebra)[0]
     best = inward(world, job.query, job.reference)
     meetings = meetings_of(job.scene, job.algebra, job.align, job.length)
     found = Found(

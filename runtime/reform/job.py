@@ -73,8 +73,8 @@ class Job:
         counts = [self.query.objects[k].shape[0] for k in common]
         self.kinds = np.repeat(np.array([KINDS.index(k) for k in common], np.int32), counts)
         self.rows = np.concatenate([np.arange(n, dtype=np.int32) for n in counts])
-        some = self.random.permutation(len(self.rows))[:VERIFIED]
-        asked, sides = (self.kinds[some], self.rows[some]), (self.query.side, self.reference.side)
+        self._some = self.random.permutation(len(self.rows))[:VERIFIED]
+        asked, sides = (self.kinds[self._some], self.rows[self._some]), (self.query.side, self.reference.side)
         self.scene = made.scene(*sides, *asked, threads)
         if executor is not None:
             self.scene = shared(executor, self.scene, backend, sides, asked, threads)
@@ -102,6 +102,10 @@ class Job:
     def everything(self) -> None:
         """Look at all query objects from now on, in their order."""
         self.scene.ask(self.kinds, self.rows)
+
+    def some(self) -> None:
+        """Look again at those that verify a motor while searching."""
+        self.scene.ask(self.kinds[self._some], self.rows[self._some])
 
     def by_kind(self, indices: Array) -> dict[str, tuple[Array, Array]]:
         """Matches of all query objects, -1 for none, as rows of the query and of the reference of each kind."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .. import objects
 from ..arrays import truth
-from ..codegen.programs.reform import DIRECTED, KINDS
+from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
 from ..objects.inputs import chosen
 from .engine import Driver, Scene
@@ -156,15 +156,17 @@ def cost_matrix(
     rule = Rule(cost=ending, align=turned, threads=threads)
     if ending == "distance":
         common = tuple(k for k in x if k in y)
-        a, b = (_side(Driver(common, threads), part, common).elements for part in (x, y))
-        return {k: _distances(k, a[k], b[k], turned) for k in common}
+        driver = Driver(common, threads)
+        a, b = (_side(driver, part, common).elements for part in (x, y))
+        return {k: _distances(driver, k, a[k], b[k], turned) for k in common}
     return {k: np.concatenate(list(_blocks(x[k], y[k], rule))) for k in x if k in y}
 
 
 def matched(x: Mapping[str, Multivector], y: Mapping[str, Multivector], rule: Rule) -> dict[str, Found]:
     """Matches of the kinds that both have, of objects in one frame."""
     common = tuple(k for k in x if k in y)
-    query, reference = [_side(Driver(common, rule.threads), part, common) for part in (x, y)]
+    driver = Driver(common, rule.threads)
+    query, reference = [_side(driver, part, common) for part in (x, y)]
     near = _nearest_in_grid(query, reference, rule) if rule.cost == "distance" else {}
     found = {}
     for kind in common:
@@ -174,7 +176,7 @@ def matched(x: Mapping[str, Multivector], y: Mapping[str, Multivector], rule: Ru
         first, second = query.elements[kind][has], reference.elements[kind][indices[has]]
         signs[has[(first[:, 3:6] * second[:, 3:6]).sum(1) < 0]] = -1  # of axes: rounds far apart agree by another sign
         if math.isfinite(rule.reach):
-            far = has[squares(kind, first, second, rule.align) > rule.reach * rule.reach]
+            far = has[squares(driver, kind, first, second, rule.align) > rule.reach * rule.reach]
             indices[far], costs[far], signs[far] = -1, math.inf, 1
         found[kind] = indices, costs, signs
     return found
@@ -239,30 +241,25 @@ def _blocks(x: Multivector, y: Multivector, rule: Rule) -> Iterator[Array]:
         yield np.where(np.isnan(block), math.inf, block)
 
 
-def _distances(kind: str, a: Array, b: Array, align: bool) -> Array:
+def _distances(driver: Driver, kind: str, a: Array, b: Array, align: bool) -> Array:
     """Squares of the distances of all pairs of elements."""
     step = max(1, BLOCK // (ELEMENT * len(b)))
-    return np.concatenate([squares(kind, a[i : i + step, None], b[None], align) for i in range(0, len(a), step)])
+    return np.concatenate(
+        [squares(driver, kind, a[i : i + step, None], b[None], align) for i in range(0, len(a), step)]
+    )
 
 
-def squares(kind: str, a: Array, b: Array, align: bool = True, signs: Array | None = None) -> Array:
-    """Weighted squares of the differences of elements (.., 7), as the driver's: 0.75 d^2 + 0.25 angle^2 for small ones.
+def squares(driver: Driver, kind: str, a: Array, b: Array, align: bool = True, signs: Array | None = None) -> Array:
+    """Weighted squares of how far elements (.., 7) are apart, as of matches: 0.75 d^2 + 0.25 angle^2 for small ones.
 
     ``signs`` says which are turned round; where it is not given, ``align`` does.
     """
-    place, turn, size = closeness_within(1.0).weights
-    apart, other = ((a[..., s] - b[..., s]) ** 2 for s in (slice(0, 3), slice(6, 7)))
-    total = place * apart.sum(-1) + size * other.sum(-1)
-    if kind in DIRECTED:
-        cosine = (a[..., 3:6] * b[..., 3:6]).sum(-1)
-        towards = cosine * signs if signs is not None else np.abs(cosine) if align else cosine
-        total = total + 2 * turn * np.maximum(1 - towards, 0)
-    return np.asarray(total)
+    return driver.apart(kind, a, b, closeness_within(1.0, align=align), signs)
 
 
 def center_of(driver: Driver, model: Model) -> Array:
     """The point (3,) nearest to all objects of a model together."""
-    return middle({k: driver.elements(k, x._data) for k, x in model.objects.items()})
+    return middle(driver, {k: driver.elements(k, x._data) for k, x in model.objects.items()})
 
 
 def _framed(

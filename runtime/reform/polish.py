@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,11 +16,13 @@ from .engine import Driver, Scene
 from .fisher import widening
 from .freedom import FREE
 from .sides import Side
-from .stages import MOTOR, RATES
+from .stages import MOTOR, RATES, TWIST
 
 Array = NDArray[Any]
 #: Gauss-Newton steps at most; a step that changes the twist by less ends them.
 STEPS, SETTLED = 30, 1e-14
+#: After a smaller step the modes of the matrix stay what they were: the next step is as good to so many parts.
+SAME_MODES = 1e-6
 #: Halvings of a step at most; what rounding may add to a cost, relative to it, and squared absolutely.
 HALVINGS, SLACK = 8, 1e-14
 #: What a match leaves of its own residual counts as no less: it alone tells a motion.
@@ -29,11 +33,28 @@ Matches = Mapping[str, tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Rates:
-    """Costs of matches (n,), their gradients (n, 6) and Gauss-Newton matrices (n, 6, 6) by the twist b in exp(b) R."""
+    """Costs of matches (n,), their gradients (n, 6) and Gauss-Newton matrices by the twist b in exp(b) R, as upper
+    halves (n, 21), row by row.
+    """
 
     costs: Array
     gradients: Array
-    matrices: Array
+    halves: Array
+
+    @property
+    def matrices(self) -> Array:
+        """(n, 6, 6)."""
+        return full(self.halves)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Sum of the matrices (6, 6)."""
+        return full(self.halves.sum(0))
+
+    @cached_property
+    def modes(self) -> tuple[Array, Array]:
+        """Eigenvalues (6,) of that, rising, and eigenvectors in columns."""
+        return modes_of(self.stiffness)
 
 
 @dataclass(frozen=True)
@@ -62,9 +83,17 @@ class Polished:
 def rates(scene: Scene, motor: Array, matches: Matches) -> Rates:
     """Of all matches; of one without a rotor zeros."""
     parts = [scene.rates(kind, motor, *pairs) for kind, pairs in matches.items()]
-    found = np.concatenate([np.empty((0, RATES)), *parts])
-    found[~np.isfinite(found).all(-1)] = 0.0
-    return Rates(found[:, 0], found[:, 1:7], _full(found[:, 7:]))
+    found = parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, RATES)), *parts])
+    good = np.isfinite(found)
+    if not good.all():
+        found[~good.all(-1)] = 0.0
+    return Rates(found[:, 0], found[:, 1:7], found[:, 7:])
+
+
+def modes_of(matrix: Array) -> tuple[Array, Array]:
+    """Eigenvalues, rising, and eigenvectors, in columns, of a symmetric matrix."""
+    values, vectors = np.linalg.eigh(matrix)
+    return values, vectors
 
 
 def stiffness(side: Side) -> Array:
@@ -73,24 +102,32 @@ def stiffness(side: Side) -> Array:
     kinds = np.repeat([KINDS.index(kind) for kind in places], [len(x) for x in places.values()])
     scene = Scene(side, side, kinds, np.concatenate(list(places.values())))
     found = rates(scene, np.eye(MOTOR)[0], {kind: (x, x) for kind, x in places.items()})
-    return np.asarray(found.matrices.sum(0))
+    return found.stiffness
 
 
-def _full(upper: Array) -> Array:
-    """Symmetric 6 x 6 matrices from their upper halves, row by row."""
-    found = np.empty((len(upper), 6, 6))
-    rows, columns = np.triu_indices(6)
-    found[:, rows, columns] = found[:, columns, rows] = upper
-    return found
+def _places() -> Array:
+    """Where the entries of a symmetric matrix stand in its upper half."""
+    places = np.zeros((TWIST, TWIST), np.int64)
+    places[np.triu_indices(TWIST)] = np.arange(TWIST * (TWIST + 1) // 2)
+    return np.maximum(places, places.T)
+
+
+_PLACES = _places()
+
+
+def full(halves: Array) -> Array:
+    """Symmetric matrices (.., 6, 6) from their upper halves (.., 21), row by row."""
+    return halves.take(_PLACES, -1)
 
 
 def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: int = STEPS) -> Polished:
     """Gauss-Newton on the positive cost, which is a sum of squares; a step that makes it worse is halved."""
     here = rates(scene, motor, matches)
-    taken = 0
+    taken, size, modes = 0, math.inf, None
     while taken < steps:
         taken += 1
-        step = -_inverse(here.matrices.sum(0)) @ here.gradients.sum(0)
+        modes = here.modes if modes is None or size > SAME_MODES else modes
+        step = -_solved(modes, here.gradients.sum(0))
         best = here.costs.sum()
         for _ in range(HALVINGS):
             trial = driver.step(motor, step)
@@ -101,16 +138,17 @@ def polish(scene: Scene, driver: Driver, motor: Array, matches: Matches, steps: 
         else:
             break
         motor, here = trial, there
-        if float(np.abs(step).max()) < SETTLED:
+        size = float(np.abs(step).max())
+        if size < SETTLED:
             break
     return Polished(motor, here, taken)
 
 
-def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric positive matrix where it has one, zero for what it leaves free."""
-    values, vectors = np.linalg.eigh(matrix)
+def _solved(modes: tuple[Array, Array], vector: Array) -> Array:
+    """What a symmetric positive matrix, given by its modes, takes to a vector; zero along what it leaves free."""
+    values, vectors = modes
     stiff = values > FREE * max(float(values[-1]), 0.0)
-    return np.asarray((vectors[:, stiff] / values[stiff]) @ vectors[:, stiff].T)
+    return np.asarray(vectors @ (np.divide(1, values, out=np.zeros_like(values), where=stiff) * (vector @ vectors)))
 
 
 def covariance(found: Polished) -> tuple[Array, float]:
@@ -127,8 +165,7 @@ def covariance(found: Polished) -> tuple[Array, float]:
     20 lines holds 73 % of the true poses, that of 10 lines 40 %. Fewer than about 8 matches tell their own errors
     badly: the region is honest, and very large. Zero for matches without any error.
     """
-    total = found.rates.matrices.sum(0)
-    values, vectors = np.linalg.eigh(total)
+    values, vectors = found.rates.modes
     stiff = values > FREE * max(float(values[-1]), 0.0)
     if not stiff.any():
         return np.zeros((6, 6)), 1.0
@@ -145,5 +182,5 @@ def covariance(found: Polished) -> tuple[Array, float]:
 def effective(shares: Array) -> float:
     """How many equal matches would tell a covariance as well as these, whose shares (n, p, p) add up to 1."""
     p = shares.shape[-1]
-    traces, squares = np.trace(shares, axis1=1, axis2=2), (shares * shares).sum((1, 2))
+    traces, squares = np.einsum("nii->n", shares), np.einsum("nij,nij->n", shares, shares)
     return float(p * (p + 2) / (traces * traces + 2 * squares).sum())

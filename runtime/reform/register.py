@@ -18,6 +18,7 @@ from .job import Job
 from .model import Model
 from .progress import told
 from .result import Registration, Step
+from .rivals import looked_again
 from .sampling import sampled
 from .scale import similar
 from .search import CHANCE, TOLERANCES, Found, Search
@@ -167,4 +168,4 @@ def searched(job: Job, samples: int, sample_size: int | None) -> Found:
         job.history.append(Step("search", tolerance, found.candidates, hits, math.nan))
         if found.doubt <= math.log10(CHANCE):
             break
-    return found
+    return looked_again(job, search, found)

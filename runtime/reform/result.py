@@ -112,8 +112,9 @@ class Registration:
         of 95 %, if the errors of the matches are independent; how large they are, the matches tell. With fewer than
         about 8 matches the region is very large. NaN if nothing was found.
     ambiguous : list of Multivector
-        Other motors that lay about as many objects on others (85 %, less one): those of symmetric models. Each pose
-        once, 63 at most. Where more than 24 serve, or what comes next is nearly as good, ``converged`` is False.
+        Other motors that lay about as many objects on others (85 %, less one): those of symmetric models, and of parts
+        that the reference has several times. Each pose once, 63 at most. Where more than 24 serve, or what comes next
+        is nearly as good, ``converged`` is False.
     undetermined : Multivector, shape (m,)
         Twists, in the reference's world, of motions that the matches leave free, or know no better than a fifth of a
         radian or of the models' size; empty for a determined pose.

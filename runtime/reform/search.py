@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chance import doubt, meetings_of
-from .contest import LEVEL, SAME, SAME_POSE, Contest, distinct
+from .contest import APART, LEVEL, SAME_POSE, Contest, distinct
 from .engine import Driver, Scene
 from .frames import Local, closeness_within
 from .sets import Sets
@@ -73,6 +73,10 @@ class Found:
         What compares them.
     rivalled : bool
         Chance does not explain the best, but others that contradict it are nearly as good.
+    usual : float
+        The share of objects that candidates which do not serve lay on others; NaN before they were compared.
+    enough : bool
+        Whether no better motor was missed, as far as noise is less than the tolerance.
     """
 
     motors: Array = field(default_factory=lambda: np.empty((0, 8)))
@@ -87,11 +91,17 @@ class Found:
     equal: int = 1
     contest: Contest | None = None
     rivalled: bool = False
+    usual: float = math.nan
+    enough: bool = False
 
-    def compare(self) -> None:
-        """Refine candidates and hold them against each other."""
+    def compare(self, challengers: Array | None = None) -> None:
+        """Refine candidates and hold them against each other, and against others (m, 8) that may be as good."""
         assert self.contest is not None
-        standing = self.contest.run(self.motors, self.tolerance, max(self.candidates, 1))
+        motors, usual = self.motors, None
+        if challengers is not None:
+            motors, usual = np.concatenate([motors[:1], challengers, motors[1:]]), self.usual
+        standing = self.contest.run(motors, self.tolerance, max(self.candidates, 1), usual)
+        self.usual = standing.chance
         self.motors, self.scores, self.hits = standing.motors, standing.scores, standing.hits
         self.equal, self.reach = standing.equal, standing.reach
         self.rivalled = standing.doubt <= math.log10(CHANCE) and not standing.stands_out
@@ -158,8 +168,11 @@ class Search:
             here.chance = max(here.chance, met / looked if looked else 0.0)
             here.doubt = self._doubt(here)
             self.tell(here)
-            if self._is_enough(here):
+            here.enough = self._is_enough(here, here.sets)
+            if here.enough:
                 break
+        else:  # sets without an image count too, where all the others were used
+            here.enough = here.sets == self.sets.able and self._is_enough(here, len(self.sets.members))
         if here.doubt <= math.log10(CHANCE):
             here.compare()
         return here if here.doubt < found.doubt or not len(found.scores) else _counted(found, here)
@@ -170,7 +183,7 @@ class Search:
         best = np.argsort(-scores, kind="stable")
         if len(best) > 2 * KEPT:  # one pose many times would leave no room for what it is held against
             best = best[: MOST_COMPARED * KEPT]
-            best = best[distinct(motors[best], max(SAME * here.tolerance, SAME_POSE), 2 * KEPT)]
+            best = best[distinct(motors[best], max(APART * here.tolerance, SAME_POSE), 2 * KEPT)]
         here.motors, here.scores, here.hits = motors[best], scores[best], hits[best]
 
     def _doubt(self, here: Found) -> float:
@@ -179,13 +192,13 @@ class Search:
         size = self.sets.size
         return doubt(int(here.hits[0]) - size, self.scene.asked - size, here.chance, max(here.candidates, 1))
 
-    def _is_enough(self, here: Found) -> bool:
+    def _is_enough(self, here: Found, sets: int) -> bool:
         """Whether the best is no chance, and a better one would have been met among so many sets."""
         if here.doubt > math.log10(CHANCE):
             return False
         right = (here.hits[0] / self.scene.asked * self.sets.share) ** self.sets.size
         right *= 1.0 if here.tolerance <= TOLERANCES[0] else WITHIN
-        return bool(here.sets * math.log(max(1 - right, 1e-300)) <= math.log(MISSED))
+        return bool(sets * math.log(max(1 - right, 1e-300)) <= math.log(MISSED))
 
     def _blocks(self, tolerance: float, residual: float) -> Iterator[tuple[int, Tried]]:
         """What some sets gave, and how many they were: few at first, for they may do."""

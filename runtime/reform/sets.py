@@ -15,7 +15,7 @@ from .distributed import SharedScene
 from .engine import Driver, Scene
 from .frames import Local
 from .tables import kept_rows
-from .trials import CODED, Chosen, Lot, Trials, Tried, code
+from .trials import CODE_BITS, CODED, Chosen, Lot, Samples, Trials, Tried, code
 
 Array = NDArray[Any]
 #: A set of objects places a motor if its least pivot is no smaller (formula `registration.motor_form`). Where there is
@@ -56,6 +56,8 @@ class Sets:
     size : int
     share : float
         Of the reference objects, that which is in tables.
+    able : int
+        How many of the sets have images at the tolerance of the last order.
 
     Raises
     ------
@@ -82,7 +84,7 @@ class Sets:
         self.members = self._stiff_sets(SIZES if sample_size is None else (sample_size,))
         if sample_size is not None and not len(self.members):
             self._check_sample_size(sample_size)
-        self.size = int(self.members.shape[1])
+        self.size, self.able = int(self.members.shape[1]), 0
 
     def _check_sample_size(self, size: int) -> None:
         """Where sets of this size place no motor, and others do, it is the size that is wrong."""
@@ -100,17 +102,31 @@ class Sets:
         sets, stiff = drawn[-1]
         return np.asarray(sets[stiff >= max(NEARLY * stiff.max(initial=0), LEAST_STIFF)])
 
+    def among(self, numbers: Array, most: int) -> Array:
+        """Sets of these objects that place a motor, at most so many."""
+        n = len(numbers)
+        if n < self.size:
+            return np.empty((0, self.size), np.int64)
+        drawn = self._different(self._random.integers(0, n, (DRAWN * most, self.size)))
+        sets = np.sort(numbers[drawn], axis=1)
+        stiff = self._scene.stiffness(self._of[sets], self._row[sets])
+        least = STIFF if (stiff >= STIFF).any() else max(NEARLY * stiff.max(initial=0), LEAST_STIFF)
+        return np.asarray(sets[stiff >= least][:most])
+
+    def _different(self, drawn: Array) -> Array:
+        """Sets without those that hold an object twice, each once, shuffled."""
+        drawn.sort(axis=1)
+        drawn = drawn[(drawn[:, 1:] > drawn[:, :-1]).all(1)]
+        drawn = np.unique(drawn, axis=0) if drawn.shape[1] > CODED else _once(drawn)
+        return np.asarray(self._random.permutation(drawn))
+
     def _draw(self, size: int) -> tuple[Array, Array]:
         """Sets of query objects and how stiff they are."""
         n = len(self._row)
         if n < size:
             return np.empty((0, size), np.int64), np.empty(0)
         wanted = DRAWN * self._samples * (1 if size == 2 else LARGER) / self.share**2
-        drawn = self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size))
-        drawn.sort(axis=1)
-        drawn = drawn[(np.diff(drawn, axis=1) > 0).all(1)]
-        drawn = np.unique(drawn, axis=0) if size > CODED else drawn[np.unique(code(*drawn.T), return_index=True)[1]]
-        drawn = self._random.permutation(drawn)
+        drawn = self._different(self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size)))
         return drawn, self._scene.stiffness(self._of[drawn], self._row[drawn])
 
     def in_order(self, tolerance: float) -> Array:
@@ -121,6 +137,7 @@ class Sets:
             invariants = self._trials.invariants(kinds[:2], self._row[self.members[members, :2]])
             count[members] = self._trials.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
         able = np.flatnonzero(count)
+        self.able = len(able)
         self._order = self._some(able[np.argsort(count[able], kind="stable")])
         expected = count[self._order]
         self._edges = np.append(np.flatnonzero(np.diff(np.cumsum(expected) // LOT)) + 1, len(expected))
@@ -163,7 +180,7 @@ class Sets:
         if isinstance(self._scene, SharedScene) and self._done > ALONE and len(bounds) > 2:
             tried = self._shared(self._scene, bounds, tolerance, residual)
         else:
-            lots = [lot for part in pairwise(bounds) for lot in self._lots(*part)]
+            lots = [lot for part in pairwise(bounds) for lot in self._part(*part)]
             tried = self._trials.tried(lots, tolerance, residual)
         return bounds[-1], tried
 
@@ -172,12 +189,30 @@ class Sets:
         later = self._edges[self._edges > bounds[-1]][: scene.ahead].tolist()
         for part in pairwise([*bounds, *later]):
             if part[0] >= self._sent:
-                scene.send(self._chosen, part[0], list(self._lots(*part)), tolerance, residual)
+                scene.send(self._chosen, part[0], list(self._part(*part)), tolerance, residual)
                 self._sent = part[1]
         return scene.collected(bounds[:-1])
 
-    def _lots(self, begin: int, end: int) -> Iterator[Lot]:
-        """Some sets, those of the same kinds together."""
-        sets = self.members[self._order[begin:end]]
+    def _part(self, begin: int, end: int) -> Iterator[Lot]:
+        """Some sets of the order."""
+        return self._lots(begin, self.members[self._order[begin:end]])
+
+    def samples_of(self, sets: Array, tolerance: float) -> Iterator[Samples]:
+        """All samples that some sets (n, size) of query objects make, those of the same kinds together."""
+        for lot in self._lots(0, sets):
+            yield self._trials.samples(lot, tolerance)
+
+    def _lots(self, number: int, sets: Array) -> Iterator[Lot]:
+        """Sets, those of the same kinds together."""
         for kinds, members in self._by_kinds(sets):
-            yield Lot(begin, kinds, self._row[sets[members]])
+            yield Lot(number, kinds, self._row[sets[members]])
+
+
+def _once(sets: Array) -> Array:
+    """Each set once, in order."""
+    codes = np.sort(code(*sets.T))
+    new = np.ones(len(codes), bool)
+    new[1:] = codes[1:] != codes[:-1]
+    shifts = CODE_BITS * np.arange(sets.shape[1] - 1, -1, -1)
+    found: Array = codes[new][:, None] >> shifts & (1 << CODE_BITS) - 1
+    return found

@@ -14,8 +14,8 @@ from .. import parallel
 from ..codegen.programs.reform import KINDS
 
 Array = NDArray[Any]
-#: Coefficients of a motor.
-MOTOR = 8
+#: Coefficients of a motor, and of a twist.
+MOTOR, TWIST = 8, 6
 #: A candidate stays where the square of its motor's change is less: rounding.
 SETTLED = 1e-28
 #: Numbers of a match's rates: cost, gradient, upper half of a matrix.

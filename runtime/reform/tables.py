@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -19,6 +20,8 @@ from .engine import Driver
 Array = NDArray[Any]
 #: Pairs of a reference that are kept, over all kinds; of larger models some objects are left out of the tables.
 MOST_PAIRS = 500_000
+#: Up to so many objects the pairs of their numbers are remembered.
+REMEMBERED = 64
 #: The cosine of the angle between two directions is the second invariant; it has a sign.
 COSINE = 1
 #: Kinds whose invariants have a twist (formula `registration.line_twist`), which has a sign.
@@ -105,7 +108,7 @@ class Table:
 
     def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
         asked = _keys(invariants, self.column)
-        return np.searchsorted(self.keys, asked - tolerance), np.searchsorted(self.keys, asked + tolerance, "right")
+        return self.keys.searchsorted(asked - tolerance), self.keys.searchsorted(asked + tolerance, side="right")
 
 
 def _keys(invariants: Array, column: int) -> Array:
@@ -147,18 +150,36 @@ def _some(n: int, share: float, random: np.random.Generator) -> Array:
 def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], kept: Mapping[str, Array]) -> Table:
     a, b = (kept[k] for k in kinds)
     if kinds[0] == kinds[1]:
-        i, j = np.triu_indices(len(a), 1)
+        i, j = _pairs(len(a))
     else:
         i, j = (x.ravel() for x in np.indices((len(a), len(b))))
     first, second = a[i].astype(np.int32), b[j].astype(np.int32)
     invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
-    column = int(np.argmax(np.std(np.abs(invariants), axis=0))) if len(first) else 0
+    column = _most_different(invariants) if len(first) else 0
     keys = _keys(invariants, column)
-    order = np.argsort(keys, kind="stable")
+    order = keys.argsort(kind="stable")
     numbers = np.ascontiguousarray(invariants[order].T)
     return Table(kinds, first[order], second[order], numbers, column, keys[order])
 
 
+def _most_different(invariants: Array) -> int:
+    """The column whose sizes spread most."""
+    sizes = np.abs(invariants)
+    sizes -= sizes.sum(0) / len(sizes)
+    return int((sizes * sizes).sum(0).argmax())
+
+
+def _pairs(n: int) -> tuple[Array, Array]:
+    """All pairs i < j of n."""
+    return _few_pairs(n) if n <= REMEMBERED else np.triu_indices(n, 1)
+
+
+@cache
+def _few_pairs(n: int) -> tuple[Array, Array]:
+    return np.triu_indices(n, 1)
+
+
+@cache
 def sign_choices(kinds: tuple[str, ...]) -> Array:
     """All ways (c, k) to turn objects of these kinds round; points and spheres have one."""
     choices = np.array([[1.0] * len(kinds)])

@@ -118,7 +118,7 @@ class Trials:
 
         Which samples are given up early depends on the scene's closeness.
         """
-        parts = [self._samples(lot, tolerance) for lot in lots]
+        parts = [self.samples(lot, tolerance) for lot in lots]
         kinds, query, rows, signs = (np.concatenate(p) for p in zip(*parts, strict=True))
         motors, scores, hits, tested = self._scene.samples(kinds, query, rows, signs, residual)
         wrong, good = scores < 0, scores > 0
@@ -131,11 +131,11 @@ class Trials:
         found: Array = self._driver.invariants((a, b), (self._query[a], self._query[b]), (rows[:, 0], rows[:, 1]))
         return found
 
-    def _samples(self, lot: Lot, tolerance: float) -> Samples:
+    def samples(self, lot: Lot, tolerance: float) -> Samples:
         """All samples that sets make."""
         source, images, turned = self._images(lot, tolerance)
         choices = sign_choices(lot.kinds) if self._chosen.align else np.ones((1, len(lot.kinds)))
-        image, choice = (x.ravel() for x in np.indices((len(images), len(choices))))
+        image, choice = np.arange(len(images)).repeat(len(choices)), np.tile(np.arange(len(choices)), len(images))
         signs = choices[choice]
         possible = turned[image] * signs[:, 0] * signs[:, 1] >= 0
         image, signs = image[possible], signs[possible]

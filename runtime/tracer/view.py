@@ -5,20 +5,16 @@ plotly (extra ``view``) draws; its JavaScript is part of the page, which is why 
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import html
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError, MissingExtraError, SceneError
 from ..files import write_atomically
+from ..webpages import filled, page_json
 from . import values
 from .image import encode, file_named
 from .scene import Scene
@@ -27,11 +23,6 @@ from .scene import Scene
 VERTICES = 200_000
 #: More than browsers show.
 MOST_VERTICES = 50_000_000
-#: What a page may do: run its own two scripts and style itself. Whatever a name in a scene holds can do nothing.
-_POLICY = (
-    "default-src 'none'; script-src {scripts}; style-src 'unsafe-inline'; img-src data: blob:; "
-    "base-uri 'none'; form-action 'none'"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +123,10 @@ def view(
     heading = "A scene" if title is None else str(title)
     horizon = np.minimum(1.0, 0.35 * scene.sky[:3] + 0.65)  # pale, so that text can be read on it
     made = figure(what, heading, "rgb({}, {}, {})".format(*encode(horizon)))
-    data = _json(made)
+    data = page_json(made)
     count = sum(len(part.vertices) for part in what.parts), sum(len(part.faces) for part in what.parts)
     note = [f"{_count(len(scene.surfaces), 'surface')}, {_count(count[0], 'vertex')}; drag to turn, scroll to zoom"]
-    text = _filled(heading, " \u00b7 ".join([*note, *what.missing]), data, library)
+    text = filled(f"{__package__}.data", "view", heading, " \u00b7 ".join([*note, *what.missing]), data, library)
     sizes = len(library.encode()), len(data)
     page = Page(text, *sizes, len(scene.surfaces), len(made["data"]), *count, tuple(what.missing))
     if path is not None:
@@ -151,37 +142,6 @@ def _library() -> str:
         raise MissingExtraError("view", "An interactive page") from None
     text: str = get_plotlyjs()
     return text.replace("</script", "<\\/script")  # nothing in it ends the element that holds it
-
-
-def _json(data: dict[str, Any]) -> str:
-    """JSON that no HTML parser takes for anything else."""
-    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    for sign in "<>&":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return text
-
-
-def _filled(title: str, note: str, data: str, library: str) -> str:
-    folder = resources.files(f"{__package__}.data")
-    page, style, script = (
-        folder.joinpath(f"view.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js")
-    )
-    policy = _POLICY.format(scripts=" ".join(_hash(text) for text in (library, script)))
-    slots = {
-        "policy": html.escape(policy), "title": html.escape(title), "note": html.escape(note),
-        "style": style, "data": data, "library": library, "script": script,
-    }  # fmt: skip
-    head, *rest = page.split("{{")  # each slot once: what is filled in is never read again
-    pieces = [head]
-    for piece in rest:
-        name, _, after = piece.partition("}}")
-        pieces += [slots[name], after]
-    return "".join(pieces)
-
-
-def _hash(script: str) -> str:
-    digest = hashlib.sha256(script.encode()).digest()
-    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
 def _count(number: int, what: str) -> str:

@@ -1,8 +1,6 @@
 /* What is done with a motor: how well it lays the query over the reference, and how it gets better. Samples and
    candidates are independent of each other; one call does a range of them. */
 
-enum { BS_NUMBERS = 7, BS_RATES = 28 };
-
 /* The cells along an axis from the one that holds x. */
 BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
 {
@@ -15,10 +13,12 @@ BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
 BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square, S *sign)
 {
   const bs_grid *const grid = &s->grids[kind];
-  const S place = s->weights[0], turn = 2 * s->weights[1], size = s->weights[2], whole = FN(has_direction)(kind);
-  const S reach = BS_SQRT1(s->limit / place);
+  const S whole = FN(has_direction)(kind), other = s->align ? K(-1) : K(1);
+  const S weights[3] = {s->weights[0], 2 * s->weights[1], s->weights[2]}; /* angle^2 = 2 (1 - cos), nearly */
+  const S reach = BS_SQRT1(s->limit / s->weights[0]);
   int32_t low[3], high[3];
   ptrdiff_t found = -1;
+  S best = s->limit, side = K(1);
   *square = s->limit, *sign = K(1);
   if (!(e[0] - e[0] == 0) || s->reference.counts[kind] == 0) return -1;
   for (int i = 0; i < 3; i++) low[i] = FN(cell)(grid, i, e[i] - reach), high[i] = FN(cell)(grid, i, e[i] + reach);
@@ -27,17 +27,15 @@ BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square
       const int32_t *const starts = grid->starts + ((ptrdiff_t)x * grid->sides[1] + y) * grid->sides[2];
       for (int32_t j = starts[low[2]]; j < starts[high[2] + 1]; j++) {
         const S *const r = grid->elements + (ptrdiff_t)BS_NUMBERS * j;
-        const S dx = r[0] - e[0], dy = r[1] - e[1], dz = r[2] - e[2], dw = r[6] - e[6];
-        const S cosine = r[3] * e[3] + r[4] * e[4] + r[5] * e[5];
-        const S towards = s->align ? BS_ABS1(cosine) : cosine;
-        const S away = towards < whole ? whole - towards : K(0);
-        const S d = place * (dx * dx + dy * dy + dz * dz) + turn * away + size * (dw * dw);
-        if (!(d < *square) && !(d == *square && found > grid->order[j])) continue;
-        *square = d, *sign = s->align && cosine < 0 ? K(-1) : K(1);
+        S d, cosine;
+        FN(cga3d_apart)(&d, &cosine, e, r, weights, &whole, &other);
+        if (!(d < best) && !(d == best && found > grid->order[j])) continue;
+        best = d, side = cosine;
         found = grid->order[j];
       }
     }
   }
+  *square = best, *sign = s->align && side < 0 ? K(-1) : K(1);
   return found;
 }
 

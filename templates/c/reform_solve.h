@@ -1,7 +1,7 @@
 /* The motor that makes a quadratic form least: |R X - Y R|^2 summed over pairs, R = q + q' with q of n_inf free.
    Linear algebra only: q' is eliminated, q is the eigenvector of the least eigenvalue of what is left. */
 
-enum { BS_FORM = 36, BS_MOTOR = 8, BS_HALF = 4, BS_SWEEPS = 12 };
+enum { BS_FORM = 36, BS_MOTOR = 8, BS_HALF = 4, BS_SWEEPS = 12, BS_NUMBERS = 7, BS_RATES = 28, BS_AXES = 3 };
 /* What is added to the eliminated part, relative to its size: flats leave one direction of it free. */
 #define BS_FREE 1e-14
 
@@ -32,28 +32,29 @@ BS_INLINE void FN(substitute)(S factor[4][4], S *b, int only_half)
   }
 }
 
-/* Eigenvector of the least eigenvalue of a symmetric 4 x 4 matrix, by Jacobi's rotations; gap: to the next one. */
-BS_INLINE S FN(least_eigenvector)(S a[4][4], S *vector, S *gap)
+/* Eigenvalues of a symmetric n x n matrix on its diagonal, eigenvectors in the columns of v, by Jacobi's rotations. */
+BS_INLINE void FN(jacobi)(S a[4][4], S v[4][4], int n)
 {
-  S v[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+  for (int p = 0; p < n; p++)
+    for (int q = 0; q < n; q++) v[p][q] = p == q ? K(1) : K(0);
   for (int sweep = 0; sweep < BS_SWEEPS; sweep++) {
     S off = 0, on = 0;
-    for (int p = 0; p < BS_HALF; p++) {
+    for (int p = 0; p < n; p++) {
       on += a[p][p] * a[p][p];
-      for (int q = p + 1; q < BS_HALF; q++) off += a[p][q] * a[p][q];
+      for (int q = p + 1; q < n; q++) off += a[p][q] * a[p][q];
     }
     if (!(off > K(1e-34) * on)) break;
-    for (int p = 0; p < BS_HALF; p++) {
-      for (int q = p + 1; q < BS_HALF; q++) {
+    for (int p = 0; p < n; p++) {
+      for (int q = p + 1; q < n; q++) {
         if (!(BS_ABS1(a[p][q]) > 0)) continue;
         const S theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
         const S t = (theta < 0 ? K(-1) : K(1)) / (BS_ABS1(theta) + BS_SQRT1(theta * theta + 1));
         const S c = K(1) / BS_SQRT1(t * t + 1), s = t * c;
-        for (int k = 0; k < BS_HALF; k++) {
+        for (int k = 0; k < n; k++) {
           const S kp = a[k][p], kq = a[k][q];
           a[k][p] = c * kp - s * kq, a[k][q] = s * kp + c * kq;
         }
-        for (int k = 0; k < BS_HALF; k++) {
+        for (int k = 0; k < n; k++) {
           const S pk = a[p][k], qk = a[q][k], vp = v[k][p], vq = v[k][q];
           a[p][k] = c * pk - s * qk, a[q][k] = s * pk + c * qk;
           v[k][p] = c * vp - s * vq, v[k][q] = s * vp + c * vq;
@@ -61,6 +62,13 @@ BS_INLINE S FN(least_eigenvector)(S a[4][4], S *vector, S *gap)
       }
     }
   }
+}
+
+/* Eigenvector of the least eigenvalue of a symmetric 4 x 4 matrix; gap: to the next one. */
+BS_INLINE S FN(least_eigenvector)(S a[4][4], S *vector, S *gap)
+{
+  S v[4][4];
+  FN(jacobi)(a, v, BS_HALF);
   int least = 0;
   for (int p = 1; p < BS_HALF; p++) least = a[p][p] < a[least][least] ? p : least;
   S next = K(BS_HUGE_VALUE);

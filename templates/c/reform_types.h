@@ -79,10 +79,32 @@ typedef struct {
   int32_t taken, skipped;    /* results: rounds, and steps of the last one that were not finite */
 } bs_direct;
 
+typedef struct {
+  ptrdiff_t count;           /* objects */
+  const int32_t *kinds;      /* (count) */
+  const double *elements;    /* (count, 7) */
+  ptrdiff_t rounds;          /* of leaving out far ones, at most */
+  ptrdiff_t place;           /* the object that many are nearer than is as far as is usual */
+  double far;                /* times as far: too far */
+  double rounding;           /* of distances, relative to the largest coordinate */
+  double loose;              /* directions of which objects say less, relative to the most, are left */
+  double *point;             /* 3: result */
+  double *squares, *ordered; /* (count): room to work */
+  int32_t *near;             /* (count): 1 for objects that count */
+} bs_middle;
+
 const char *bs_source_hash(void);
-/* Elements (count, 7) of objects; invariants (count, 4) of pairs of objects by their rows, kinds in order; the motor
-   next to (1 + b) R. */
+/* Elements (count, 7) of objects; weighted squares of how far two of a kind are apart (weights of squared differences of
+   positions, directions and radii; other: -1 where x and -x are one, else 1); objects as they are seen from an origin (3); the point nearest to objects; motors
+   (count, 8) between frames about two positions, and twists (count, 6) of one, as the world sees them. Invariants
+   (count, 4) of pairs of objects by their rows, kinds in order; the motor next to (1 + b) R. */
 void bs_reform_elements(int kind, const double *rows, double *elements, ptrdiff_t count);
+void bs_reform_seen(int kind, const double *rows, const double *origin, double *found, ptrdiff_t count);
+void bs_reform_apart(int kind, const double *a, const double *b, const double *weights, double other, double *squares,
+                     ptrdiff_t begin, ptrdiff_t end);
+void bs_reform_middle(const bs_middle *middle);
+void bs_reform_unseen(const double *motors, const double *to, const double *back, double *found, ptrdiff_t count);
+void bs_reform_unseen_twists(const double *twists, const double *origin, double *found, ptrdiff_t count);
 void bs_reform_invariants(int first_kind, const double *first_rows, const int32_t *first, int second_kind,
                           const double *second_rows, const int32_t *second, double *invariants, ptrdiff_t begin,
                           ptrdiff_t end);

@@ -10,12 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..study import Case, Errors, Method, Study
-from .poses import Scene, Scenes, describe, pose_errors, scene, scenes, true_poses
+from .poses import Scene, Scenes, describe, model, objects, pose_errors, scene, scene_of, scenes, true_poses
 
 Array = NDArray[Any]
 #: A pose is the one that was asked for, however much noise displaces it, if it displaces no corner by more. False ones
 #: do so by 1 to 4.
 NEAR = 0.3
+#: A window's lines, how many windows a front has, and other lines of a query.
+WINDOW = np.array(
+    [(0, 0, 0, 1, 0, 0), (0, 0.2, 0, 1, 0, 0), (0, 0, 0, 0, 1, 0), (0.13, 0, 0, 0, 1, 0), (0.06, 0.1, 0, 0, 0, 1)]
+)
+WINDOWS, OTHERS = 6, 10
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,20 @@ def strangers(counts: dict[str, int]) -> Callable[..., Scenes]:
     return make
 
 
+def windows(noise: float) -> Callable[..., Scenes]:
+    """Maker of scenes of a front with equal windows, of which the query has one, among other lines."""
+
+    def made(rng: np.random.Generator) -> Scene:
+        whole = np.tile(WINDOW, (WINDOWS, 1))
+        whole[:, :3] += np.repeat(rng.uniform(-1, 1, (WINDOWS, 3)), len(WINDOW), 0)
+        seen = np.concatenate([whole[: len(WINDOW)], objects(rng, "line", OTHERS)])
+        one = scene_of(rng, {"line": seen}, noise=noise)
+        true = {"line": np.where(one.true["line"] < len(WINDOW), one.true["line"], -1)}
+        return replace(one, reference=model({"line": whole}), true=true)
+
+    return lambda rng, count: Scenes([made(rng) for _ in range(count)])
+
+
 def error(answer: Claims, true: Array, _: Scenes) -> Errors:
     """Error of the pose, or of the nearest that is listed; infinite where none is right; 0 where it is not believed."""
     found = []
@@ -80,6 +99,8 @@ STUDY = Study(
         Case("20 lines, two strangers", strangers({"line": 20}), "singular", describe_claim),
         Case("5 planes, two strangers", strangers({"plane": 5}), "singular", describe_claim),
         Case("60 lines and planes, two strangers", strangers({"line": 30, "plane": 30}), "singular", describe_claim),
+        Case("six equal windows, one of them seen", windows(1e-3), "singular", describe_claim),
+        Case("the same, noise 0.01", windows(1e-2), "singular", describe_claim),
         *(Case(name, scenes(counts, **options), "extreme", describe_claim) for name, counts, options in HARD),
     ),
     reference=true_poses,

@@ -1,0 +1,353 @@
+"""A rigid body in motion: rates of its motor, momentum, and the wrenches that act on it (thesis 6.3 to 6.5).
+
+X = R X' ~R takes the body's frame to the world's. A twist is w I3 + v n, dX = X x Omega; a wrench f I3 + tau n, tau
+about the frame's origin. Linear functions of twists stand as rows of six numbers, one for each of a twist's blades:
+the row of a wrench holds its power on each of them, and no metric is needed to go back. One text for CGA and PGA.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from ..algebra import Algebra
+from ..multivector import Multivector, select, sqrt
+from ..trace import Result, named, row
+from .euclidean import attached_part, axes, cross, euclidean_part, null_vector, space
+from .exponentials import exp_bivector
+from .motions import translation_of, translator
+from .screws import along, direction_part
+
+Numbers = tuple[Multivector, ...]
+
+
+def twist_blades(algebra: Algebra) -> tuple[int, ...]:
+    """Blades of a twist, in the order of rows."""
+    return algebra.kind("twist").blades
+
+
+def basis_twists(like: Multivector) -> list[Multivector]:
+    """A unit twist for each blade."""
+    return [like.new({b: like.ring.constant(Fraction(1))}) for b in twist_blades(like.algebra)]
+
+
+def twist_of_row(numbers: Numbers) -> Multivector:
+    """The twist, or wrench, with these coefficients."""
+    like = numbers[0]
+    return like.sum(c * b for c, b in zip(numbers, basis_twists(like), strict=True))
+
+
+def power(twist: Multivector, wrench: Multivector) -> Multivector:
+    """w . tau + v . f: the coefficient of I3 n in Omega ^ W."""
+    volume = space(twist) * null_vector(twist)
+    ((blade, sign),) = volume.terms.items()
+    joint = (twist ^ wrench).terms.get(blade)
+    return twist.new({} if joint is None else {0: twist.ring.multiply(sign, joint)})  # in PGA I3 e0 = -e0123
+
+
+def covector(wrench: Multivector) -> list[Multivector]:
+    """Power of a wrench on each unit twist."""
+    return [power(e, wrench) for e in basis_twists(wrench)]
+
+
+def of_covector(numbers: Numbers) -> Multivector:
+    """The wrench with these powers: unit twists and unit wrenches pair off, up to signs."""
+    like = numbers[0]
+    basis = basis_twists(like)
+    return like.sum(c * power(e, f) * f for c, e in zip(numbers, basis, strict=True) for f in basis)
+
+
+# -- motion ------------------------------------------------------------------------------------------------
+
+
+def motor_rate(r: Multivector, omega: Multivector) -> Multivector:
+    """dR = -R Omega/2, Omega in the body's frame (6.6)."""
+    return -(r * omega) / 2
+
+
+def turned(r: Multivector, omega: Multivector) -> Multivector:
+    """R exp(-Omega/2)."""
+    return r * exp_bivector(-omega / 2)
+
+
+def composed(r: Multivector, s: Multivector) -> Multivector:
+    """R S."""
+    return r * s
+
+
+def relative(r: Multivector, s: Multivector) -> Multivector:
+    """~R S: the frame of S as seen from that of R."""
+    return ~r * s
+
+
+def seen(r: Multivector, screw: Multivector) -> Multivector:
+    """~R S R: a screw of the world in the body's frame."""
+    return (~r >> screw).grade(2)
+
+
+def place_of(r: Multivector) -> Multivector:
+    """Where the frame's origin is."""
+    return translation_of(r)
+
+
+def adjoint(r: Multivector) -> Result:
+    """The matrix of S -> ~R S R on coefficients, row by row."""
+    columns = [(~r >> e).grade(2) for e in basis_twists(r)]
+    return row([_coefficient(c, b) for b in twist_blades(r.algebra) for c in columns], "adjoint")
+
+
+def _coefficient(x: Multivector, blade: int) -> Multivector:
+    return x.new({0: x.terms[blade]} if blade in x.terms else {})
+
+
+# -- momentum ----------------------------------------------------------------------------------------------
+
+
+def gyroscopic(omega: Multivector, momentum: Numbers) -> Result:
+    """Omega x Psi, the wrench that turning a momentum takes: Q dOmega = W + Omega x Psi."""
+    psi = of_covector(momentum)
+    return row(covector(omega.commutator(psi).grade(2)), "gyroscopic")
+
+
+def covector_of(wrench: Multivector) -> Result:
+    """`covector`, as a row."""
+    return row(covector(wrench), "covector")
+
+
+def wrench_of(numbers: Numbers) -> Multivector:
+    """`of_covector`."""
+    return of_covector(numbers).grade(2)
+
+
+def world_wrench(r: Multivector, numbers: Numbers) -> Multivector:
+    """R W ~R of the wrench with these powers in the body's frame."""
+    return (r >> of_covector(numbers)).grade(2)
+
+
+def mass_matrix(mass: Multivector, moments: Multivector, frame: Multivector) -> Result:
+    """Q (6.15): powers of Q(Omega) on unit twists, for each unit twist Omega, row by row.
+
+    ``frame`` is the motor from the frame along the principal axes at the centre of mass to the body's own; ``moments``
+    is the vector of the moments of inertia about those axes, mass included.
+    """
+    momenta = [frame >> principal_momentum(mass, moments, (~frame >> e).grade(2)) for e in basis_twists(mass)]
+    return row([entry for psi in momenta for entry in covector(psi.grade(2))], "matrix")
+
+
+def screw_of(first: Multivector, second: Multivector) -> Multivector:
+    """a I3 + b n of two vectors."""
+    return first * space(first) + second * null_vector(first)
+
+
+def screw_vectors(screw: Multivector) -> tuple[Result, Result]:
+    """a and b of a I3 + b n."""
+    return named("first", direction_part(screw)), named("second", attached_part(screw))
+
+
+def momentum_in(frame: Multivector, mass: Multivector, moments: Multivector, omega: Multivector) -> Multivector:
+    """Q(Omega) where a motor takes the frame of the principal axes to the one at hand (6.15)."""
+    own = principal_momentum(mass, moments, (~frame >> omega).grade(2))
+    return (frame >> own).grade(2)
+
+
+def twist_in(frame: Multivector, mass: Multivector, moments: Multivector, psi: Multivector) -> Multivector:
+    """Q^-1(Psi), likewise (6.16)."""
+    own = (~frame >> psi).grade(2)
+    angular = attached_part(own)
+    inverse = own.sum(angular.scalar_product(e) / moments.scalar_product(e) * e for e in axes(own))
+    return (frame >> (inverse * space(own) + direction_part(own) / mass * null_vector(own))).grade(2)
+
+
+def principal_momentum(mass: Multivector, moments: Multivector, omega: Multivector) -> Multivector:
+    """m v I3 + (I w) n along the principal axes at the centre of mass."""
+    w, v = direction_part(omega), attached_part(omega)
+    return mass * v * space(omega) + _scaled(moments, w) * null_vector(omega)
+
+
+def bracket(a: Multivector, b: Multivector) -> Multivector:
+    """A x B of screws."""
+    return a.commutator(b).grade(2)
+
+
+# -- loads -------------------------------------------------------------------------------------------------
+
+
+def pull(r: Multivector, center: Multivector, weight: Multivector) -> Result:
+    """A force that is the same all over the world, as weight is, through a point of the body."""
+    force = (~euclidean_part(r) >> weight).grade(1)
+    return row(covector(wrench_at(force, center)), "pull")
+
+
+def wrench_at(force: Multivector, position: Multivector) -> Multivector:
+    """f I3 + (p x f) n."""
+    return force * space(force) + cross(position, force) * null_vector(force)
+
+
+def carried(r: Multivector, wrench: Multivector) -> Result:
+    """A wrench of the world as the body sees it."""
+    return row(covector(seen(r, wrench)), "carried")
+
+
+def velocity_at(omega: Multivector, position: Multivector) -> Multivector:
+    """v + w x p."""
+    return attached_part(omega) + cross(direction_part(omega), position)
+
+
+def spring(
+    r: Multivector, omega: Multivector, own: Multivector, s: Multivector, psi: Multivector, other: Multivector,
+    numbers: Numbers,
+) -> tuple[Result, Result]:  # fmt: skip
+    """Spring and damper between points of two bodies: stiffness, length at rest, damping along it.
+
+    Forces on both. Where both points are one, a spring that has a length at rest has no direction: it pulls nowhere.
+    """
+    stiffness, rest, damping = numbers
+    turns = [euclidean_part(r), euclidean_part(s)]
+    gap = _place(s, other) - _place(r, own)
+    rate = (turns[1] >> velocity_at(psi, other)).grade(1) - (turns[0] >> velocity_at(omega, own)).grade(1)
+    square = along(gap, gap)
+    long = square > 0
+    inverse = select(long, 1 / sqrt(select(long, square, square.constant(1))), square.constant(0))
+    force = (stiffness * (1 - rest * inverse) + damping * along(rate, gap) * inverse * inverse) * gap
+    on_own, on_other = (~turns[0] >> force).grade(1), (~turns[1] >> -force).grade(1)
+    return row(covector(wrench_at(on_own, own)), "own"), row(covector(wrench_at(on_other, other)), "other")
+
+
+def _place(r: Multivector, position: Multivector) -> Multivector:
+    return (euclidean_part(r) >> position).grade(1) + translation_of(r)
+
+
+def drag(omega: Multivector, center: Multivector, angular: Multivector, linear: Multivector) -> Result:
+    """Against the turning of a body, and against the motion of its centre."""
+    force = -linear * velocity_at(omega, center)
+    couple = -angular * direction_part(omega) * null_vector(omega)
+    return row(covector(wrench_at(force, center) + couple), "drag")
+
+
+# -- a free body in a field that is the same everywhere ----------------------------------------------------
+#
+# Place and turn part there: R = (1 - x n/2) q, and the centre of mass goes its own way.
+
+
+def rotor_rate(q: Multivector, w: Multivector) -> Multivector:
+    """dq = -q w I3/2, w along the body's axes."""
+    return -(q * w * space(q)) / 2
+
+
+def spin_rate(w: Multivector, moments: Multivector, inverse: Multivector) -> Multivector:
+    """dw with I dw = (I w) x w, along the principal axes."""
+    turning = cross(_scaled(moments, w), w)
+    return _scaled(inverse, turning)
+
+
+def _scaled(a: Multivector, b: Multivector) -> Multivector:
+    """Products of coordinates."""
+    return a.sum(a.scalar_product(e) * b.scalar_product(e) * e for e in axes(b))
+
+
+def nudged(q: Multivector) -> Multivector:
+    """q (3 - q ~q)/2: of a rotor that is nearly one, the one next to it, to second order."""
+    return q * ((3 - q.scalar_product(~q)) / 2)
+
+
+def flight(r: Multivector, omega: Multivector) -> tuple[Result, Result, Result, Result]:
+    """Rotor, place, velocity in the world and spin of a state."""
+    turn = euclidean_part(r)
+    velocity = (turn >> attached_part(omega)).grade(1)
+    return (
+        named("rotor", turn),
+        named("place", translation_of(r)),
+        named("velocity", velocity),
+        named("spin", direction_part(omega)),
+    )
+
+
+def landed(q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector) -> tuple[Result, Result]:
+    """The state that `flight` takes apart; the rotor need not quite be one."""
+    turn = q / sqrt(q.scalar_product(~q))
+    omega = spin * space(q) + (~turn >> velocity).grade(1) * null_vector(q)
+    return named("motor", translator(place) * turn), named("twist", omega)
+
+
+# -- flows of a split Hamiltonian --------------------------------------------------------------------------
+#
+# The state is the motor of a frame at the centre of mass, or at the point that is held, along the principal axes there,
+# with the linear momentum p and the angular momentum L about the frame's origin, both along the world's axes.
+
+
+def parts_of_momentum(r: Multivector, numbers: Numbers) -> tuple[Result, Result]:
+    """p and L, or force and moment, of what has these powers in the body's frame."""
+    wrench = of_covector(numbers)
+    turn = euclidean_part(r)
+    p, angular = ((turn >> x).grade(1) for x in (direction_part(wrench), attached_part(wrench)))
+    return named("linear", p), named("angular", angular)
+
+
+def momentum_row(r: Multivector, linear: Multivector, angular: Multivector) -> Result:
+    """Powers of p and L on unit twists of the body's frame."""
+    turn = ~euclidean_part(r)
+    p, moment = ((turn >> x).grade(1) for x in (linear, angular))
+    return row(covector(p * space(p) + moment * null_vector(p)), "momentum")
+
+
+def drifted(r: Multivector, way: Multivector) -> Multivector:
+    """The body moved along."""
+    return (translator(way) * r).grade(0, 2, 4)
+
+
+def central_turn(r: Multivector, angular: Multivector, share: Multivector) -> Multivector:
+    """Flow of L^2 share/2: every body turns about L, at a rate that is constant."""
+    return r * exp_bivector(-share * _in_body(r, angular) * space(r) / 2)
+
+
+def axial_turn(r: Multivector, angular: Multivector, axis: Multivector, share: Multivector) -> Multivector:
+    """Flow of (L . a)^2 share/2 for a unit vector a of the body: it turns about a."""
+    rate = share * along(_in_body(r, angular), axis)
+    return r * exp_bivector(-rate * axis * space(r) / 2)
+
+
+def _in_body(r: Multivector, vector: Multivector) -> Multivector:
+    return (~euclidean_part(r) >> vector).grade(1)
+
+
+# -- pinned objects ----------------------------------------------------------------------------------------
+
+
+def pinned(r: Multivector, v: Multivector) -> Result:
+    """U = ~R V R: an object of the world as the body sees it (6.7)."""
+    return _row(~r >> v, v, "u")
+
+
+def moved_rate(u: Multivector, omega: Multivector) -> Result:
+    """U x Omega: how an object that is fixed to the body moves."""
+    return _row(u.commutator(omega), u, "rate")
+
+
+def moved_rates(u: Multivector) -> Result:
+    """U x E for each unit twist E, one after the other: U x Omega is linear in Omega."""
+    rates = [u.commutator(e) for e in basis_twists(u)]
+    return row([_coefficient(x, blade) for x in rates for blade in u.terms], "rates")
+
+
+def turned_rate(u: Multivector, omega: Multivector) -> Result:
+    """(U x Omega) x Omega = Omega^2 U/4 + U Omega^2/4 - Omega U Omega/2 ((6.21), its last sign mended)."""
+    return _row(u.commutator(omega).commutator(omega), u, "turned")
+
+
+def path_rates(
+    r: Multivector, omega: Multivector, v: Multivector, dv: Multivector, ddv: Multivector
+) -> tuple[Result, Result]:
+    """b(dV) and (U x Omega) x Omega + b(ddV) - 2 b(dV) x Omega of a moving object, b(X) = ~R X R (6.9).
+
+    dU = b(dV) - U x Omega, and U x dOmega is the second one less ddU.
+    """
+    u, du, ddu = (_restricted(~r >> x, v) for x in (v, dv, ddv))
+    acceleration = u.commutator(omega).commutator(omega) + ddu - 2 * du.commutator(omega)
+    return _row(du, v, "rate"), _row(acceleration, v, "acceleration")
+
+
+def _restricted(x: Multivector, like: Multivector) -> Multivector:
+    return x.new({b: c for b, c in x.terms.items() if b in like.terms})
+
+
+def _row(x: Multivector, like: Multivector, name: str) -> Result:
+    return row([_coefficient(x, blade) for blade in like.terms], name)

@@ -1,0 +1,215 @@
+"""The dynamics driver: for one algebra, the loads, constraints and integrators that a simulation has, and no others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from ..errors import InputError
+from ..formulas import maps, mechanics, motion_tangents, registration
+from . import Declared, Program, program, stock_algebra
+from .dynamics_series import series_values
+
+ALGEBRAS = ("cga3d", "pga3d")
+#: Loads that have kernels of their own; "user" are functions that the driver calls.
+LOADS = ("gravity", "body_wrench", "world_wrench", "drag", "spring", "user")
+METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive", "taylor")
+CHARTS = ("exponential", "bortz", "cayley", "outer")
+MODES = ("free", "subspace", "constrained")
+_HEADERS = (
+    "platform.h", "instance.h", "instance_end.h", "elementary.h", "dynamics_types.h", "dynamics_solve.h", "series.h",
+)  # fmt: skip
+_USER = """
+extern "Python" int bs_dynamics_user(void *handle, int32_t which, ptrdiff_t item, double t, const double *state,
+                                     double *out);
+"""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Blades of pinned objects, as the driver's template sees them."""
+
+    name: str
+    number: int
+    size: int
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What one simulation has.
+
+    Parameters
+    ----------
+    algebra : str
+    bodies : int
+    mode : {"free", "subspace", "constrained"}
+        No constraints; pins of one body that never move, which leave it a group of motions; or any others.
+    loads : tuple of str
+        Of `LOADS`.
+    layouts : tuple of str
+        Kinds of the algebra, on whose blades pinned objects are.
+    rows : int
+        Equations of all constraints.
+    method : str
+        Of `METHODS`.
+    chart : str
+        Of `CHARTS`.
+    callbacks : bool
+        Whether functions of users are called.
+    tangents : int
+        Directions of parameters along which the trajectory is differentiated.
+    springs : int
+        How many there are; of methods alone that keep something for each.
+    """
+
+    algebra: str = "cga3d"
+    bodies: int = 1
+    mode: str = "free"
+    loads: tuple[str, ...] = ()
+    layouts: tuple[str, ...] = ()
+    rows: int = 0
+    method: str = "rk4"
+    chart: str = "exponential"
+    callbacks: bool = False
+    tangents: int = 0
+    springs: int = 0
+
+    @property
+    def in_flight(self) -> bool:
+        """Whether nothing but gravity acts on one free body, and its turning can be stepped by itself."""
+        alone = self.bodies == 1 and self.mode == "free" and self.method in ("rk4", "taylor")
+        return alone and set(self.loads) <= {"gravity"}
+
+    def check(self) -> None:
+        """Raise `InputError` for what no driver has."""
+        for what, value, known in (
+            ("algebra", self.algebra, ALGEBRAS), ("mode", self.mode, MODES), ("integrator", self.method, METHODS),
+            ("map", self.chart, CHARTS), *(("load", load, LOADS) for load in self.loads),
+        ):  # fmt: skip
+            if value not in known:
+                raise InputError(f"{value!r} is no {what} of the dynamics driver; there are: {', '.join(known)}.")
+
+
+@cache
+def dynamics_program(needs: Needs) -> Program:
+    """The program of simulations that have just this."""
+    needs.check()
+    algebra = stock_algebra(needs.algebra)
+    null = next(v for v in ("ni", "0") if v in algebra.vectors)
+    angular = [int(not b & (1 << algebra.vectors.index(null))) for b in mechanics.twist_blades(algebra)]
+    layouts = [Layout(name, i, algebra.kind(name).size) for i, name in enumerate(needs.layouts)]
+    motor = algebra.kind("motor").blades
+    methods = ("chart", "adaptive") if needs.method == "adaptive" else (needs.method,)
+    values = {
+        "title": f"Dynamics of {needs.bodies} bodies in {needs.algebra}, {needs.mode}",
+        "prefix": needs.algebra,
+        "bodies": needs.bodies,
+        "mode": needs.mode,
+        "loads": needs.loads,
+        "layouts": layouts,
+        "rows": max(needs.rows, 1),
+        "rank": max(1, min(needs.rows, 6 * needs.bodies)),
+        "sizes": max([6, *(layout.size for layout in layouts)]),
+        "twist_layout": next((x.number for x in layouts if x.name == "twist"), 0),
+        "linear_place": angular.index(0),
+        "angular": angular,
+        "identity": [int(not b) for b in motor],
+        "methods": methods,
+        "callbacks": needs.callbacks,
+        "elementary": True,
+        "flight": needs.in_flight,
+        "tangents": needs.tangents,
+        **(series_values(needs) if needs.method == "taylor" else {}),
+    }
+    return program(
+        _name(needs), _declared(needs), "c/dynamics.c.j2", "c/dynamics_types.h", _HEADERS, values,
+        declarations=_USER if needs.callbacks else "",
+    )  # fmt: skip
+
+
+def _name(needs: Needs) -> str:
+    return f"dynamics_{needs.algebra}_{needs.bodies}_{needs.mode}_{needs.method}"
+
+
+def _declared(needs: Needs) -> list[Declared]:
+    found: list[Declared] = []
+
+    def add(formula: object, kinds: str, named: str = "") -> None:
+        found.append(Declared(formula, tuple(kinds.split(", ")), named, needs.algebra))  # type: ignore[arg-type]
+
+    add(mechanics.gyroscopic, "twist, numbers6")
+    add(registration.near_motor, "layout motor", "near_motor")
+    add(mechanics.world_wrench, "motor, numbers6")
+    add(mechanics.covector_of, "twist")
+    add(mechanics.carried, "motor, twist")
+    add(mechanics.turned, "motor, twist")
+    if "gravity" in needs.loads:
+        add(mechanics.pull, "motor, position, position")
+    if "drag" in needs.loads:
+        add(mechanics.drag, "twist, position, number, number")
+    if "spring" in needs.loads:
+        add(mechanics.spring, "motor, twist, position, motor, twist, position, numbers3")
+    if needs.in_flight:
+        add(mechanics.flight, "motor, twist")
+        add(mechanics.landed, "layout rotor, position, position, position")
+        add(mechanics.rotor_rate, "layout rotor, position")
+        add(mechanics.spin_rate, "position, position, position")
+        add(mechanics.nudged, "layout rotor")
+    elif needs.method == "rk4":
+        add(mechanics.motor_rate, "layout motor, twist")
+    if needs.method in ("chart", "adaptive"):
+        add(getattr(maps, f"moved_{needs.chart}"), "motor, twist", "moved_chart")
+        add(getattr(maps, f"chart_rate_{needs.chart}"), "twist, twist", "chart_rate")
+    if needs.method == "composition":
+        add(mechanics.parts_of_momentum, "motor, numbers6")
+        add(mechanics.momentum_row, "motor, position, position")
+        add(mechanics.drifted, "motor, position")
+        add(mechanics.central_turn, "motor, position, number")
+        add(mechanics.axial_turn, "motor, position, unit, number")
+    if needs.layouts:
+        add(mechanics.relative, "motor, motor")
+        add(mechanics.adjoint, "motor")
+        add(mechanics.bracket, "twist, twist")
+        add(mechanics.place_of, "motor")
+    for name in needs.layouts:
+        v = f"layout {name}"
+        add(mechanics.pinned, f"motor, {v}", f"pinned_{name}")
+        add(mechanics.moved_rates, v, f"moved_rates_{name}")
+        add(mechanics.turned_rate, f"{v}, twist", f"turned_rate_{name}")
+        add(mechanics.path_rates, f"motor, twist, {v}, {v}, {v}", f"path_rates_{name}")
+    return [*found, *(_tangents(needs) if needs.tangents else ())]
+
+
+def _tangents(needs: Needs) -> list[Declared]:
+    """The same with tangents: directions behind the arguments."""
+    found: list[Declared] = []
+
+    def add(formula: str, kinds: str, named: str = "") -> None:
+        made = getattr(motion_tangents, formula)
+        found.append(Declared(made, tuple(kinds.split(", ")), named or f"{formula}_tangent", needs.algebra))
+
+    moves = "layout motor"
+    add("gyroscopic", "twist, numbers6, twist, numbers6")
+    add("carried", f"motor, twist, {moves}, twist")
+    add(f"moved_{needs.chart}", "motor, twist, twist", "moved_chart_tangent")
+    add(f"chart_rate_{needs.chart}", "twist, twist, twist, twist", "chart_rate_tangent")
+    add("twist_of", f"motor, {moves}", "twist_of")
+    add("moved_off", "motor, twist", "moved_off")
+    if "gravity" in needs.loads:
+        add("pull", f"motor, position, position, {moves}, position")
+    if "drag" in needs.loads:
+        add("drag", "twist, position, number, number, twist, number, number")
+    if "spring" in needs.loads:
+        end, moved_end = "motor, twist, position", f"{moves}, twist, position"
+        add("spring", f"{end}, {end}, numbers3, {moved_end}, {moved_end}, numbers3")
+    if needs.mode == "constrained":
+        add("relative", f"motor, motor, {moves}, {moves}")
+        add("adjoint", f"motor, {moves}")
+        add("bracket", "twist, twist, twist, twist")
+        for name in needs.layouts:
+            v = f"layout {name}"
+            add("pinned", f"motor, {v}, {moves}, {v}", f"pinned_{name}_tangent")
+            add("moved_rates", f"{v}, {v}", f"moved_rates_{name}_tangent")
+            add("turned_rate", f"{v}, twist, {v}, twist", f"turned_rate_{name}_tangent")
+            add("path_rates", f"motor, twist, {v}, {v}, {v}, {moves}, twist", f"path_rates_{name}_tangent")
+    return found

@@ -1,0 +1,73 @@
+"""What the driver's Taylor integrator is made of: the kernels of a body's motion and of its springs as series."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..formulas import mechanics
+from ..taylor import HIGHEST_ORDER, SeriesFunction, series_function
+from . import Declared, stock_algebra, traced
+
+if TYPE_CHECKING:
+    from .dynamics import Needs
+
+#: What an argument of the kernels is in the driver; those that are not here are series.
+_STILL = {
+    "center": "body + BS_CENTER", "weight": "body + BS_WEIGHT", "wrench": "body + BS_WORLD",
+    "angular": "body + BS_DRAG", "linear": "body + BS_DRAG + 1",
+}  # fmt: skip
+_MOVING = {"r": "motor", "omega": "omega", "momentum": "momentum"}
+
+
+def series_values(needs: Needs) -> dict[str, Any]:
+    """What the driver's template needs of them."""
+    algebra = stock_algebra(needs.algebra)
+    null = next(v for v in ("ni", "0") if v in algebra.vectors)
+    attached = 1 << algebra.vectors.index(null)
+    made = [_tumbling(needs)] if needs.in_flight else [_motion(needs)]
+    if "spring" in needs.loads:
+        made.append(_spring(needs))
+    return {
+        "series": made,
+        "order": HIGHEST_ORDER,
+        "arguments": {**_STILL, **_MOVING},
+        "turning": [int(not blade & attached) for blade in algebra.kind("motor").blades],
+        "springs": max(needs.springs, 1),
+    }
+
+
+def _series(needs: Needs, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]) -> SeriesFunction:
+    kernels = [traced(Declared(f, tuple(kinds.split(", ")), "", needs.algebra)) for f, kinds in formulas]
+    return series_function(name, kernels, still)
+
+
+def _tumbling(needs: Needs) -> SeriesFunction:
+    """A free body's turning by itself."""
+    return _series(
+        needs, "motion", ("moments", "inverse"),
+        (mechanics.rotor_rate, "layout rotor, position"), (mechanics.spin_rate, "position, position, position"),
+    )  # fmt: skip
+
+
+def _motion(needs: Needs) -> SeriesFunction:
+    """A motor's rate, and the wrenches on its body."""
+    loads = {
+        "gravity": (mechanics.pull, "motor, position, position"),
+        "world_wrench": (mechanics.carried, "motor, twist"),
+        "drag": (mechanics.drag, "twist, position, number, number"),
+    }
+    return _series(
+        needs, "motion", tuple(_STILL),
+        (mechanics.motor_rate, "layout motor, twist"), (mechanics.gyroscopic, "twist, numbers6"),
+        *(load for name, load in loads.items() if name in needs.loads),
+    )  # fmt: skip
+
+
+def _spring(needs: Needs) -> SeriesFunction:
+    """The wrenches of a spring on its two bodies; of one body the other end is in the world."""
+    world = ("s", "psi") if needs.bodies == 1 else ()
+    return _series(
+        needs, "pulled", ("own", "other", "numbers", *world),
+        (mechanics.spring, "motor, twist, position, motor, twist, position, numbers3"),
+    )  # fmt: skip

@@ -1,0 +1,67 @@
+"""Statics, screws and rigid-body dynamics in CGA and PGA (thesis chapter 6).
+
+Twists and wrenches are bivectors of `bladesmith.cga3d` or `pga3d`; each name is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+#: Public name -> module of this package that defines it.
+_HOMES = {
+    "twist": "screws",
+    "wrench": "screws",
+    "couple": "screws",
+    "twist_parts": "screws",
+    "wrench_parts": "screws",
+    "velocity_at": "screws",
+    "moment_about": "screws",
+    "power": "screws",
+    "reciprocal": "screws",
+    "screw_cross": "screws",
+    "killing_form": "screws",
+    "screw": "screws",
+    "screw_coordinates": "screws",
+    "screw_from_coordinates": "screws",
+    "resultant": "statics",
+    "equilibrium": "statics",
+    "force_along": "statics",
+    "line_of_wrench": "statics",
+    "wrench_of_vector": "statics",
+    "vector_of_wrench": "statics",
+    "ideal_line": "statics",
+    "Inertia": "inertia",
+    "mass_properties": "solids",
+    "map_motor": "maps",
+    "map_rate": "maps",
+    "RigidBody": "bodies",
+    "Gravity": "loads",
+    "BodyWrench": "loads",
+    "WorldWrench": "loads",
+    "Spring": "loads",
+    "Damper": "loads",
+    "Pin": "constraints",
+    "PinPath": "constraints",
+    "PinLinear": "constraints",
+    "Incidence": "constraints",
+    "VirtualPower": "constraints",
+    "allowed_twists": "freedom",
+    "Simulation": "simulation",
+    "System": "system",
+    "Trajectory": "trajectory",
+}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

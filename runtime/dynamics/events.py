@@ -1,0 +1,128 @@
+"""Events: conditions on the state that end a simulation, found between stored states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import InputError
+from ..multivector import Multivector
+from . import engine
+
+if TYPE_CHECKING:
+    from .trajectory import Trajectory
+
+Array = NDArray[Any]
+#: The time of an event is told to this share of the interval between stored states.
+PRECISION = 1e-14
+MOST_ROUNDS = 100
+
+
+@dataclass(frozen=True)
+class Event:
+    """A condition that stops a simulation.
+
+    Parameters
+    ----------
+    function : callable
+        Of ``(time, motor, twist)``, the pose and the twist in the body's frame: the event comes where its value passes
+        zero. It is looked at in the stored states; two passes between neighbours are not seen.
+    direction : {0, 1, -1}
+        Only where the value rises (1) or falls (-1).
+    name : str
+        What the trajectory's ``message`` tells.
+    """
+
+    function: Callable[[float, Multivector, Multivector], Any]
+    direction: int = 0
+    name: str = "event"
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise InputError(f"the event's function is a {type(self.function).__name__}; a function is needed.")
+        if self.direction not in (-1, 0, 1):
+            raise InputError(f"the event's direction is {self.direction!r}; it is -1, 0 or 1.")
+
+    def passes(self, before: float, after: float) -> bool:
+        """Whether two values lie on both sides."""
+        rises = before < 0 <= after and self.direction >= 0
+        falls = before > 0 >= after and self.direction <= 0
+        return rises or falls
+
+
+def first_event(found: Trajectory, events: Sequence[Event]) -> Trajectory:
+    """The trajectory up to the first event, its state stored last."""
+    run = found._run
+    if run.driver.made.size > 1 or run.driver.bodies > 1:
+        raise InputError("events are for one simulation of one body.")
+    count = int(run.stored[0])
+    hits = [hit for event in events if (hit := _crossing(run, event, count)) is not None]
+    if not hits:
+        return found
+    time, place, motors, twists, event = min(hits, key=lambda hit: hit[0])
+    run.times = run.times.copy()
+    run.times[place], run.motors[0, place], run.twists[0, place] = time, motors, twists
+    run.status[0], run.stored[0], run.reached[0] = engine.EVENT, place + 1, time
+    again = type(found)(found._simulation, run)
+    again.message = event.name
+    return again
+
+
+def _value(run: engine.Run, event: Event, time: float, motors: Array, twists: Array) -> float:
+    motor, twist = run.driver.made.to_user(0, motors[0].copy(), twists[0].copy())
+    value = float(event.function(time, motor, twist))
+    if not np.isfinite(value):
+        raise InputError(f"{event.name} is {value} at time {time:.6g}.")
+    return value
+
+
+def _crossing(run: engine.Run, event: Event, count: int) -> tuple[float, int, Array, Array, Event] | None:
+    """Time, store and state where a value first passes zero."""
+    before = _value(run, event, run.times[0], run.motors[0, 0], run.twists[0, 0])
+    for i in range(1, count):
+        after = _value(run, event, run.times[i], run.motors[0, i], run.twists[0, i])
+        if event.passes(before, after):
+            time, motors, twists = _root(run, event, i, before, after)
+            return time, i, motors, twists, event
+        before = after
+    return None
+
+
+def _root(run: engine.Run, event: Event, i: int, before: float, after: float) -> tuple[float, Array, Array]:
+    """The state where the value is zero between two stores, by the Illinois rule."""
+    low, high = float(run.times[i - 1]), float(run.times[i])
+    values = [before, after]
+    begin = low
+    state = run.motors[0, i], run.twists[0, i]
+    least = PRECISION * (high - low) + 4 * np.finfo(float).eps * abs(high)
+    side = 0
+    for _ in range(MOST_ROUNDS):
+        if high - low <= least or values[1] == 0:
+            break
+        time = high - values[1] * (high - low) / (values[1] - values[0])
+        time = min(max(time, low + least / 2), high - least / 2)
+        motors, twists = _state_at(run, i - 1, begin, time)
+        value = _value(run, event, time, motors, twists)
+        if (value > 0) == (values[1] > 0) or value == 0:
+            high, values[1], state = time, value, (motors, twists)
+            values[0] = values[0] / 2 if side == 1 else values[0]
+            side = 1
+        else:
+            low, values[0] = time, value
+            values[1] = values[1] / 2 if side == -1 else values[1]
+            side = -1
+    return high, *state
+
+
+def _state_at(run: engine.Run, place: int, begin: float, time: float) -> tuple[Array, Array]:
+    """The state at a time, run anew from a stored one."""
+    again = engine.Run(run.driver, np.array([begin, time]), run.motors[0, place], run.twists[0, place])
+    again.to(2)
+    run.driver.raise_error()
+    if again.stored[0] < 2:
+        raise InputError(f"the state between the stores at {begin:.6g} and after cannot be computed.")
+    return again.motors[0, 1], again.twists[0, 1]

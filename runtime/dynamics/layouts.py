@@ -1,0 +1,102 @@
+"""Blades of pinned objects: the narrowest kind of the algebra that holds an object wherever motions take it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import GradeError
+from ..multivector import Multivector
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..algebras import Algebra
+
+Array = NDArray[Any]
+
+
+@cache
+def closed_kinds(algebra: Algebra) -> tuple[str, ...]:
+    """Kinds whose blades no motion leaves, narrowest first."""
+    twists = algebra.kind("twist").blades
+    found = []
+    for name in algebra.kinds:
+        blades = set(algebra.kind(name).blades)
+        if all(_commutator(algebra, b, e) <= blades for b in blades for e in twists):
+            found.append(name)
+    return tuple(sorted(found, key=lambda name: algebra.kind(name).size))
+
+
+def _commutator(algebra: Algebra, a: int, b: int) -> set[int]:
+    one, two = dict(algebra.product(a, b)), dict(algebra.product(b, a))
+    return {k for k in {*one, *two} if one.get(k, 0) != two.get(k, 0)}
+
+
+def layout_of(objects: list[Multivector], what: str) -> str:
+    """The layout for all of these.
+
+    Raises
+    ------
+    GradeError
+        If there is none.
+    """
+    algebra = objects[0].algebra
+    blades = {b for x in objects for b, v in zip(x.kind.blades, np.moveaxis(x.values, -1, 0), strict=True) if np.any(v)}
+    for name in closed_kinds(algebra):
+        if blades <= set(algebra.kind(name).blades):
+            return name
+    raise GradeError(f"{what} has blades of no kind of {algebra.name} that motions keep.")
+
+
+def basis(algebra: Algebra, layout: str) -> Multivector:
+    """The blades of a layout as a batch."""
+    kind = algebra.kind(layout)
+    return algebra.wrap(kind.layout, np.eye(kind.size))
+
+
+def on_layout(x: Multivector, layout: str) -> Array:
+    """Coefficients (..., k) on a layout; what x has beyond is left out, and must be rounding."""
+    kind = x.algebra.kind(layout)
+    found = np.zeros((*x.shape, kind.size))
+    for i, b in enumerate(x.kind.blades):
+        if b in kind.blades:
+            found[..., kind.blades.index(b)] = x.values[..., i]
+    return found
+
+
+def carried(frame: Multivector, layout: str) -> Array:
+    """Matrices (..., k, k) of X -> F X ~F on coefficients, for motors F."""
+    images = (frame[..., None] if frame.shape else frame) >> basis(frame.algebra, layout)
+    return np.swapaxes(on_layout(images, layout), -1, -2)
+
+
+def matrix_of(function: Callable[[Multivector], Any], algebra: Algebra, layout: str, what: str) -> Array:
+    """The matrix (rows, k) of a linear function of objects of a layout; rows that are zero are left out.
+
+    Raises
+    ------
+    GradeError
+        If it is not linear, or gives something that is no multivector.
+    """
+    kind = algebra.kind(layout)
+
+    def applied(row: Array) -> Array:
+        x = algebra.wrap(kind.layout, np.ascontiguousarray(row))
+        y = function(x)
+        if not isinstance(y, Multivector):
+            raise GradeError(f"{what} gives a {type(y).__name__}; a multivector is needed.")
+        found = np.zeros(1 << len(algebra.vectors))
+        found[list(y.kind.blades)] = y.values
+        return found
+
+    columns = np.stack([applied(row) for row in np.eye(kind.size)], 1)
+    test = np.linspace(1, 2, kind.size) ** 2
+    whole = applied(test)
+    if not np.allclose(columns @ test, whole, rtol=1e-9, atol=1e-9 * np.abs(columns).max(initial=0)):
+        raise GradeError(f"{what} is not linear: of a sum it is not the sum.")
+    rows: Array = columns[np.abs(columns).max(1) > 0]
+    return rows

@@ -1,0 +1,111 @@
+"""Integrators by name, and which one a simulation takes by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import InputError, suggest
+from ..codegen.taylor import HIGHEST_ORDER
+from .assembly import Assembly
+from .tableaus import CLASSICAL, COMPOSITIONS, ORDER8, Scheme
+
+Array = NDArray[np.float64]
+#: Names of users, and the method of the driver behind each.
+INTEGRATORS = {
+    "rk4": "rk4", "rkmk4": "chart", "cf4": "cf4", "midpoint": "midpoint", "strang": "composition",
+    "blanes-moan": "composition", "yoshida6": "composition", "adaptive": "adaptive", "taylor": "taylor",
+}  # fmt: skip
+#: As in templates/c/dynamics_run.j2.
+NUMBERS = {"chart": 0, "rk4": 1, "cf4": 2, "midpoint": 3, "composition": 4, "adaptive": 5, "taylor": 6}
+#: Those whose steps are all of one size.
+FIXED = ("chart", "rk4", "cf4", "midpoint", "composition")
+MAPS = ("exponential", "bortz", "cayley", "outer")
+STABILIZATIONS = ("auto", "null-space", "projection", "baumgarte", "none")
+#: Step of methods that do not choose their own, in seconds; error of those that do, by step.
+STEP, RTOL = 1e-3, 1e-12
+_NOTHING = np.zeros(1)
+
+
+@dataclass(frozen=True)
+class Method:
+    """An integrator as the driver reads it."""
+
+    name: str
+    step: float
+    rtol: float
+    atol: float
+
+    @property
+    def driver(self) -> str:
+        """What it is to the driver."""
+        return INTEGRATORS[self.name]
+
+    @property
+    def scheme(self) -> Scheme:
+        """Its Runge-Kutta coefficients, where it has any."""
+        if self.driver == "taylor":
+            return replace(CLASSICAL, order=order_of(self.rtol))
+        return ORDER8 if self.driver == "adaptive" else CLASSICAL
+
+    @property
+    def composition(self) -> Array:
+        """Its shares of a step, where it is made of flows."""
+        return COMPOSITIONS[self.name][0] if self.driver == "composition" else _NOTHING
+
+
+def order_of(rtol: float) -> int:
+    """Order of the Taylor series that serves a tolerance with the least work (Jorba and Zou 2005)."""
+    return int(np.clip(np.ceil(1 - np.log(rtol) / 2), 4, HIGHEST_ORDER))
+
+
+def check(value: str, known: tuple[str, ...], what: str) -> str:
+    """A name of a list; -ise is -ize.
+
+    Raises
+    ------
+    InputError
+        If it is not there.
+    """
+    if value not in known:
+        raise InputError(f"{value!r} is no {what}; there are: {', '.join(known)}.{suggest(value, known)}")
+    return value
+
+
+def splits(made: Assembly) -> bool:
+    """Whether the motion is made of exact flows: one body, free or turning about a point, without drag.
+
+    Loads that are functions of the state might depend on velocities; those of time alone do not.
+    """
+    if len(made.bodies) > 1 or made.mode == "constrained" or "drag" in made.loads:
+        return False
+    allowed = made.frames[0].allowed
+    turning = allowed is None or (int(allowed.sum()) == 3 and made.turns_freely)
+    return turning and not made.damped and not made.functions_of_state
+
+
+def chosen(integrator: str, made: Assembly) -> str:
+    """The integrator by name; "auto" is the one that serves this simulation best.
+
+    Flows that can be done exactly are composed: of order 6 where nothing acts, of order 4 otherwise. Whatever else
+    there is takes steps of order 8 that adapt themselves.
+
+    Raises
+    ------
+    InputError
+        If this simulation cannot be split, or there is no such integrator.
+    """
+    check(integrator, ("auto", *INTEGRATORS), "integrator")
+    if integrator == "auto":
+        if not splits(made):
+            return "adaptive"
+        return "blanes-moan" if made.loads else "yoshida6"
+    if INTEGRATORS[integrator] == "composition" and not splits(made):
+        raise InputError(
+            f"{integrator} composes exact flows: of one body, free or turning about one pinned point, under loads that "
+            "do not depend on its velocity.",
+            remedy="Use integrator='adaptive', or another",
+        )
+    return integrator

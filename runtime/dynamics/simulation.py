@@ -1,0 +1,258 @@
+"""Simulations: a body or several, what acts on them and what holds them, run over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import InputError, SimulationError
+from . import engine, methods
+from .assembly import Assembly, assemble
+from .bodies import RigidBody
+from .constraints import Constraint
+from .events import Event, first_event
+from .given import finite, positive
+from .progress import told
+from .starts import check_pinned_twist, check_start
+from .system import System
+from .trajectory import Trajectory
+
+Array = NDArray[Any]
+#: Rate at which Baumgarte's terms make errors decay, per second, if none is given.
+BAUMGARTE = 10.0
+
+
+class Simulation:
+    """A body, or a system of bodies, with loads and constraints.
+
+    Parameters
+    ----------
+    body : RigidBody or System
+        One, or a batch of n that differ in their numbers: n simulations side by side.
+    loads : sequence
+        `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper`.
+    constraints : sequence
+        `Pin`, `PinPath`, `PinLinear`, `Incidence`, `VirtualPower`.
+    integrator : str
+        "auto" (see docs/integrators.md), "rk4", "rkmk4", "cf4", "midpoint", "strang", "blanes-moan", "yoshida6",
+        "taylor" or "adaptive".
+    map : {"exponential", "bortz", "cayley", "outer"}
+        The chart of integrators that have one (thesis 6.11).
+    stabilization : {"auto", "null-space", "projection", "baumgarte", "none"}
+        How constraints are kept: pins that never move by moving only as they allow, others by bringing pose and twist
+        back after each step ("auto"); or by Baumgarte's terms in the accelerations, or not at all.
+    baumgarte : float
+        Rate of decay of those terms, per second.
+    stabilisation : str
+        The same as `stabilization`.
+    """
+
+    def __init__(
+        self,
+        body: RigidBody | System,
+        loads: Sequence[Any] = (),
+        constraints: Sequence[Constraint] = (),
+        integrator: str = "auto",
+        map: str = "exponential",
+        stabilization: str = "auto",
+        baumgarte: float = BAUMGARTE,
+        stabilisation: str | None = None,
+    ) -> None:
+        self.bodies: tuple[RigidBody, ...]
+        self.names: tuple[str, ...]
+        self.constraints: tuple[Constraint, ...]
+        match body:
+            case RigidBody():
+                self.bodies, self.names, self.constraints = (body,), ("body",), tuple(constraints)
+            case System():
+                self.bodies, self.names = tuple(body.bodies.values()), tuple(body.bodies)
+                self.constraints = (*body.constraints(), *constraints)
+            case _:
+                raise InputError(f"the body is a {type(body).__name__}; a RigidBody or a System is needed.")
+        self.loads = tuple(loads)
+        self.integrator = methods.check(integrator, ("auto", *methods.INTEGRATORS), "integrator")
+        self.map = methods.check(map, methods.MAPS, "map")
+        self.stabilization = methods.check(stabilisation or stabilization, methods.STABILIZATIONS, "stabilization")
+        self.baumgarte = float(positive(baumgarte, "the rate of Baumgarte's terms"))
+
+    def run(
+        self,
+        duration: float,
+        step: float | None = None,
+        times: Any = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        threads: int | None = None,
+        project: bool = False,
+        events: Sequence[Event] = (),
+        progress: bool | Callable[[float], None] | None = None,
+        executor: Executor | None = None,
+        strict: bool = True,
+    ) -> Trajectory:
+        """The motion over some time.
+
+        Parameters
+        ----------
+        duration : float
+            In seconds.
+        step : float
+            Of integrators with a fixed step; and how far apart states are stored where no times are given. 1e-3 if left
+            out.
+        times : array (stores,)
+            When to store states, rising; 0 is added. Steps are shortened to meet them, by integrators with a fixed
+            step; others interpolate, to the error of a step.
+        rtol, atol : float
+            Error of a step that is allowed to integrators that choose their own: as a share of the body's rates and
+            turns (and of ways, in units of its radius of gyration), and in radians. 1e-12 and 0 if left out.
+        threads : int
+            For batches; default: all processors of this process. Functions of users run in one.
+        project : bool
+            Move the start to the nearest one that obeys the constraints.
+        events : sequence of `Event`
+            Stop where one comes.
+        progress : bool or callable
+            True: a bar on stderr. A function is called with the time reached.
+        executor : concurrent.futures.Executor
+            Shares a batch over workers; the same bits.
+        strict : bool
+            Raise if a single simulation cannot go on; of a batch each has its own ``status``.
+
+        Returns
+        -------
+        Trajectory
+            Of an interrupt: what there was until then, its ``message`` "interrupted".
+
+        Raises
+        ------
+        ConstraintError
+            If the start does not obey the constraints, or they contradict each other.
+        SimulationError
+            If the simulation cannot go on: why and when; its ``trajectory`` holds the states until then.
+        """
+        duration = float(positive(duration, "the duration"))
+        step = methods.STEP if step is None else float(positive(step, "the step"))
+        stores = _times(duration, step, times)
+        made, method = self._prepared(duration, step, rtol, atol)
+        driver = self._driver(made, method)
+        motors, twists = self._projected(made, duration) if project else start_of(made)
+        if executor is not None:
+            from .distributed import shared
+
+            run = shared(self, driver, stores, (duration, step, rtol, atol), project, executor)
+        else:
+            run = engine.Run(driver, stores, motors, twists, threads, project)
+            driver.raise_error()
+            check_start(run, project)
+            message = _finish(run, progress, duration)
+        found = Trajectory(self, run)
+        found.message = "" if executor is not None else message
+        if events:
+            found = first_event(found, events)
+        if strict and made.size == 1:
+            _raise(run, found)
+        return found
+
+    def _prepared(
+        self, duration: float, step: float, rtol: float | None, atol: float | None
+    ) -> tuple[Assembly, methods.Method]:
+        null_space = self.stabilization in ("auto", "null-space")
+        made = assemble(self.bodies, self.names, self.loads, self.constraints, duration, null_space)
+        if self.stabilization == "null-space" and made.mode == "constrained":
+            raise InputError(
+                "stabilization='null-space' is for pins of one body that never move.",
+                remedy="Use 'auto', 'projection' or 'baumgarte'",
+            )
+        name = methods.chosen(self.integrator, made)
+        tolerance = methods.RTOL if rtol is None else float(positive(rtol, "rtol"))
+        least = 0.0 if atol is None else float(positive(atol, "atol", zero=True))
+        adaptive = methods.INTEGRATORS[name] not in methods.FIXED
+        return made, methods.Method(name, duration if adaptive else step, tolerance, least)
+
+    def _projected(self, made: Assembly, duration: float) -> tuple[Array, Array]:
+        """The start nearest to the given one that obeys the constraints; drivers do it but for those of a subspace."""
+        if made.mode != "subspace":
+            return start_of(made)
+        whole = assemble(self.bodies, self.names, self.loads, self.constraints, duration, null_space=False)
+        driver = self._driver(whole, methods.Method("rk4", 1.0, methods.RTOL, 0.0))
+        run = engine.Run(driver, np.zeros(1), *start_of(whole), project=True)
+        check_start(run, True)
+        run.to(1)
+        motor, twist = whole.to_user(0, run.motors[:, 0, 0], run.twists[:, 0, 0])
+        frame = made.frames[0]
+        motors = (~made.shift * motor * frame.own).as_kind("motor", check=False).values
+        twists = (~frame.own >> twist).values
+        return motors[:, None], np.where(frame.allowed, twists, 0.0)[:, None]
+
+    def _driver(self, made: Assembly, method: methods.Method, part: slice = slice(None)) -> engine.Driver:
+        project = made.mode == "constrained" and self.stabilization in ("auto", "projection")
+        rate = self.baumgarte if self.stabilization == "baumgarte" else 0.0
+        return engine.Driver(made, method, self.map, project, rate, part)
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {len(self.bodies)} bodies, {len(self.loads)} loads, {len(self.constraints)} constraints>"
+
+
+def _times(duration: float, step: float, times: Any) -> Array:
+    """When states are stored, from 0."""
+    if times is None:
+        count = int(np.ceil(duration / step * (1 - 1e-12)))
+        return np.concatenate([np.arange(count) * step, [duration]])
+    found = finite(times, "times")
+    if found.ndim != 1 or not len(found):
+        raise InputError(f"times have shape {found.shape}; a row of times is needed.")
+    if (np.diff(found) < 0).any() or found[0] < 0 or found[-1] > duration * (1 + 1e-12):
+        raise InputError(f"times do not rise from 0 to the duration, {duration:.6g}.")
+    return found if found[0] == 0 else np.concatenate([[0.0], found])
+
+
+def start_of(made: Assembly) -> tuple[Array, Array]:
+    """Motors (n, bodies, 8) and twists (n, bodies, 6) in the driver's frames."""
+    motors = np.empty((made.size, len(made.bodies), 8))
+    twists = np.empty((made.size, len(made.bodies), 6))
+    for i, (body, frame) in enumerate(zip(made.bodies, made.frames, strict=True)):
+        motors[:, i] = frame.pose.as_kind("motor", check=False).values
+        twists[:, i] = (~frame.own >> body.twist_in_body).values
+        if frame.allowed is not None:
+            kept = np.where(frame.allowed, twists[:, i], 0.0)
+            check_pinned_twist(twists[:, i], kept)
+            twists[:, i] = kept
+    return motors, twists
+
+
+def _finish(run: engine.Run, progress: bool | Callable[[float], None] | None, duration: float) -> str:
+    """All states, or those until an interrupt: then why."""
+    with told(progress, duration) as tell:
+        try:
+            while run.go_on(len(run.times)):
+                tell(float(run.reached.min()))
+            tell(float(run.reached.min()))
+        except KeyboardInterrupt:
+            run.stop()
+            return "interrupted"
+    return ""
+
+
+_REASONS = {
+    engine.NOT_FINITE: ("the state is no longer finite", "Take a smaller step, or integrator='adaptive'"),
+    engine.UNDERFLOW: ("steps became too small to go on", "Allow a larger rtol, or look for what is singular there"),
+    engine.RANK_CHANGED: ("the rank of the constraints changed: the mechanism is singular there", None),
+    engine.USER_FAILED: ("a function failed", None),
+    engine.NOT_SOLVED: ("the implicit step was not solved", "Take a smaller step"),
+}
+
+
+def _raise(run: engine.Run, found: Trajectory) -> None:
+    """Raise what ended a single simulation before its time."""
+    error = run.driver.made.called.error
+    run.driver.made.called.error = None
+    if error is not None and not isinstance(error, SimulationError):
+        told_error = SimulationError(str(error), trajectory=found) if isinstance(error, Exception) else error
+        raise told_error from error
+    status = int(run.status[0])
+    if status in _REASONS:
+        what, remedy = _REASONS[status]
+        raise SimulationError(f"{what}, at time {run.reached[0]:.6g}.", remedy=remedy, trajectory=found)

@@ -1,0 +1,63 @@
+"""Whether a simulation may begin: constraints obeyed by the start, and none against another."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import ConstraintError
+from . import engine
+from .assembly import Assembly
+
+Array = NDArray[np.float64]
+#: How far a start may be off its constraints: rounding of what users give.
+ROUNDING = 1e-9
+_REMEDY = "Give project=True, and the start is moved to the nearest one that obeys the constraints"
+
+
+def check_start(run: engine.Run, projected: bool) -> None:
+    """Raise `ConstraintError` if a simulation does not start on its constraints: which, and by how much."""
+    made = run.driver.made
+    if not made.rows or run.status.any():
+        return
+    for kind, what in enumerate(("", "the rate of ")):
+        worst = int(np.argmax(run.start[:, kind]))
+        share = float(run.start[worst, kind])
+        if not share > ROUNDING:
+            continue
+        unit = "of the body's velocity" if kind else "of the body's size and distance (or radians)"
+        label = _label(made, int(run.start_rows[worst, kind]))
+        where = None if len(run.start) == 1 else f"simulation {worst}"
+        if projected:
+            raise ConstraintError(
+                f"the constraints contradict each other: {what}{label} stays violated, by {share:.3g} {unit}.",
+                where=where,
+                remedy="Leave it out, or one of the others",
+            )
+        raise ConstraintError(
+            f"{what}{label} is violated at the start, by {share:.3g} {unit}.", where=where, remedy=_REMEDY
+        )
+
+
+def check_pinned_twist(given: Array, kept: Array) -> None:
+    """Raise `ConstraintError` if a start's twists (n, 6) are not those that pins leave."""
+    size = np.abs(given).max(-1)
+    off = np.abs(given - kept).max(-1)
+    share = np.divide(off, size, out=np.zeros_like(off), where=size > 0)
+    worst = int(np.argmax(share))
+    if share[worst] > ROUNDING:
+        raise ConstraintError(
+            f"the velocities at the start move what is pinned: {share[worst]:.3g} of them is not free.",
+            where=None if len(share) == 1 else f"simulation {worst}",
+            remedy=_REMEDY,
+        )
+
+
+def _label(made: Assembly, row: int) -> str:
+    """Which constraint a row belongs to."""
+    for each in made.rows:
+        if row < each.rows:
+            place = next(i for i, c in enumerate(made.constraints) if c is each.constraint)
+            return f"constraint {place} ({each.constraint.label})"
+        row -= each.rows
+    return "a constraint"

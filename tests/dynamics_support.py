@@ -1,0 +1,134 @@
+"""Random bodies for tests of dynamics, and what the driver makes of a state: one program serves all constraints."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bladesmith import cga3d as cga
+from bladesmith import dynamics
+from bladesmith import pga3d as pga
+from bladesmith.calls import call
+from bladesmith.codegen.programs.dynamics import LOADS, Needs
+from bladesmith.dynamics import engine, methods
+from bladesmith.dynamics.assembly import Assembly, assemble
+
+from .newton_euler import State, times
+
+FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
+ALGEBRAS = {"cga": cga, "pga": pga}
+#: All kinds of object that constraints are made of, and more equations than any test has.
+LAYOUTS = {
+    "cga3d": ("direction", "flat_point", "plane", "point", "line", "twist", "point_pair", "circle", "sphere"),
+    "pga3d": ("direction", "point", "plane", "line", "twist"),
+}
+ROWS = 24
+
+
+class Wide(Assembly):
+    """An assembly that asks for a program with all loads and objects: it is compiled once, for all tests."""
+
+    @property
+    def layouts(self):
+        return LAYOUTS[self.algebra.name]
+
+    def needs(self, method, chart):
+        return Needs(self.algebra.name, 1, self.mode, LOADS, self.layouts, ROWS, method, chart, True)
+
+
+def states(n, seed, size=2.0, speed=3.0):
+    """n random bodies, of shapes that can be, at random places, at random speeds."""
+    rng = np.random.default_rng(seed)
+    mass = rng.uniform(0.5, 3.0, n)
+    boxes = rng.uniform(0.2, 1.5, (n, 3)) ** 2
+    moments = mass[:, None] * (boxes.sum(1, keepdims=True) - boxes)
+    axes = Rotation.random(n, random_state=seed).as_matrix()
+    tensor = np.einsum("nij,nj,nkj->nik", axes, moments, axes)
+    turn = Rotation.random(n, random_state=seed + 1).as_matrix()
+    x, v, w = rng.normal(size=(3, n, 3)) * np.array([size, speed, speed])[:, None, None]
+    return State(mass, (tensor + np.swapaxes(tensor, 1, 2)) / 2, x, turn, v, w)
+
+
+def body_of(s, algebra):
+    """The package's body in this state."""
+    spin = np.einsum("nji,nj->ni", s.turn, s.w)
+    return dynamics.RigidBody(s.mass, s.tensor, s.x, s.turn, s.v, spin, algebra=algebra)
+
+
+def single(s, i):
+    """One of them."""
+    return State(*(getattr(s, name)[i : i + 1] for name in ("mass", "tensor", "x", "turn", "v", "w")))
+
+
+def _item(body):
+    """The only body of a batch of one."""
+    return dynamics.RigidBody(
+        float(body.mass[0]), body.axes[0] @ np.diag(body.moments[0]) @ body.axes[0].T, body.position[0], body.rotation[0],
+        body.velocity[0], body.angular_velocity[0], algebra=body.algebra,
+    )  # fmt: skip
+
+
+def screws(algebra, rows):
+    """Vectors a and b of a I3 + b n."""
+    found = call(algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(rows)))
+    return found.values[0].values, found.values[1].values
+
+
+class Looked:
+    """Accelerations and reactions of a batch, as the driver finds them, in the world's axes.
+
+    Attributes
+    ----------
+    acceleration, spin_rate : array (n, 3)
+        Of the centre of mass, and dw.
+    force, moment : array (n, 3)
+        Of the reaction, the moment about the centre of mass.
+    rank : array (n,)
+        Of the constraints, where they are counted.
+    mode : str
+    """
+
+    def __init__(self, s, algebra, loads, constraints, null_space, alone=False, before=None):
+        """Alone: one simulation serves all states, which are of one body; `before(i)` prepares what constraints read."""
+        body = body_of(single(s, 0) if alone else s, algebra)
+        self.made = made = assemble([_item(body) if alone else body], ["body"], loads, constraints, 1.0, null_space)
+        self.before = before or (lambda i: None)
+        made.__class__ = Wide
+        self.mode = made.mode
+        self.driver = engine.Driver(made, methods.Method("rk4", 1.0, 1e-12, 0.0), "exponential", False, 0.0)
+        self.frame = made.frames[0]
+        rates, rows = self._all(s, algebra)
+        self._to_world(s, algebra, rates, rows)
+
+    def _all(self, s, algebra):
+        n, model = len(s.mass), self.driver._model
+        own, state = self.frame.own, body_of(s, algebra)
+        place = algebra.translator(s.x - self.made.origin) * algebra.motor_from_matrix(state.rotation) * own
+        motors = place.as_kind("motor", check=False).values
+        twists = (~own >> state.twist_in_body).values
+        if self.frame.allowed is not None:
+            twists = np.where(self.frame.allowed, twists, 0.0)
+        first, stride = model.numbers, self.made.width if self.made.size > 1 else 0
+        rates, rows, rank = np.empty((n, 6)), np.empty((n, 6)), np.empty(n, int)
+        for i in range(n):
+            model.numbers = first + i * stride
+            self.before(i)
+            found = self.driver.look(0.0, motors[i : i + 1], twists[i : i + 1])
+            rates[i], rows[i], rank[i] = found["accelerations"][0], found["reactions"][0], found["rank"]
+        self.rank, self.twists = rank, twists
+        return rates, rows
+
+    def _to_world(self, s, algebra, rates, rows):
+        """The driver's frame is another than the body's: its origin is a point of the body, its axes are turned."""
+        own = np.broadcast_to(algebra.matrix(self.frame.own), (len(s.mass), 4, 4))
+        turn = s.turn @ own[:, :3, :3]
+        r = times(s.turn, own[:, :3, 3])
+        (w, v), (dw, dv) = screws(algebra, self.twists), screws(algebra, rates)
+        self.spin_rate = times(turn, dw)
+        at_origin = times(turn, dv + np.cross(w, v))
+        self.acceleration = at_origin - np.cross(self.spin_rate, r) - np.cross(s.w, np.cross(s.w, r))
+        turns, ways = screws(algebra, np.eye(6))  # a row holds the power of the reaction on each unit twist
+        self.force, about_origin = times(turn, rows @ ways), times(turn, rows @ turns)
+        self.moment = about_origin + np.cross(r, self.force)
