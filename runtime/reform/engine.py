@@ -20,6 +20,7 @@ from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
 from .stages import MOTOR, PAIRS, TWIST, Stages, integers, reals, share
 
 Array = NDArray[Any]
+INTEGER = np.dtype(np.int32)
 #: Structures of stages by items.
 STRUCTURES = {
     "samples": "bs_samples", "stiffness": "bs_sets", "refine": "bs_refined", "match": "bs_matching",
@@ -193,12 +194,9 @@ class Scene(Stages):
         self, stage: str, n: int, grain: int, numbers: Mapping[str, float], given: Mapping[str, Array],
         found: Mapping[str, Array],
     ) -> None:  # fmt: skip
-        job, run = self._ffi.new(f"{STRUCTURES[stage]} *"), getattr(self._lib, f"bs_reform_{stage}")
-        for name, number in numbers.items():
-            setattr(job, name, number)
-        kept = [(name, self._pointer(array)) for name, array in (*given.items(), *found.items())]
-        for name, pointer in kept:
-            setattr(job, name, pointer)
+        pointers = {name: self._pointer(array) for name, array in (*given.items(), *found.items())}
+        job = self._ffi.new(f"{STRUCTURES[stage]} *", {**numbers, **pointers})
+        run = getattr(self._lib, f"bs_reform_{stage}")
 
         def part(begin: int, end: int) -> None:
             run(self._state, job, begin, end)
@@ -207,7 +205,7 @@ class Scene(Stages):
 
     def _pointer(self, array: Array) -> Any:
         """The numbers of an array that is contiguous, and lives as long."""
-        return self._ffi.from_buffer("int32_t[]" if array.dtype == np.int32 else "double[]", array)
+        return self._ffi.from_buffer("int32_t[]" if array.dtype == INTEGER else "double[]", array)
 
     def _held(self, array: Array) -> Any:
         """The same for as long as the scene lives."""

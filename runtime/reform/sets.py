@@ -140,7 +140,7 @@ class Sets:
         self.able = len(able)
         self._order = self._some(able[np.argsort(count[able], kind="stable")])
         expected = count[self._order]
-        self._edges = np.append(np.flatnonzero(np.diff(np.cumsum(expected) // LOT)) + 1, len(expected))
+        self._edges = _edges(expected)
         self._sent = 0
         return expected
 
@@ -206,6 +206,14 @@ class Sets:
         """Sets, those of the same kinds together."""
         for kinds, members in self._by_kinds(sets):
             yield Lot(number, kinds, self._row[sets[members]])
+
+
+def _edges(expected: Array) -> Array:
+    """Where the lots of sets end that are expected to make so many samples."""
+    total = np.cumsum(expected)
+    if not len(total) or total[-1] < LOT:
+        return np.array([len(total)])
+    return np.append(np.flatnonzero(np.diff(total // LOT)) + 1, len(total))
 
 
 def _once(sets: Array) -> Array:

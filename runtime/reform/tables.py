@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -97,8 +97,13 @@ class Table:
 
     def _compared(self, invariants: Array) -> list[int]:
         """Numbers that pairs of these kinds have, that which they are sorted by last: it tells no more apart."""
-        found = [i for i, own in enumerate(self.numbers) if i != self.column and (own.any() or invariants[:, i].any())]
-        return [*found, self.column]
+        found = np.flatnonzero(self._present | invariants.any(0)).tolist()
+        return [*(i for i in found if i != self.column), self.column]
+
+    @cached_property
+    def _present(self) -> Array:
+        """Which of its numbers are not zero for all pairs."""
+        return np.array([own.any() for own in self.numbers])
 
     @property
     def _signed(self) -> bool:
@@ -158,7 +163,7 @@ def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], ke
     column = _most_different(invariants) if len(first) else 0
     keys = _keys(invariants, column)
     order = keys.argsort(kind="stable")
-    numbers = np.ascontiguousarray(invariants[order].T)
+    numbers = invariants.take(order, 0).T
     return Table(kinds, first[order], second[order], numbers, column, keys[order])
 
 

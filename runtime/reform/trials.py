@@ -119,7 +119,7 @@ class Trials:
         Which samples are given up early depends on the scene's closeness.
         """
         parts = [self.samples(lot, tolerance) for lot in lots]
-        kinds, query, rows, signs = (np.concatenate(p) for p in zip(*parts, strict=True))
+        kinds, query, rows, signs = _joined_samples(parts)
         motors, scores, hits, tested = self._scene.samples(kinds, query, rows, signs, residual)
         wrong, good = scores < 0, scores > 0
         met, looked = int(hits[wrong].sum()), int(tested[wrong].sum())
@@ -163,6 +163,13 @@ class Trials:
         random = np.random.default_rng(number)
         keep = random.random(len(found)) * count[found.source] < MOST_OF_SET
         return Candidates(*(x[keep] for x in (found.source, found.first, found.second, found.turned)))
+
+
+def _joined_samples(parts: Sequence[Samples]) -> Samples:
+    if len(parts) == 1:
+        return parts[0]
+    kinds, query, rows, signs = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return kinds, query, rows, signs
 
 
 def _joined(source: Array, images: Array, pairs: list[Candidates]) -> tuple[Array, Array]:
