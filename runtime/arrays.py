@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from reprlib import repr as shortened
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,21 @@ def rows(value: Any, count: int, name: str) -> NDArray[Any]:
     if array.ndim == 0 or array.shape[-1] != count:
         raise ShapeError(f"{name} has shape {array.shape}; its last axis must have {count} entries.")
     return array
+
+
+def truth(value: Any, name: str, error: type[InputError] = InputError) -> bool:
+    """An option: True or False, and nothing that merely counts as one of them.
+
+    Raises
+    ------
+    InputError
+        Or the given subclass.
+    """
+    if value is True or value is False:
+        return bool(value)
+    if isinstance(value, np.bool_) or (isinstance(value, np.ndarray) and value.dtype == bool and not value.ndim):
+        return bool(value)
+    raise error(f"{name} is {' '.join(shortened(value).split())}; it is True or False.")
 
 
 def precision(*values: Any) -> np.dtype[Any]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import arrays
 from .algebras import Algebra
+from .arrays import truth
 from .calls import Numbers, Outcome, call, finite, invalidated, merged, raise_first
 from .codegen.errors import GradeError, InputError, KindError, ShapeError
 from .multivector import Multivector
@@ -67,7 +68,7 @@ class EuclideanAlgebra(Algebra):
         outcome = call(self, formula, *operands)
         x: Multivector = outcome.value
         x = finite(x)
-        if strict:
+        if truth(strict, "strict"):
             raise_first(x._status, formula.rpartition(".")[2])
         return x
 
@@ -119,7 +120,7 @@ class EuclideanAlgebra(Algebra):
         if len(columns) > d:
             bad = (m[..., d, :d] != 0).any(-1) | (m[..., d, d] != 1)
             x = invalidated(x, bad)
-        if strict:
+        if truth(strict, "strict"):
             raise_first(x._status, "motor_from_matrix")
         return x
 

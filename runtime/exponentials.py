@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import proofs
+from .arrays import truth
 from .calls import call, finite, raise_first
 from .codegen.errors import GradeError, NotARotorError
 from .codegen.kinds import Kind
@@ -104,7 +105,7 @@ def _rotor_function(x: Multivector, name: str, strict: bool) -> Multivector:
         outcome = call(x.algebra, x._type.remembered(name, lambda: _rotor_formula(x, name)), x)
     except GradeError as error:
         raise NotARotorError(str(error)) from None
-    if strict:
+    if truth(strict, "strict"):
         raise_first(outcome.status, name, NotARotorError)
     return outcome.value if name == "log" else _as_versor(outcome.value)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import checks, linear
+from .arrays import truth
 from .calls import Outcome, call, finite, merged, raise_first, target
 from .codegen.errors import GradeError, InputError, NotInvertibleError
 from .codegen.kinds import Kind
@@ -65,7 +66,7 @@ def normalized(x: Multivector, kind: str | Kind | None = None, strict: bool = Fa
         result = x
     else:
         result = _scaled(levelled(x)[0])
-    if strict:
+    if truth(strict, "strict"):
         raise_first(result._status, "normalized")
     return result
 
@@ -137,6 +138,7 @@ def inverse(x: Multivector, method: str = "shirokov", strict: bool = False) -> M
     """
     if method not in METHODS:
         raise InputError(f"method is {method!r}; it is one of {', '.join(METHODS)}.")
+    refuses = truth(strict, "strict")
     sign = x._type.remembered("unit", lambda: _unit_square(x))
     if sign:
         reverse = linear.mapped(x, "reverse")
@@ -148,7 +150,7 @@ def inverse(x: Multivector, method: str = "shirokov", strict: bool = False) -> M
         with np.errstate(all="ignore"):
             data = np.ldexp(value._data, -exponent[..., None])
         value = finite(value._make(value._type.free, data, value._lead, value._status))
-    if strict:
+    if refuses:
         raise_first(value._status, "inverse", NotInvertibleError)
     return value
 
@@ -237,7 +239,7 @@ def reflect(x: Multivector, mirror: Multivector, strict: bool = False) -> Multiv
     if len(mirror.grades) != 1:
         raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Use .grade(k)")
     outcome = call(x.algebra, "versors.reflect", x, levelled(mirror)[0])
-    if strict:
+    if truth(strict, "strict"):
         raise_first(outcome.status, "reflect")
     return outcome.value  # type: ignore[no-any-return]
 

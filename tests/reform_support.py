@@ -1,13 +1,21 @@
-"""Scenes for registration made with matrices and parameters alone: nothing of what registers them."""
+"""Scenes for registration made with matrices and parameters alone: nothing of what registers them; and what tests of
+results share.
+"""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import numpy as np
 
 from bladesmith import cga3d
 from bladesmith.reform import Model
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "chapter5"
+PATIENCE = 60.0  # seconds for a process on a busy machine
+#: Of the models of files, pictures and executors.
+POSE = cga3d.translator((1, 2, -0.5)) * cga3d.rotor((1, 2, 3), 2.0)
 
 #: The seeds of every bar are many more where this is set.
 FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
@@ -166,3 +174,61 @@ def twist(a, b):
 def right(found, true):
     """Whether all matches are the true ones."""
     return all(np.array_equal(found.matches[kind], rows) for kind, rows in true.items())
+
+
+# -- models of files, pictures and executors, and their results ---------------------------------------------
+
+
+def random_lines(n, random):
+    return np.stack([random.uniform(-1, 1, (n, 3)), random.normal(size=(n, 3))], 1)
+
+
+def noisy_lines(n=40, noise=0.01, wrong=0.3, seed=0):
+    """A query that POSE takes to a reference, about; the first part of it does not belong there."""
+    random = np.random.default_rng(seed)
+    reference = random_lines(n, random)
+    moved = reference.copy()
+    moved += noise * random.normal(size=moved.shape)
+    moved[: int(wrong * n)] = random_lines(int(wrong * n), random)
+    return Model(lines=moved).transformed(~POSE), Model(lines=reference)
+
+
+def mixed(n, seed=0):
+    random = np.random.default_rng(seed)
+    places, ways, sizes = (
+        random.uniform(-1, 1, (5, n, 3)),
+        random.normal(size=(3, n, 3)),
+        random.uniform(0.1, 0.4, (2, n, 1)),
+    )
+    return Model(
+        points=places[0], point_pairs=random.uniform(-1, 1, (n, 2, 3)), lines=np.stack([places[1], ways[0]], 1),
+        circles=np.hstack([places[2], ways[1], sizes[0]]), planes=np.hstack([ways[2], random.uniform(-1, 1, (n, 1))]),
+        spheres=np.hstack([places[3], sizes[1]]), unit="m",
+    )  # fmt: skip
+
+
+def tables():
+    return (Model.load(EXAMPLES / name) for name in ("table_query.json", "table.json"))
+
+
+def same(a, b):
+    """Every bit of two results."""
+    assert a.motor.values.tobytes() == b.motor.values.tobytes()
+    assert [repr(s) for s in a.history] == [repr(s) for s in b.history]
+    assert np.asarray(a.matches).tobytes() == np.asarray(b.matches).tobytes()
+    assert np.asarray(a.inliers).tobytes() == np.asarray(b.inliers).tobytes()
+    assert a.covariance.tobytes() == b.covariance.tobytes()
+    assert [m.values.tobytes() for m in a.ambiguous] == [m.values.tobytes() for m in b.ambiguous]
+    assert a.undetermined.values.tobytes() == b.undetermined.values.tobytes()
+    for name in ("cost", "converged", "scale", "doubt", "threshold", "unit", "message"):
+        assert getattr(a, name) == getattr(b, name), name
+    assert a.center.tobytes() == b.center.tobytes()
+
+
+def unrelated():
+    random = np.random.default_rng(5)
+    return tuple(Model(points=random.uniform(-1, 1, (12, 3)), lines=random_lines(3, random)) for _ in range(2))
+
+
+def full_disk(*_, **__):
+    raise OSError(28, "No space left on device")

@@ -17,6 +17,7 @@ from bladesmith.codegen.build import ExtensionSource, load
 from bladesmith.codegen.programs.reform import KINDS
 from bladesmith.codegen.programs.scene import needs
 from bladesmith.reform import engine as reform_engine
+from bladesmith.reform import sides as reform_sides
 from bladesmith.tracer.driver import BoundScene
 from bladesmith.tracer.engine import engine_for
 from bladesmith.tracer.hits import first_hits
@@ -117,7 +118,7 @@ def a_registration(random):
             scene = reform_engine.Scene(*sides, np.repeat(numbers, counts), rows, 2)
             motors = np.concatenate([np.eye(8)[:1], random.normal(size=(4, 8)), random.choice(EXTREME, (9, 8))])
             for weights, limit, least in (((0.75, 0.25, 0.75), 0.1, 0.1), ((0.0, 1e300, 1.0), np.inf, 0.0)):
-                scene.closeness(reform_engine.Closeness(weights, limit, least))
+                scene.closeness(reform_sides.Closeness(weights, limit, least))
                 scene.refine(motors, 3)
                 scene.match(motors[-1])
                 common = np.flatnonzero(np.minimum(counts, others))
@@ -154,7 +155,7 @@ def registered(kinds, counts, random):
         rows[kind] = np.array(getattr(cga3d, kind)(*made)._data)
         rows[kind][1::2] = random.choice(BOUNDED, rows[kind][1::2].shape)
     driver = reform_engine.Driver(kinds, 1)
-    return reform_engine.Side(rows, {kind: driver.elements(kind, x) for kind, x in rows.items()})
+    return reform_sides.Side(rows, {kind: driver.elements(kind, x) for kind, x in rows.items()})
 
 
 def stages(scene, kinds, counts, chosen, motors, random):

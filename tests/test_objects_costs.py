@@ -394,7 +394,7 @@ def test_what_is_refused() -> None:
         with pytest.raises(errors.InputError, match="it is one of positive, thesis"):
             rotor_cost(cga.rotor((0, 0, 1), 1.0), kind=kind)
     for name in ("align", "status"):
-        with pytest.raises(errors.InputError, match=f"{name} is a ndarray; True or False"):
+        with pytest.raises(errors.InputError, match=f"{name} is array.*; it is True or False"):
             cost_matrix(line, line, **{name: np.zeros(2)})
     with pytest.raises(errors.InputError, match="at least one"):
         cost_matrix(line, line, threads=0)

@@ -31,7 +31,7 @@ from bladesmith.codegen.targets.cuda import DRIVER_OPTIONS, compile_source, refo
 from bladesmith.codegen.targets.cuda_run import Device, unavailable
 from bladesmith.reform import backend_cuda, backend_numba, engine
 from bladesmith.reform.backends import Backend, backend_of
-from bladesmith.reform.engine import Closeness, MiddleRule, Side
+from bladesmith.reform.sides import Closeness, MiddleRule, Side
 
 COUNT = 40
 #: Arguments of the launchers after the range of items.

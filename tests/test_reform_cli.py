@@ -6,6 +6,7 @@ import json
 import signal
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ import pytest
 
 from bladesmith import reform
 from bladesmith.cli import main
+
+from .reform_support import fresh, moved, rotation
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "chapter5"
 TABLE, QUERY = str(EXAMPLES / "table.json"), str(EXAMPLES / "table_query.json")
@@ -53,7 +56,7 @@ def test_options_reach_the_registration(monkeypatch, tmp_path, capsys):
     assert not progress
     assert seen == {
         "samples": 9, "sample_size": 3, "iterations": 5, "seed": 4, "threads": 1, "backend": "c", "align": False,
-        "length": 2.0, "start": "global",
+        "length": 2.0, "similarity": False, "start": "global",
     }  # fmt: skip
     assert capsys.readouterr().err == ""
 
@@ -73,6 +76,87 @@ def test_a_result_can_be_gone_on_from(tmp_path, monkeypatch, capsys):
     assert seen[0].values.tobytes() == wanted.values.tobytes()
     assert main.run(["register", QUERY, TABLE, "--start", TABLE]) == 2
     assert f'{TABLE}: is no registration: it has no "format"' in capsys.readouterr().err
+
+
+def rounds(tmp_path, factor):
+    """Files of circles and spheres, and of the same ones in another place and factor times as large; their matrix."""
+    random = np.random.default_rng(6)
+    turn, shift = rotation((1, -2, 0.5), 2.2), np.array([0.4, -1.0, 2.0])
+    small = {"circles": fresh("circles", 12, random), "spheres": fresh("spheres", 8, random)}
+    large = {kind: moved(kind, x, turn, shift / factor) for kind, x in small.items()}
+    for kind, x in large.items():  # centres and radii; normals stay
+        x[:, :3] *= factor
+        x[:, -1] *= factor
+        large[kind] = x[random.permutation(len(x))[2:]]
+    for name, parts in (("small", small), ("large", large)):
+        reform.Model(**parts, name=name).save(tmp_path / f"{name}.json")
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = factor * turn, shift
+    return str(tmp_path / "small.json"), str(tmp_path / "large.json"), matrix
+
+
+@pytest.mark.parametrize("factor", [2.5, 0.3])
+def test_a_similarity_of_rounds_is_told_written_and_drawn(factor, tmp_path, capsys, monkeypatch):
+    query, reference, wanted = rounds(tmp_path, factor)
+    output, place, drawn = tmp_path / "r.json", tmp_path / "r.png", []
+    picture = import_module("bladesmith.reform.picture")
+    real = picture.picture
+    monkeypatch.setattr(picture, "picture", lambda *given, **rest: drawn.append(real(*given, **rest)))
+    options = ["--similarity", "--quiet", "-o", str(output), "--picture", str(place)]
+    assert main.run(["register", query, reference, *options]) == 0
+    out = capsys.readouterr().out
+    assert f"pose:        scale by {factor:g}, turn by 126.051 degrees about " in out
+    assert ", then move by (0.4, -1, 2)" in out
+    data = json.loads(output.read_text())
+    assert data["settings"]["similarity"] is True
+    assert data["scale"] == pytest.approx(factor, rel=1e-12)
+    np.testing.assert_allclose(data["motor"]["matrix"], wanted, atol=1e-9)
+    found, models = reform.load_registration(output), [reform.Model.load(path) for path in (query, reference)]
+    assert found.scale == data["scale"]
+    assert sum(found.inliers) == 16
+    figure = drawn[0]
+    assert f"16 of 20 objects matched, scale {factor:g}, converged" in [t.get_text() for t in figure.texts]
+    before, after = figure.axes
+    circles = models[0].parameters["circle"]
+    for ax, color, matrix, size in ((before, picture.RED, np.eye(4), 1), (after, picture.BLUE, wanted, factor)):
+        centers = circles[:, :3] @ matrix[:3, :3].T + matrix[:3, 3]
+        shown = curves(ax, color)
+        for center, radius in zip(centers, size * circles[:, 6], strict=True):
+            assert min(np.abs(np.linalg.norm(x - center, axis=1) - radius).max() for x in shown) < 1e-9 * size
+
+
+def curves(ax, color):
+    """Positions (n, 3) of the strokes of a colour, whatever their opacity."""
+    from matplotlib.colors import to_rgb
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    found = []
+    for artist in ax.collections:
+        if isinstance(artist, Line3DCollection):
+            rows = np.resize(artist.get_colors(), (len(artist._segments3d), 4))
+            found += [
+                np.asarray(x)
+                for x, c in zip(artist._segments3d, rows, strict=True)
+                if np.allclose(c[:3], to_rgb(color), atol=1e-3)
+            ]
+    return found
+
+
+def test_a_scaled_result_is_gone_on_from_only_with_a_scale(tmp_path, capsys):
+    query, reference, _ = rounds(tmp_path, 2.5)
+    output = str(tmp_path / "r.json")
+    assert main.run(["register", query, reference, "--similarity", "--quiet", "-o", output]) == 0
+    assert main.run(["register", query, reference, "--start", output, "--quiet"]) == 2
+    assert "r.json: is a similarity of scale 2.5, and its motor alone" in capsys.readouterr().err
+    assert main.run(["register", query, reference, "--start", output, "--similarity", "--quiet"]) == 0
+    assert "scale by 2.5, " in capsys.readouterr().out
+
+
+def test_planes_tell_no_scale_and_that_is_said(tmp_path, capsys):
+    path = str(tmp_path / "planes.json")
+    reform.Model(planes=fresh("planes", 9, np.random.default_rng(3))).save(path)
+    assert main.run(["register", path, path, "--similarity"]) == 1
+    assert "nothing that the models have in common tells their scale" in capsys.readouterr().err
 
 
 def test_a_pose_that_is_not_to_be_relied_on_is_a_failure(tmp_path, capsys):

@@ -10,8 +10,8 @@ import pytest
 from bladesmith import Status, objects, reform
 from bladesmith import cga3d as cga
 from bladesmith.codegen.build import compiler
-from bladesmith.errors import InputError, MissingExtraError, ShapeError
-from bladesmith.reform import matching
+from bladesmith.errors import InputError, MissingExtraError, ShapeError, SingularError, UndeterminedError
+from bladesmith.reform import Model, matching
 from bladesmith.reform.estimate import METHODS, estimate_rotor
 from bladesmith.reform.iterate import iterate
 from bladesmith.reform.matching import cost_matrix, match
@@ -247,6 +247,28 @@ def test_too_few_iterations_are_told_and_a_start_is_used():
     assert estimate_rotor(query, reference, start=motor, details=True).iterations < 3
     with pytest.raises(ShapeError, match="the query has 20 lines and the reference 3"):
         estimate_rotor(query, reference.subset([0, 1, 2]))
+
+
+def test_a_motor_that_is_one_of_many_says_so_and_strict_refuses_it():
+    along = Model(lines=[[(0, 0, z), (1, 0, 0)] for z in (0.0, 1.0, 3.0)])
+    pose = cga.translator((0, 0.5, 1)) * cga.rotor((0, 0, 1), 0.2)
+    there = along.transformed(pose)
+    for method in ("direct", "linear"):
+        found = reform.estimate_rotor(along, there, method)
+        assert found.status == Status.NOT_UNIQUE
+        Model(lines=found >> along.lines)  # it serves all the same
+        with pytest.raises(UndeterminedError, match="leave free, .*the translation along") as caught:
+            reform.estimate_rotor(along, there, method, strict=True)
+        assert caught.value.motions.shape == (1,)
+        slide = caught.value.motions.values[0]  # on e12, e13, e1ni, e23, e2ni, e3ni
+        assert np.abs(slide[[0, 1, 3]]).max() < 1e-9 * np.abs(slide).max()
+        assert np.abs(np.cross(slide[[2, 4, 5]], (np.cos(0.2), np.sin(0.2), 0))).max() < 1e-9 * np.abs(slide).max()
+        assert caught.value.result.status == Status.NOT_UNIQUE
+    more = Model(lines=[*along.parameters["line"].reshape(-1, 2, 3), [(0, 0, 0), (0, 1, 1)]])
+    exact = reform.estimate_rotor(more, more.transformed(pose), strict=True)
+    assert exact.status == Status.OK and apart(exact, pose) < 1e-10
+    with pytest.raises(SingularError, match="has not come to rest after 2 iterations: NOT_CONVERGED"):
+        reform.estimate_rotor(more, more.transformed(pose), iterations=2, strict=True)
 
 
 def test_half_turns_that_leave_algorithm_1_no_step():

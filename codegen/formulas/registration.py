@@ -189,8 +189,9 @@ def pair_invariants(x: Multivector, y: Multivector) -> Result:
     """Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are
     the same for x or y turned round.
 
-    The distance between their positions, or of a position from a flat, or that between two lines, signed, times sin;
-    cos of the angle between their directions; for rounds how far along their axes the other one lies.
+    The distance between their positions, or of a position from a flat, or `line_twist` of two lines; cos of the angle
+    between their directions; for two rounds how far along their axes the other one lies; for a round and a line the
+    `line_twist` of its axis and that line.
     """
     nothing = x.constant(0)
     places = [center(a) if not is_flat(a) else None for a in (x, y)]
@@ -205,11 +206,20 @@ def pair_invariants(x: Multivector, y: Multivector) -> Result:
         place, flat = (places[0], y) if places[0] is not None else (places[1], x)
         assert place is not None
         first = _distance(point(place), flat)
+        if cosine is not None and flat.grades == (3,):
+            axis, line = (carriers(a, x.constant(1))[-1] for a in (x, y))
+            second = line_twist(axis, line, cosine)
     elif x.grades == y.grades == (3,):
         assert cosine is not None
-        twist = (attached_part((x * y).grade(4)) * ~space(x)).grade(0)
-        first = select(cosine < 0, x.constant(-1), x.constant(1)) * twist
+        first = line_twist(x, y, cosine)
     return row([first, cosine if cosine is not None else nothing, second, third], "invariants")
+
+
+def line_twist(x: Multivector, y: Multivector, cosine: Multivector) -> Multivector:
+    """Distance between two unit lines times sin of their angle, the same for either turned round: positive where the
+    way from one to the other is a right-handed screw, by the angle that is no more than a right one."""
+    twist = (attached_part((x * y).grade(4)) * ~space(x)).grade(0)
+    return select(cosine < 0, x.constant(-1), x.constant(1)) * twist
 
 
 def _distance(p: Multivector, flat: Multivector) -> Multivector:

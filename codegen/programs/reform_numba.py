@@ -18,8 +18,13 @@ from .kernels import traced
 from .reform import driven, in_order
 
 _TEMPLATE = "numba/reform.py.j2"
+#: What it includes.
+_PARTS = tuple(f"numba/reform_{part}.py.j2" for part in ("solve", "loops", "frames", "stages"))
 #: What the text depends on, from the package's folder.
-_SOURCES = ("programs/reform_numba.py", "formulas/registration.py", "specs/cga3d.toml", f"../templates/{_TEMPLATE}")
+_SOURCES = (
+    "programs/reform_numba.py", "formulas/registration.py", "specs/cga3d.toml",
+    *(f"../templates/{name}" for name in (_TEMPLATE, *_PARTS)),
+)  # fmt: skip
 #: Of float64.
 EPSILON = 2.0**-52
 _DIGITS = 24

@@ -4935,7 +4935,7 @@ BS_INLINE void FN(cga3d_invariants_point_pair_point_pair)(V *RESTRICT invariants
   invariants[3] = t24;
 }
 
-/* cga3d_invariants_point_pair_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 30 mul, 18 add, 8 other. */
+/* cga3d_invariants_point_pair_line: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 43 mul, 26 add, 10 other. */
 BS_INLINE void FN(cga3d_invariants_point_pair_line)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
   const V x_e12 = x_in[0];
@@ -4966,10 +4966,16 @@ BS_INLINE void FN(cga3d_invariants_point_pair_line)(V *RESTRICT invariants, cons
   const V t12 = SQRT(t11);
   const V t13 = SQRT(t0);
   const V t14 = K(1.0) / t13;
-  const V t15 = y_e1noni * (x_e1no * t14) + y_e2noni * (x_e2no * t14) + y_e3noni * (x_e3no * t14);
+  const V t15 = x_e1no * t14;
+  const V t16 = x_e2no * t14;
+  const V t17 = x_e3no * t14;
+  const V t18 = y_e1noni * t15 + y_e2noni * t16 + y_e3noni * t17;
+  const V t19 = y_e3noni * (t6 * t15 - t5 * t16) - y_e2noni * (t8 * t15 - t5 * t17) + y_e23ni * t15 + y_e1noni * (t8 * t16 - t6 * t17) - y_e13ni * t16 + y_e12ni * t17;
+  const M t20 = LT(t18, SPLAT(0.0));
+  const V t21 = SELECT(t20, SPLAT(-1.0), SPLAT(1.0));
   invariants[0] = t12;
-  invariants[1] = t15;
-  invariants[2] = SPLAT(0.0);
+  invariants[1] = t18;
+  invariants[2] = t19 * t21;
   invariants[3] = SPLAT(0.0);
 }
 
@@ -5113,7 +5119,7 @@ BS_INLINE void FN(cga3d_invariants_line_line)(V *RESTRICT invariants, const V *R
   invariants[3] = SPLAT(0.0);
 }
 
-/* cga3d_invariants_line_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 30 mul, 18 add, 8 other. */
+/* cga3d_invariants_line_circle: Four numbers of two objects that no motor changes, zeros where there are fewer; but for the second one they are 43 mul, 26 add, 10 other. */
 BS_INLINE void FN(cga3d_invariants_line_circle)(V *RESTRICT invariants, const V *RESTRICT x_in, const V *RESTRICT y_in)
 {
   const V x_e12ni = x_in[0];
@@ -5144,10 +5150,16 @@ BS_INLINE void FN(cga3d_invariants_line_circle)(V *RESTRICT invariants, const V 
   const V t12 = SQRT(t11);
   const V t13 = SQRT(t0);
   const V t14 = K(1.0) / t13;
-  const V t15 = x_e2noni * (y_e13no * t14) - x_e1noni * (y_e23no * t14) - x_e3noni * (y_e12no * t14);
+  const V t15 = y_e23no * t14;
+  const V t16 = y_e13no * t14;
+  const V t17 = y_e12no * t14;
+  const V t18 = x_e2noni * t16 - x_e1noni * t15 - x_e3noni * t17;
+  const V t19 = x_e1noni * (t6 * t17 + t8 * t16) - x_e12ni * t17 - x_e13ni * t16 - x_e23ni * t15 - x_e2noni * (t5 * t17 - t8 * t15) + x_e3noni * (-t5 * t16 - t6 * t15);
+  const M t20 = LT(t18, SPLAT(0.0));
+  const V t21 = SELECT(t20, SPLAT(-1.0), SPLAT(1.0));
   invariants[0] = t12;
-  invariants[1] = t15;
-  invariants[2] = SPLAT(0.0);
+  invariants[1] = t18;
+  invariants[2] = t19 * t21;
   invariants[3] = SPLAT(0.0);
 }
 

@@ -40,6 +40,9 @@ NOTICE = "preparing: what these kinds of object need is compiled once, and kept"
 @click.option(
     "--length", type=float, default=1.0, show_default=True, help="What a radian counts as, in sizes of the models."
 )
+@click.option(
+    "--similarity", is_flag=True, help="The reference may be larger or smaller than the query: find the scale too."
+)
 @click.option("--progress/--quiet", default=None, help="Show a bar; default: on a terminal.")
 def command(
     query: Path,
@@ -55,6 +58,7 @@ def command(
     start: str,
     oriented: bool,
     length: float,
+    similarity: bool,
     progress: bool | None,
 ) -> int:
     """Find the pose that lays the models of QUERY on those of REFERENCE, and which objects are one.
@@ -70,11 +74,11 @@ def command(
     models = Model.load(query), Model.load(reference)
     settings: dict[str, Any] = {
         "samples": samples, "sample_size": sample_size, "iterations": iterations, "seed": seed, "backend": backend,
-        "length": length, "align": not oriented,
+        "length": length, "align": not oriented, "similarity": similarity,
     }  # fmt: skip
     shown = sys.stderr.isatty() if progress is None else progress
     with _noticed(shown) as tell:
-        result = register(*models, **settings, threads=threads, start=_start(start), progress=tell)
+        result = register(*models, **settings, threads=threads, start=_start(start, similarity), progress=tell)
     record = result, *models, {**settings, "start": start}
     if result.message == INTERRUPTED:
         click.echo(f"interrupted{_keep_partial(output, record)}", err=True)
@@ -111,14 +115,19 @@ def _check_places(output: Path | None, picture: Path | None, *inputs: Path) -> N
         check_suffix(picture)
 
 
-def _start(start: str) -> Any:
+def _start(start: str, similarity: bool) -> Any:
     """What `register` takes: a name, or the motor of a result that was saved."""
+    from ..errors import InputError
     from ..reform import load_registration
     from ..reform.register import STARTS
 
     if start in STARTS or not start or not (Path(start).exists() or start.endswith(".json")):
         return start
-    return load_registration(start).motor
+    found = load_registration(start)
+    if found.scale != 1 and not similarity:
+        what = f"is a similarity of scale {found.scale:.6g}, and its motor alone lays nothing on the reference."
+        raise InputError(what, where=start, remedy="Add --similarity")
+    return found.motor
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..calls import Numbers, Outcome, call, finite, merged, raise_first
 from ..codegen.errors import InputError, ShapeError
 from ..codegen.kinds import Kind
@@ -187,7 +188,7 @@ class Curve:
         """
         found = self._projected(*map(self._multivector, self._local.at(self._inside(t))))
         x = self._outward(found.value, found.status)
-        if strict:
+        if truth(strict, "strict"):
             raise_first(x._status, "a value of the curve")
         return x
 
@@ -198,7 +199,7 @@ class Curve:
         found = call(self.controls.algebra, "blades.project_rate", raw, rate)
         of_value = self._projected(raw, size).status
         x = self._outward(found.value, merged(of_value, found.status))
-        if strict:
+        if truth(strict, "strict"):
             raise_first(x._status, "a derivative of the curve")
         return x
 

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..codegen.errors import InputError
 from ..multivector import Multivector
 from ..objects import inputs
@@ -39,7 +40,7 @@ class Bezier(Curve):
     """
 
     def __init__(self, controls: Any, *, align: bool = False, raw: bool = False) -> None:
-        if align and raw:
+        if truth(align, "align") and truth(raw, "raw"):
             raise InputError("align turns unit objects over; raw controls are none.")
         super().__init__(as_controls(controls, align, raw))
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, InputError, ShapeError
 from ..codegen.kinds import Kind
 from ..multivector import Multivector
@@ -75,6 +76,7 @@ def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Se
     InputError, GradeError, ShapeError
         Naming the control.
     """
+    align, raw = truth(align, "align"), truth(raw, "raw")
     found = _gathered(given, raw)
     if len(found) < 2:
         raise InputError(f"a curve needs at least 2 controls, not {len(found)}.")

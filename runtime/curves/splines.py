@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..codegen.errors import InputError, ShapeError
 from .base import Curve
 from .basis import (
@@ -70,7 +71,7 @@ class KochanekBartels(Curve):
             scalars(value, len(self), name)
             for value, name in ((tension, "tension"), (bias, "bias"), (continuity, "continuity"))
         )
-        self._closed = bool(closed)
+        self._closed = truth(closed, "closed")
 
     @property
     def closed(self) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..calls import Numbers, Outcome, call, merged
 from ..codegen.errors import GradeError, InputError, ShapeError, suggest
 from ..multivector import Multivector
@@ -118,7 +119,7 @@ def interpolate(
     a, b, weight = _operands(X1, X2, alpha)
     frame = local.frame(a, b)
     x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
-    if align:
+    if truth(align, "align"):
         y = turned(y, opposed(x, y))
     if method == "rotor" and a.grades != (1,):
         outcome = _along_rotor(x, y, np.asarray(weight))
@@ -153,7 +154,7 @@ def interpolate_derivative(X1: Any, X2: Any, *, alpha: Any, align: bool = False,
     a, b, weight = _operands(X1, X2, alpha)
     frame = local.frame(a, b)
     x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
-    if align:
+    if truth(align, "align"):
         y = turned(y, opposed(x, y))
     operands = alike(x, y)
     formula = "interpolation.interpolate_rate" if frame is None else "interpolation.interpolate_far_rate"
@@ -201,7 +202,7 @@ def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, str
         return interpolate(_part(x, 0), _part(x, 1), alpha=0.5, align=align, strict=strict)
     frame = local.frame(x, shared=True, axis=place)
     y = x if frame is None else frame.inward(x)
-    if align:
+    if truth(align, "align"):
         y = turned(y, opposed(first_along(y, place), y))
     parts = y._data if share is None else y._data * share[..., None].astype(y.dtype)  # any scale will do
     total, written = (summed(p, place) for p in (parts, np.abs(parts)))

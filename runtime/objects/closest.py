@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .. import arrays
 from ..algebras import Algebra
+from ..arrays import truth
 from ..calls import Numbers, call, finite, raise_first
 from ..checks import tolerance
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
@@ -66,7 +67,7 @@ def closest_point(
         point = finite(call(a.algebra, "screws.closest_point", a, b).value)
     else:
         point = _closest_to_set(first, weights, axis)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(point._status, "closest_point")
     return point
 

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import real
+from ..arrays import real, truth
 from ..codegen.errors import InputError, ShapeError
 from ..multivector import Multivector
 from ..status import Status
 from . import local
 from .costs import KINDS, is_far
-from .inputs import as_objects, chosen, number, truth
+from .inputs import as_objects, chosen, number
 from .lloyd import Clustering, Labels
 
 #: Ways to choose the first centroids.

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..calls import call
 from ..codegen.errors import GradeError, InputError
 from ..codegen.formulas.costs import CARE
 from ..multivector import Multivector
 from ..status import Status
-from .inputs import as_objects, chosen, same_sort, truth
+from .inputs import as_objects, chosen, same_sort
 from .pairwise import pair_values
 
 #: The cost's kind -> ending of the formulas' names.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebras import Algebra
+from ..arrays import truth
 from ..calls import Numbers, call, finite, raise_first
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
 from ..multivector import Multivector
@@ -77,7 +78,7 @@ def enclosing_sphere(spheres: Any, axis: int = 0, strict: bool = False) -> Multi
     data = np.where((status != Status.OK)[:, None], np.nan, sphere._data).astype(dtype)
     found = sphere._make(sphere._type, data, status.shape, status if status.any() else None)
     found = finite(found).reshape(lead)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(found._status, "enclosing_sphere")
     return found
 

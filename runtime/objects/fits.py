@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..calls import Numbers, call, finite, raise_first
 from ..multivector import Multivector
 from ..status import Status
@@ -56,7 +57,7 @@ def fit_line(points: Any, weights: Any = None, rms: bool = False, strict: bool =
         sets, (sigma[:, 0] <= sets.floor, Status.SINGULAR), (_tied(sigma, 0) | _near(sets, sigma, 0), Status.NOT_UNIQUE)
     )
     residual = np.sqrt(sigma[:, 1] ** 2 + sigma[:, 2] ** 2) * sets.unit
-    return _finished(sets, line.value, status, residual if rms else None, strict, "fit_line")
+    return _finished(sets, line.value, status, residual, rms, strict, "fit_line")
 
 
 def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
@@ -86,7 +87,7 @@ def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool 
         (straight | _tied(sigma, 1) | _near(sets, sigma, 1), Status.NOT_UNIQUE),
     )
     plane = call(sets.algebra, "fits.placed_plane", vectors(sets.algebra, local), *_place(sets))
-    return _finished(sets, plane.value, status, sigma[:, 2] * sets.unit if rms else None, strict, "fit_plane")
+    return _finished(sets, plane.value, status, sigma[:, 2] * sets.unit, rms, strict, "fit_plane")
 
 
 def fit_circle(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
@@ -113,7 +114,7 @@ def fit_circle(points: Any, weights: Any = None, rms: bool = False, strict: bool
     s, p = vectors(sets.algebra, unknowns[:, :5]), vectors(sets.algebra, unknowns[:, 5:] * flip)
     circle = call(sets.algebra, "fits.placed_circle", s, p, *_place(sets))
     status = _status(sets, (straight, Status.SINGULAR), (~converged, Status.NOT_CONVERGED))
-    return _finished(sets, circle.value, status, np.sqrt(cost) * sets.unit if rms else None, strict, "fit_circle")
+    return _finished(sets, circle.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_circle")
 
 
 def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
@@ -154,7 +155,7 @@ def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool
         (round_, Status.NOT_UNIQUE),
     )
     sphere = call(algebra, "fits.placed_sphere", vectors(algebra, unknowns), *_place(sets))
-    return _finished(sets, sphere.value, status, np.sqrt(cost) * sets.unit if rms else None, strict, "fit_sphere")
+    return _finished(sets, sphere.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_sphere")
 
 
 # -- pieces ------------------------------------------------------------------------------------------------
@@ -236,15 +237,15 @@ def _status(sets: Sets, *cases: tuple[NDArray[np.bool_], Status]) -> Codes:
     return status
 
 
-def _finished(sets: Sets, x: Multivector, status: Codes, residual: Array | None, strict: bool, name: str) -> Any:
+def _finished(sets: Sets, x: Multivector, status: Codes, residual: Array, rms: bool, strict: bool, name: str) -> Any:
     """The fitted objects in the shape of the batch, with their statuses, and their residuals if asked for."""
     answered = (status == Status.OK) | (status == Status.NOT_UNIQUE)
     data = np.where(answered[:, None], x._data, np.nan).astype(sets.dtype)
     fitted = x._make(sets.algebra.type_of(x.kind, data.dtype), data, status.shape, status if status.any() else None)
     fitted = finite(fitted).reshape(sets.lead)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(fitted._status, name)
-    if residual is None:
+    if not truth(rms, "rms"):
         return fitted
     return fitted, np.where(answered, residual, np.nan).astype(sets.dtype).reshape(sets.lead)[()]
 

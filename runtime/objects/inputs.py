@@ -145,19 +145,6 @@ def number(value: Any, name: str) -> float:
         raise InputError(f"{name} is {value!r}; one real number is needed.") from None
 
 
-def truth(value: Any, name: str) -> bool:
-    """Yes or no.
-
-    Raises
-    ------
-    InputError
-    """
-    try:
-        return bool(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is a {type(value).__name__}; True or False is needed.") from None
-
-
 def _embedded(x: Multivector, kind: Kind) -> Any:
     from ..rows import embedded
 

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import parallel
-from ..arrays import real
+from ..arrays import real, truth
 from ..calls import call, raise_first
 from ..codegen.errors import InputError, ShapeError
 from ..multivector import Multivector
 from .greedy import Greedy
-from .inputs import as_objects, gathered, number, truth
+from .inputs import as_objects, gathered, number
 from .local import Frame
 
 Array = NDArray[Any]
@@ -137,7 +137,7 @@ def merge_similar(
     x = gathered(entries) if entries else as_objects(X)
     if x.algebra.name != ALGEBRA:
         raise InputError(f"the objects belong to {x.algebra.name}; merging is for those of {ALGEBRA}.")
-    if strict:
+    if truth(strict, "strict"):
         raise_first(x._status, "merge_similar")
     flat = x.reshape(x.size).astype(np.float64)
     counted = _weights(weights, x.shape).reshape(x.size)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..calls import Numbers, call, finite, merged, raise_first
 from ..multivector import Multivector
 from ..rows import embedded
@@ -152,7 +153,7 @@ def _finished(r: Multivector, a: Multivector, b: Multivector, name: str, strict:
     """Statuses of the operands first."""
     known = [np.broadcast_to(x._status, r.shape) for x in (a, b) if x._status is not None and x._status.any()]
     result = r._make(r._type, r._data, r.shape, merged(*known, r._status))
-    if strict:
+    if truth(strict, "strict"):
         raise_first(result._status, name)
     return result
 

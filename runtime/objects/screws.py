@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..calls import Numbers, call, finite, raise_first
 from ..checks import converted
 from ..codegen.errors import GradeError, InputError
@@ -119,7 +120,7 @@ def screw_motor(axis: Any, angle: Any, pitch: Any = 0.0, strict: bool = False) -
     line = _lines(axis, "the axis")
     operands = Numbers(angle, 0, "the angle"), Numbers(pitch, 0, "the pitch")
     motor = finite(call(line.algebra, "screws.screw_motor", line, *operands).value)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(motor._status, "screw_motor")
     return motor
 
@@ -152,7 +153,7 @@ def _lines(x: Any, what: str) -> Multivector:
 
 def _screw(values: Sequence[Any], status: Any, shape: tuple[int, ...], name: str, strict: bool) -> Any:
     axis, pitch, magnitude = values
-    if strict:
+    if truth(strict, "strict"):
         raise_first(status, name)
     h = plain(pitch)
     if status is not None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebras import Algebra
+from ..arrays import truth
 from ..calls import raise_first
 from ..codegen.errors import AlgebraMismatchError
 from ..codegen.formulas.outcome import NOISE
@@ -84,7 +85,7 @@ def factorise(x: Multivector, tolerance: float | None = None, strict: bool = Fal
         data[:, mine] = shifted(items.algebra, 1, vectors, np.broadcast_to(shift[mine], vectors.shape[:-1]))
     status = np.broadcast_to(items.status, (g, len(items.status)))
     found = on_grades(items.algebra, (1,), data, status, (g, *x.shape), x.dtype)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(items.status.reshape(x.shape), "factorise")
     return found
 
@@ -172,7 +173,7 @@ def _of_pair(a: Any, b: Any, tolerance: float | None, strict: bool, name: str) -
         start = sum(sizes[: grades.index(g)])
         data[where, start : start + rows.shape[-1]] = rows
     found = _narrowed(on_grades(algebra, grades, data, status, shape, dtype))
-    if strict:
+    if truth(strict, "strict"):
         raise_first(found._status, name)
     return found
 

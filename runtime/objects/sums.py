@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
+from ..arrays import truth
 from ..calls import Outcome, call, finite, merged, raise_first
 from ..codegen.errors import InputError, ShapeError
 from ..codegen.kinds import Kind
@@ -98,12 +99,13 @@ def finished(
     outcome: Outcome, operands: tuple[Multivector, ...], name: str, strict: bool, frame: local.Frame | None = None
 ) -> Multivector:
     """A formula's result, seen from the world's origin: NaN where there is nothing; operands' reasons come first."""
+    refuses = truth(strict, "strict")
     value: Multivector = outcome.value if frame is None else frame.outward(outcome.value)
     if frame is None and outcome.status is not None and not outcome.status.any():
         return value  # the formulas of sums give whatever is not finite a status
     known = [_reasons(x, value.shape) for x in operands]
     result = finite(value._make(value._type, value._data, value.shape, merged(*known, outcome.status)))
-    if strict:
+    if refuses:
         raise_first(result._status, name)
     return result
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..errors import InputError
 from . import backend, checks, pages, palette
 from .outlines import Drawable, Faces, Marks, Strokes
@@ -119,6 +120,7 @@ def draw(
     found = [sorted_out(thing, samples) for thing in things]
     ax = pages.axes() if ax is None else ax
     picture = picture_of(ax)
+    orientation, surface = truth(orientation, "orientation"), truth(surface, "surface")
     colors, labels = _for_each(color, len(things), "color"), _for_each(label, len(things), "label")
     first = picture.things
     for number, (part, own, text) in enumerate(zip(found, colors, labels, strict=True)):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arrays import truth
 from ..errors import GradeError, InputError
 from ..multivector import Multivector
 from ..objects import screws
@@ -116,7 +117,7 @@ def screw(
     """
     found = _decomposed(bivector)
     ax = orbit(bivector, points, turns, ax, palette.INK, 1.5 * size, extent)
-    if parts:
+    if truth(parts, "parts"):
         rotation = _rotation(found)
         orbit(rotation, points, min(turns, 1.0), ax, palette.RED, size)
         orbit(bivector - rotation, points, float(np.pi * turns / found.magnitude), ax, palette.BLUE, size)
@@ -173,7 +174,7 @@ def twist_field(
         side = np.linspace(-reach, reach, count)
         points = np.stack(np.meshgrid(side, side, side, indexing="ij"), -1).reshape(-1, 3)
     start = _positions(_points(twist, points))
-    if orbits:
+    if truth(orbits, "orbits"):
         ways = orbit_paths(-0.5 * twist, start)
         ax = drawing.paths(ways, ax, palette.GREY, 0.5 * size, extent)
         step = max(1, (ways.shape[1] - 1) // ARROWS_ON_ORBIT)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arrays import truth
 from ..errors import InputError
 from . import backend, checks, palette
 from .shapes import CORNERS, Array, Box
@@ -89,7 +90,7 @@ def _dress(ax: Axes3D, view: tuple[float, float], frame: bool) -> None:
     ax.view_init(*checks.pair(view, "view"))
     ax.computed_zorder = False  # surfaces first, then lines, then points, each in the order in which they are drawn
     ax.patch.set_visible(False)  # it would cover what its neighbours draw
-    if not frame:
+    if not truth(frame, "frame"):
         ax.set_axis_off()
         return
     axis: Any

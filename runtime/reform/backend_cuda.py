@@ -19,8 +19,10 @@ from ..codegen.programs.reform import KINDS, in_order, reform_program
 from ..codegen.targets.cuda import DRIVER_OPTIONS, compile_kept, device_arch, reform_source
 from ..codegen.targets.cuda_run import CudaModule, Device, DeviceArrays
 from ..codegen.templating import template_text
-from .engine import ELEMENT, MOTOR, POSITION, RATES, SETTLED, TWIST, Closeness, MiddleRule, Side
+from .engine import STRUCTURES
 from .grids import grid_of
+from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
+from .stages import MOTOR, TWIST, Stages, integers, reals
 
 Array = NDArray[Any]
 Arguments = Callable[[list[ctypes.c_uint64]], list[Any]]
@@ -68,7 +70,7 @@ def structures() -> Any:
     return ffi
 
 
-class Stages:
+class Launchers:
     """A driver on the device: its launchers, and memory for what goes in and out."""
 
     def __init__(self, kinds: tuple[str, ...]) -> None:
@@ -108,67 +110,67 @@ class CudaDriver:
     """As `engine.Driver`."""
 
     def __init__(self, kinds: tuple[str, ...], threads: int | None = None) -> None:
-        self._stages = Stages(in_order(kinds))
+        self._launchers = Launchers(in_order(kinds))
 
     def elements(self, kind: str, rows: Array) -> Array:
         """Positions, directions and radii (n, 7) of unit objects."""
-        given, found, number = [_reals(rows)], np.empty((len(rows), ELEMENT)), _number(kind)
-        self._stages.run("elements", len(rows), lambda places: [number, *places], given, [found])
+        given, found, number = [reals(rows)], np.empty((len(rows), ELEMENT)), _number(kind)
+        self._launchers.run("elements", len(rows), lambda places: [number, *places], given, [found])
         return found
 
     def seen(self, kind: str, rows: Array, origin: Array) -> Array:
         """Objects, (n, k) rows, as they are seen from an origin (3,)."""
-        given, found, number = [_reals(rows), _reals(origin)], np.empty(rows.shape), _number(kind)
-        self._stages.run("seen", len(rows), lambda places: [number, *places], given, [found])
+        given, found, number = [reals(rows), reals(origin)], np.empty(rows.shape), _number(kind)
+        self._launchers.run("seen", len(rows), lambda places: [number, *places], given, [found])
         return found
 
     def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
         """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
         n, job = len(elements), structures().new("bs_middle *")
         job.count, job.rounds, job.place, job.far, job.rounding, job.loose = n, *rule
-        given = {"kinds": _integers(kinds), "elements": _reals(elements)}
+        given = {"kinds": integers(kinds), "elements": reals(elements)}
         found = {"point": np.empty(POSITION), "squares": np.empty(n), "ordered": np.empty(n)}
         arrays = {**given, **found, "near": np.empty(n, np.int32)}
         results = [arrays[name] for name in arrays if name not in given]
-        self._stages.run("middle", 1, lambda places: [_filled(job, arrays, places)], list(given.values()), results)
+        self._launchers.run("middle", 1, lambda places: [_filled(job, arrays, places)], list(given.values()), results)
         return found["point"]
 
     def unseen(self, motors: Array, to: Array, back: Array) -> Array:
         """Motors (n, 8) from a frame about the position ``back`` to one about ``to`` as motors of the world."""
         found = np.empty((len(motors), MOTOR))
-        self._stages.run("unseen", len(motors), list, [_reals(motors), _reals(to), _reals(back)], [found])
+        self._launchers.run("unseen", len(motors), list, [reals(motors), reals(to), reals(back)], [found])
         return found
 
     def unseen_twists(self, twists: Array, origin: Array) -> Array:
         """Twists (n, 6) of a frame about an origin as twists of the world."""
         found = np.empty((len(twists), TWIST))
-        self._stages.run("unseen_twists", len(twists), list, [_reals(twists), _reals(origin)], [found])
+        self._launchers.run("unseen_twists", len(twists), list, [reals(twists), reals(origin)], [found])
         return found
 
     def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
         """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
-        given = [_reals(rows[0]), _integers(places[0]), _reals(rows[1]), _integers(places[1])]
+        given = [reals(rows[0]), integers(places[0]), reals(rows[1]), integers(places[1])]
         first, second = map(_number, kinds)
         found = np.empty((len(given[1]), 4))
-        self._stages.run("invariants", len(found), lambda p: [first, *p[:2], second, *p[2:]], given, [found])
+        self._launchers.run("invariants", len(found), lambda p: [first, *p[:2], second, *p[2:]], given, [found])
         return found
 
     def step(self, motor: Array, twist: Array) -> Array:
         """The motor next to (1 + twist) motor."""
         found = np.empty(MOTOR)
-        self._stages.run("step", 1, list, [_reals(motor), _reals(twist)], [found])
+        self._launchers.run("step", 1, list, [reals(motor), reals(twist)], [found])
         return found
 
 
-class CudaScene:
+class CudaScene(Stages):
     """As `engine.Scene`."""
 
     def __init__(
         self, query: Side, reference: Side, asked_kinds: Array, asked_rows: Array, threads: int | None = None
     ) -> None:
-        self._stages = Stages(in_order(query.rows))
+        self._launchers = Launchers(in_order(query.rows))
         self._state = structures().new("bs_reform *")
-        self._models, self._asked = self._stages.memory(), self._stages.memory()
+        self._models, self._asked = self._launchers.memory(), self._launchers.memory()
         self._copy(query, reference)
         self.ask(asked_kinds, asked_rows)
 
@@ -181,12 +183,12 @@ class CudaScene:
             for kind, rows in side.rows.items():
                 place = KINDS.index(kind)
                 model.counts[place] = len(rows)
-                arrays.append(_reals(rows))
+                arrays.append(reals(rows))
                 fields.append((model.rows, place))
         for kind, elements in reference.elements.items():
             grid, to = grid_of(elements), self._state.grids[KINDS.index(kind)]
             to.corner, to.scale, to.sides = list(grid.corner), grid.scale, grid.sides
-            arrays += [_integers(grid.starts), _integers(grid.order), _reals(grid.elements)]
+            arrays += [integers(grid.starts), integers(grid.order), reals(grid.elements)]
             fields += [(to, "starts"), (to, "order"), (to, "elements")]
         for (owner, field), array, pointer in zip(fields, arrays, self._models.write(arrays), strict=True):
             if isinstance(field, int):
@@ -196,7 +198,7 @@ class CudaScene:
 
     def ask(self, kinds: Array, rows: Array) -> None:
         """Look at other query objects."""
-        given = [_integers(kinds), _integers(rows)]
+        given = [integers(kinds), integers(rows)]
         places = self._asked.write(given)
         self._state.asked = self.asked = len(kinds)
         self._state.asked_kinds, self._state.asked_rows = map(_pointer, given, places)
@@ -206,60 +208,19 @@ class CudaScene:
         self._state.weights = given.weights
         self._state.limit, self._state.least, self._state.align = given.limit, given.least, int(given.align)
 
-    def samples(
-        self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float
-    ) -> tuple[Array, Array, Array, Array]:
-        """Motors (n, 8), scores, hits and tested of samples, all (n, size) arrays; kind -1 leaves a pair out."""
-        n = len(kinds)
-        found = {"motors": np.empty((n, MOTOR)), "scores": np.empty(n)}
-        found |= {name: np.empty(n, np.int32) for name in ("hits", "tested")}
-        given = {"kinds": _integers(kinds), "query": _integers(query), "reference": _integers(reference)}
-        numbers = {"size": kinds.shape[1], "residual": residual}
-        self._run("samples", "bs_samples", n, given | {"signs": _reals(signs)}, found, numbers)
-        return found["motors"], found["scores"], found["hits"], found["tested"]
-
-    def stiffness(self, kinds: Array, query: Array) -> Array:
-        """How stiff sets of query objects, (n, size) arrays, are against the motion that they hinder least."""
-        given, found = {"kinds": _integers(kinds), "query": _integers(query)}, {"stiffness": np.empty(len(kinds))}
-        self._run("stiffness", "bs_sets", len(kinds), given, found, {"size": kinds.shape[1]})
-        return found["stiffness"]
-
-    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> tuple[Array, Array, Array, Array]:
-        """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
-        n = len(motors)
-        found = {"motors": np.array(motors, np.float64, order="C"), "scores": np.empty(n)}
-        found |= {name: np.empty(n, np.int32) for name in ("hits", "taken")}
-        self._run("refine", "bs_refined", n, {}, found, {"rounds": rounds, "settled": settled})
-        return found["motors"], found["scores"], found["hits"], found["taken"]
-
-    def match(self, motor: Array) -> tuple[Array, Array, Array]:
-        """Of each asked object the row of its counterpart or -1, the weighted square, and the sign."""
-        n = self.asked
-        found: dict[str, Array] = {"indices": np.empty(n, np.int32), "distances": np.empty(n), "signs": np.empty(n)}
-        self._run("match", "bs_matching", n, {"motor": _reals(motor)}, found, {})
-        return found["indices"], found["distances"], found["signs"]
-
-    def rates(self, kind: str, motor: Array, query: Array, reference: Array) -> Array:
-        """Of matches, by their rows: cost, gradient (6) and Gauss-Newton matrix (21) by the twist, (n, 28)."""
-        n = len(query)
-        given = {"query": _integers(query), "reference": _integers(reference), "motor": _reals(motor)}
-        found = {"rates": np.empty((n, RATES))}
-        self._run("rates", "bs_rates", n, given, found, {"count": n, "kind": KINDS.index(kind)})
-        return found["rates"]
-
     def _run(
-        self, stage: str, structure: str, n: int, given: Mapping[str, Array], found: Mapping[str, Array],
-        numbers: Mapping[str, float],
+        self, stage: str, n: int, grain: int, numbers: Mapping[str, float], given: Mapping[str, Array],
+        found: Mapping[str, Array],
     ) -> None:  # fmt: skip
-        """A stage of items, its structure filled with numbers and with where its arrays are on the device."""
-        job, arrays = structures().new(f"{structure} *"), {**given, **found}
+        """The structure is filled with numbers and with where its arrays are on the device."""
+        job, arrays = structures().new(f"{STRUCTURES[stage]} *"), {**given, **found}
         for name, number in numbers.items():
             setattr(job, name, number)
 
         def arguments(pointers: list[ctypes.c_uint64]) -> list[Any]:
             return [_by_value(self._state), _filled(job, arrays, pointers)]
 
-        self._stages.run(stage, n, arguments, list(given.values()), list(found.values()))
+        self._launchers.run(stage, n, arguments, list(given.values()), list(found.values()))
 
 
 def _filled(job: Any, arrays: Mapping[str, Array], pointers: list[ctypes.c_uint64]) -> Any:
@@ -282,11 +243,3 @@ def _by_value(structure: Any) -> Any:
 
 def _number(kind: str) -> ctypes.c_int:
     return ctypes.c_int(KINDS.index(kind))
-
-
-def _integers(array: Array) -> Array:
-    return np.ascontiguousarray(array, np.int32)
-
-
-def _reals(array: Array) -> Array:
-    return np.ascontiguousarray(array, np.float64)

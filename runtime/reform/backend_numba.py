@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -13,25 +13,9 @@ from ..codegen.programs.reform import DIRECTED, KINDS
 from ..codegen.programs.reform_numba import reform_numba
 from ..codegen.targets.numba_kept import KeptModule
 from ..codegen.targets.numba_run import numba
-from .engine import (
-    ELEMENT,
-    MATCHES,
-    MOTOR,
-    MOVES,
-    PAIRS,
-    POSITION,
-    RATES,
-    SAMPLES,
-    SETS,
-    SETTLED,
-    TWIST,
-    Closeness,
-    MiddleRule,
-    Side,
-    candidates_at_once,
-    share,
-)
 from .grids import Grid, grid_of
+from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
+from .stages import MOTOR, PAIRS, TWIST, Stages, integers, reals, share
 
 Array = NDArray[Any]
 #: Heads of a scene's arrays, as in templates/numba/reform.py.j2: of each kind among the integers; limits and grids.
@@ -126,7 +110,7 @@ class NumbaDriver:
         return found
 
 
-class NumbaScene:
+class NumbaScene(Stages):
     """As `engine.Scene`."""
 
     def __init__(
@@ -165,55 +149,19 @@ class NumbaScene:
         other = -1.0 if given.align else 1.0
         self._scene[0][:LIMITS] = (place, 2 * turn, size, given.limit, given.least, other)
 
-    def samples(
-        self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float
-    ) -> tuple[Array, Array, Array, Array]:
-        """Motors (n, 8), scores, hits and tested of samples, all (n, size) arrays; kind -1 leaves a pair out."""
-        n, size = kinds.shape
-        motors, scores = np.empty((n, MOTOR)), np.empty(n)
-        hits, tested = np.empty(n, np.int32), np.empty(n, np.int32)
-        given = (*map(_integers, (kinds, query, reference)), _reals(signs))
-        results = (motors.reshape(-1), scores, hits, tested)
-        self._share("samples", n, SAMPLES, size, float(residual), *given, *results)
-        return motors, scores, hits, tested
-
-    def stiffness(self, kinds: Array, query: Array) -> Array:
-        """How stiff sets of query objects, (n, size) arrays, are against the motion that they hinder least."""
-        found = np.empty(len(kinds))
-        self._share("stiffness", len(kinds), SETS, kinds.shape[1], _integers(kinds), _integers(query), found)
-        return found
-
-    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> tuple[Array, Array, Array, Array]:
-        """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
-        n = len(motors)
-        motors, scores = np.array(motors, np.float64, order="C"), np.empty(n)
-        hits, taken = np.empty(n, np.int32), np.empty(n, np.int32)
-        grain = candidates_at_once(rounds, self.asked)
-        self._share("refine", n, grain, rounds, settled, motors.reshape(-1), scores, hits, taken)
-        return motors, scores, hits, taken
-
-    def match(self, motor: Array) -> tuple[Array, Array, Array]:
-        """Of each asked object the row of its counterpart or -1, the weighted square, and the sign."""
-        indices, distances, signs = np.empty(self.asked, np.int32), np.empty(self.asked), np.empty(self.asked)
-        self._share("match", self.asked, MOVES, _reals(motor), indices, distances, signs)
-        return indices, distances, signs
-
-    def rates(self, kind: str, motor: Array, query: Array, reference: Array) -> Array:
-        """Of matches, by their rows: cost, gradient (6) and Gauss-Newton matrix (21) by the twist, (n, 28)."""
-        found = np.empty((len(query), RATES))
-        given = (KINDS.index(kind), _integers(query), _integers(reference), _reals(motor))
-        self._share("rates", len(query), MATCHES, *given, found.reshape(-1))
-        return found
-
-    def _share(self, name: str, n: int, grain: int, *arguments: Any) -> None:
-        run: Callable[..., None] = self._module[name]
+    def _run(
+        self, stage: str, n: int, grain: int, numbers: Mapping[str, float], given: Mapping[str, Array],
+        found: Mapping[str, Array],
+    ) -> None:  # fmt: skip
+        run: Callable[..., None] = self._module[stage]
         scene = (*self._scene, self._asked)
+        arguments = (*numbers.values(), *(x.reshape(-1) for x in (*given.values(), *found.values())))
         share(lambda begin, end: run(begin, end, scene, *arguments), n, self._threads, grain)
 
 
 def _reals(array: Array) -> Array:
-    return np.ascontiguousarray(array, np.float64).reshape(-1)
+    return reals(array).reshape(-1)
 
 
 def _integers(array: Array) -> Array:
-    return np.ascontiguousarray(array, np.int32).reshape(-1)
+    return integers(array).reshape(-1)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..codegen.errors import InputError, MissingExtraError
 from ..objects.inputs import number
 from .model import Model
@@ -122,7 +123,7 @@ def model_from_points(
     and takes the object with the most; a sphere or circle needs 1.2 times as many as a plane or line. Its points are
     removed.
     """
-    xyz = checked(cloud, "point")
+    xyz, whole = checked(cloud, "point"), truth(details, "details")
     wanted = _kinds(kinds)
     limit = number(tolerance, "tolerance")
     if not (limit > 0 and np.isfinite(limit)):
@@ -144,7 +145,7 @@ def model_from_points(
         except KeyboardInterrupt:
             raise CloudInterrupted(result(False)) from None
     found = result(True)
-    return found if details else found.model
+    return found if whole else found.model
 
 
 class _Search:
@@ -275,7 +276,7 @@ def _teller(progress: Progress, total: int, stack: ExitStack) -> Callable[[int],
             progress(used[0], total)
 
         return tell
-    if not progress:
+    if not truth(progress, "progress"):
         return lambda count: None
     from tqdm import tqdm
 

@@ -1,4 +1,4 @@
-"""A registration's samples and refinements in pieces over the workers of an executor: threads, processes, a cluster.
+"""A registration's trials and refinements in pieces over the workers of an executor: threads, processes, a cluster.
 
 Workers find or compile the driver themselves, and keep the models that they were sent: a piece names them by a digest,
 and only to a worker that has not seen them does it go again, with them. Each piece gives what it gives here, bit for
@@ -7,9 +7,10 @@ bit, so that neither the number of workers nor their order changes a result.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import Any
 from uuid import uuid4
@@ -19,14 +20,18 @@ from numpy.typing import NDArray
 
 from .. import parallel
 from ..errors import BladesmithError, InputError
-from .engine import SETTLED, Closeness, Side
-from .worker import Sent, work
+from .sides import Closeness, Side
+from .stages import SETTLED
+from .trials import Chosen, Lot, Tried
+from .worker import TRIED, Sent, work
 
 Array = NDArray[Any]
 #: Samples that are worth a call, some ten milliseconds; and objects to be laid on others, over all motors of a call.
 SAMPLES, OBJECTS = 1 << 11, 1 << 17
 #: Models of at most this many bytes go along with every piece: that is cheaper than to ask whether they are known.
 CARRIED = 1 << 16
+#: Lots of sets for each worker that are sent ahead; workers where the executor does not tell how many it has.
+AHEAD, UNTOLD = 2, 4
 #: Calls of a piece whose worker ended, at most.
 TRIES = 2
 REMEDY = "Give an open concurrent.futures.Executor"
@@ -63,6 +68,7 @@ class SharedScene:
     executor: Executor
     _closeness: Closeness = field(default_factory=lambda: Closeness((0.0, 0.0, 0.0), 0.0))
     _packed: tuple[str, bytes] | None = field(default=None, repr=False)
+    _trials: _Calls | None = field(default=None, repr=False)
 
     @property
     def asked(self) -> int:
@@ -72,18 +78,38 @@ class SharedScene:
     def ask(self, kinds: Array, rows: Array) -> None:
         """Look at other query objects."""
         self.local.ask(kinds, rows)
-        sent = self.sent
-        self.sent = Sent(sent.backend, sent.threads, sent.query, sent.reference, kinds, rows)
-        self._packed = None
+        self.sent, self._packed = replace(self.sent, kinds=kinds, rows=rows), None
 
     def closeness(self, given: Closeness) -> None:
         """From now on."""
         self.local.closeness(given)
         self._closeness = given
+        if self._trials is not None:
+            self._trials.drop()
+            self._trials = None
 
     def samples(self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float) -> Any:
         """As of `engine.Scene`."""
         return self._shared("samples", (kinds, query, reference, signs), (residual,), SAMPLES)
+
+    @property
+    def ahead(self) -> int:
+        """Lots that are sent before it is known whether they are needed."""
+        return AHEAD * workers(self.executor)
+
+    def send(self, chosen: Chosen, place: int, lots: list[Lot], tolerance: float, residual: float) -> None:
+        """Have lots of sets tried that a search has chosen (see `trials.Trials`); others are dropped when closeness
+        changes."""
+        if self.sent.chosen is not chosen:
+            self.sent, self._packed = replace(self.sent, chosen=chosen), None
+        if self._trials is None:
+            self._trials = _Calls(self, TRIED)
+        self._trials.send(_Piece(place, (lots, tolerance, residual)))
+
+    def collected(self, places: Sequence[int]) -> Tried:
+        """What the lots gave that were sent for these places."""
+        assert self._trials is not None
+        return Tried.joined(self._trials.collected(places))
 
     def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> Any:
         """As of `engine.Scene`."""
@@ -125,25 +151,44 @@ class _Calls:
         self._scene, self._stage, self._name = scene, stage, uuid4().hex
         self._digest, self._payload = scene.payload()
         self._pending: dict[Future[Any], _Piece] = {}
+        self._found: dict[int, Any] = {}
 
-    def run(self, pieces: list[_Piece]) -> list[tuple[Array, ...]]:
+    def run(self, pieces: list[_Piece]) -> list[Any]:
         """What each piece gives, in their order."""
-        found: dict[int, tuple[Array, ...]] = {}
+        for piece in pieces:
+            self.send(piece)
+        return self.collected(range(len(pieces)))
+
+    def send(self, piece: _Piece) -> None:
+        """Have a piece done."""
+        piece.carries = len(self._payload) <= CARRIED
         try:
-            for piece in pieces:
-                piece.carries = len(self._payload) <= CARRIED
-                self._send(piece)
-            while self._pending:
+            self._send(piece)
+        except BaseException:
+            self.drop()
+            raise
+
+    def collected(self, places: Sequence[int]) -> list[Any]:
+        """What the pieces of some places give; they are waited for."""
+        missing = {place for place in places if place not in self._found}
+        try:
+            while missing:
                 done, _ = wait(self._pending, timeout=parallel.POLL, return_when=FIRST_COMPLETED)
                 for future in done:
                     piece = self._pending.pop(future)
                     result = self._result(future, piece)
                     if result is not None:
-                        found[piece.place] = result
-        finally:
-            for future in self._pending:
-                future.cancel()
-        return [found[i] for i in range(len(pieces))]
+                        self._found[piece.place] = result
+                        missing.discard(piece.place)
+        except BaseException:
+            self.drop()
+            raise
+        return [self._found.pop(place) for place in places]
+
+    def drop(self) -> None:
+        """What is not needed any more."""
+        for future in self._pending:
+            future.cancel()
 
     def _send(self, piece: _Piece) -> None:
         payload = self._payload if piece.carries else None
@@ -160,10 +205,10 @@ class _Calls:
             raise InputError(f"the executor takes no work: submit gives a {type(future).__name__}.", remedy=REMEDY)
         self._pending[future] = piece
 
-    def _result(self, future: Future[Any], piece: _Piece) -> tuple[Array, ...] | None:
+    def _result(self, future: Future[Any], piece: _Piece) -> Any:
         """What a piece gave; None if it was sent again."""
         try:
-            result: tuple[Array, ...] | None = future.result()
+            result = future.result()
         except BladesmithError:
             raise
         except Exception as error:  # whatever executors raise for workers that die
@@ -207,6 +252,15 @@ def shared(
         raise InputError(f"the executor takes no work: it is {shown}.", remedy=REMEDY)
     count = 1 if threads is None else parallel.thread_count(threads)
     return SharedScene(scene, Sent(backend, count, *sides, *asked), executor)
+
+
+def workers(executor: Any) -> int:
+    """How many calls an executor does at a time, where it tells: pools and the executors of dask do."""
+    client = getattr(executor, "_client", None)
+    with suppress(Exception):
+        count = sum(client.ncores().values()) if client is not None else executor._max_workers
+        return max(1, int(count))
+    return UNTOLD
 
 
 def _ended(error: Exception) -> WorkerError:

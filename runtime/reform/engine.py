@@ -5,35 +5,27 @@ The only module that knows the layout of the driver's structures (templates/c/re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import parallel
 from ..codegen.build import load
 from ..codegen.programs.reform import KINDS, in_order, reform_program
 from ..installed import installed_program
 from .grids import Grid, grid_of
+from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
+from .stages import MOTOR, PAIRS, TWIST, Stages, integers, reals, share
 
 Array = NDArray[Any]
-#: Numbers of an element: position, direction, radius.
-ELEMENT = 7
-#: Coordinates of a position; coefficients of a motor.
-POSITION, MOTOR = 3, 8
-#: A candidate stays where the square of its motor's change is less: rounding.
-SETTLED = 1e-28
-#: Numbers of a match's rates: cost, gradient, upper half of a matrix.
-RATES = 28
-#: Objects moved and matched that are worth another thread: about a millisecond of work, and starting one takes 0.1 ms.
-MOVES = 4096
-#: Pairs, samples, sets and matches that are, in the stages that go by them.
-PAIRS, SAMPLES, SETS, MATCHES = 8192, 256, 1024, 1024
-#: Numbers of a twist.
-TWIST = 6
+INTEGER = np.dtype(np.int32)
+#: Structures of stages by items.
+STRUCTURES = {
+    "samples": "bs_samples", "stiffness": "bs_sets", "refine": "bs_refined", "match": "bs_matching",
+    "rates": "bs_rates",
+}  # fmt: skip
 #: Steps of Algorithm 1 between two looks at an interrupt: some 100 ms.
 MOST_HALF_STEPS = 1 << 17
 
@@ -43,46 +35,6 @@ def driver(kinds: tuple[str, ...]) -> Any:
     """The compiled driver for these kinds: that of all kinds where it was installed; else from the cache, or new."""
     module = installed_program("reform")
     return load(reform_program(in_order(kinds)).extension()) if module is None else module
-
-
-@dataclass(frozen=True)
-class Side:
-    """One model as the driver reads it.
-
-    Attributes
-    ----------
-    rows : mapping of kind to array (n, k)
-        Coefficients of unit objects.
-    elements : mapping of kind to array (n, 7)
-        Positions, directions and radii (formula `registration.element`).
-    """
-
-    rows: Mapping[str, Array]
-    elements: Mapping[str, Array]
-
-
-class MiddleRule(NamedTuple):
-    """What a model's middle is nearest to.
-
-    Attributes
-    ----------
-    rounds : int
-        Of leaving out far objects, at most.
-    place : int
-        As far as the object that stands there, in the order of distances, is usual.
-    far : float
-        Objects more than so many times as far as that do not count.
-    rounding : float
-        Distances below this, relative to the largest coordinate, are rounding.
-    loose : float
-        Directions in which the objects say less than this, relative to the most, do not place the middle.
-    """
-
-    rounds: int
-    place: int
-    far: float
-    rounding: float
-    loose: float
 
 
 class Driver:
@@ -169,43 +121,7 @@ class Driver:
         return found
 
 
-def share(part: parallel.Part, n: int, threads: int | None, grain: int) -> None:
-    """A range over threads, in pieces of at least so many."""
-    count = parallel.thread_count(threads)
-    if n <= grain or count == 1:
-        part(0, n)
-    else:
-        parallel.run(part, n, count, chunk=max(grain, -(-n // (8 * count))))
-
-
-def candidates_at_once(rounds: int, asked: int) -> int:
-    """Candidates whose refinement is worth another thread."""
-    return max(1, MOVES // ((rounds + 1) * max(asked, 1)))
-
-
-@dataclass(frozen=True)
-class Closeness:
-    """When two objects may be one.
-
-    Attributes
-    ----------
-    weights : (float, float, float)
-        Of squared differences of positions, directions and radii.
-    limit : float
-        The sum of them up to which they may be one.
-    least : float
-        A motor is given up early if a smaller share of objects has a counterpart.
-    align : bool
-        x and -x are one object.
-    """
-
-    weights: tuple[float, float, float]
-    limit: float
-    least: float = 0.0
-    align: bool = True
-
-
-class Scene:
+class Scene(Stages):
     """A query and a reference, ready to be laid over each other.
 
     Parameters
@@ -223,13 +139,13 @@ class Scene:
         self._lib, self._ffi = module.lib, module.ffi
         self._threads = threads
         self._state = self._ffi.new("bs_reform *")
-        self._kept: list[Any] = []
+        self._models: list[Any] = []
         for name, side in (("query", query), ("reference", reference)):
             model = getattr(self._state, name)
             for kind in side.rows:
                 place = KINDS.index(kind)
                 model.counts[place] = len(side.rows[kind])
-                model.rows[place] = self._doubles(side.rows[kind])
+                model.rows[place] = self._held(reals(side.rows[kind]))
         for kind, elements in reference.elements.items():
             self._grid(self._state.grids[KINDS.index(kind)], grid_of(elements))
         self.ask(asked_kinds, asked_rows)
@@ -237,61 +153,13 @@ class Scene:
     def ask(self, kinds: Array, rows: Array) -> None:
         """Look at other query objects."""
         self._state.asked = self.asked = len(kinds)
-        self._state.asked_kinds, self._state.asked_rows = self._integers(kinds), self._integers(rows)
+        self._asked = tuple(self._pointer(integers(x)) for x in (kinds, rows))  # those before it are let go
+        self._state.asked_kinds, self._state.asked_rows = self._asked
 
     def closeness(self, given: Closeness) -> None:
         """From now on."""
         self._state.weights = given.weights
         self._state.limit, self._state.least, self._state.align = given.limit, given.least, int(given.align)
-
-    def samples(
-        self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float
-    ) -> tuple[Array, Array, Array, Array]:
-        """Motors (n, 8), scores, hits and tested of samples, all (n, size) arrays; kind -1 leaves a pair out."""
-        n = len(kinds)
-        job = self._ffi.new("bs_samples *")
-        motors, scores = np.empty((n, MOTOR)), np.empty(n)
-        hits, tested = np.empty(n, np.int32), np.empty(n, np.int32)
-        kept = [self._integers(a, False) for a in (kinds, query, reference)]
-        job.size, job.residual = kinds.shape[1], residual
-        job.kinds, job.query, job.reference = kept
-        turned = np.ascontiguousarray(signs, np.float64)
-        job.signs = self._ffi.from_buffer("double[]", turned)
-        job.motors, job.scores = (self._ffi.from_buffer("double[]", a) for a in (motors, scores))
-        job.hits, job.tested = (self._ffi.from_buffer("int32_t[]", a) for a in (hits, tested))
-        self._share(self._lib.bs_reform_samples, job, n, SAMPLES)
-        return motors, scores, hits, tested
-
-    def stiffness(self, kinds: Array, query: Array) -> Array:
-        """How stiff sets of query objects, (n, size) arrays, are against the motion that they hinder least."""
-        job, found = self._ffi.new("bs_sets *"), np.empty(len(kinds))
-        kept = [self._integers(a, False) for a in (kinds, query)]
-        job.size, (job.kinds, job.query) = kinds.shape[1], kept
-        job.stiffness = self._ffi.from_buffer("double[]", found)
-        self._share(self._lib.bs_reform_stiffness, job, len(kinds), SETS)
-        return found
-
-    def refine(self, motors: Array, rounds: int, settled: float = SETTLED) -> tuple[Array, Array, Array, Array]:
-        """Motors, scores, hits and rounds of candidates after iterative matching from the given motors (n, 8)."""
-        n = len(motors)
-        job = self._ffi.new("bs_refined *")
-        motors, scores = np.array(motors, np.float64), np.empty(n)
-        hits, taken = np.empty(n, np.int32), np.empty(n, np.int32)
-        job.rounds, job.settled = rounds, settled
-        job.motors, job.scores = (self._ffi.from_buffer("double[]", a) for a in (motors, scores))
-        job.hits, job.taken = (self._ffi.from_buffer("int32_t[]", a) for a in (hits, taken))
-        self._share(self._lib.bs_reform_refine, job, n, candidates_at_once(rounds, self.asked))
-        return motors, scores, hits, taken
-
-    def match(self, motor: Array) -> tuple[Array, Array, Array]:
-        """Of each asked object the row of its counterpart or -1, the weighted square, and the sign."""
-        job = self._ffi.new("bs_matching *")
-        motor = np.array(motor, np.float64)
-        indices, distances, signs = np.empty(self.asked, np.int32), np.empty(self.asked), np.empty(self.asked)
-        job.motor, job.indices = self._ffi.from_buffer("double[]", motor), self._ffi.from_buffer("int32_t[]", indices)
-        job.distances, job.signs = (self._ffi.from_buffer("double[]", a) for a in (distances, signs))
-        self._share(self._lib.bs_reform_match, job, self.asked, MOVES)
-        return indices, distances, signs
 
     def direct(
         self, motor: Array, pairs: tuple[Array, Array, Array, Array, Array], rounds: int, tolerance: float
@@ -317,35 +185,29 @@ class Scene:
         settled = len(changes) and changes[-1] < tolerance
         return mean if settled else motor, changes, int(job.skipped)
 
-    def rates(self, kind: str, motor: Array, query: Array, reference: Array) -> Array:
-        """Of matches, by their rows: cost, gradient (6) and Gauss-Newton matrix (21) by the twist, (n, 28)."""
-        job, found = self._ffi.new("bs_rates *"), np.empty((len(query), RATES))
-        motor = np.ascontiguousarray(motor, np.float64)
-        kept = [self._integers(a, False) for a in (query, reference)]
-        job.count, job.kind, (job.query, job.reference) = len(query), KINDS.index(kind), kept
-        job.motor, job.rates = (self._ffi.from_buffer("double[]", a) for a in (motor, found))
-        self._share(self._lib.bs_reform_rates, job, len(query), MATCHES)
-        return found
-
     def _grid(self, to: Any, grid: Grid) -> None:
         to.corner, to.scale, to.sides = list(grid.corner), grid.scale, grid.sides
-        to.starts, to.order = self._integers(grid.starts), self._integers(grid.order)
-        to.elements = self._doubles(grid.elements)
+        to.starts, to.order = self._held(integers(grid.starts)), self._held(integers(grid.order))
+        to.elements = self._held(reals(grid.elements))
 
-    def _share(self, run: Callable[..., None], job: Any, n: int, grain: int) -> None:
+    def _run(
+        self, stage: str, n: int, grain: int, numbers: Mapping[str, float], given: Mapping[str, Array],
+        found: Mapping[str, Array],
+    ) -> None:  # fmt: skip
+        pointers = {name: self._pointer(array) for name, array in (*given.items(), *found.items())}
+        job = self._ffi.new(f"{STRUCTURES[stage]} *", {**numbers, **pointers})
+        run = getattr(self._lib, f"bs_reform_{stage}")
+
         def part(begin: int, end: int) -> None:
             run(self._state, job, begin, end)
 
         share(part, n, self._threads, grain)
 
-    def _doubles(self, array: Array) -> Any:
-        return self._held("double[]", np.ascontiguousarray(array, np.float64))
+    def _pointer(self, array: Array) -> Any:
+        """The numbers of an array that is contiguous, and lives as long."""
+        return self._ffi.from_buffer("int32_t[]" if array.dtype == INTEGER else "double[]", array)
 
-    def _integers(self, array: Array, hold: bool = True) -> Any:
-        made = np.ascontiguousarray(array, np.int32)
-        return self._held("int32_t[]", made) if hold else self._ffi.from_buffer("int32_t[]", made)
-
-    def _held(self, type_: str, array: Array) -> Any:
-        buffer = self._ffi.from_buffer(type_, array)
-        self._kept.append(buffer)
-        return buffer
+    def _held(self, array: Array) -> Any:
+        """The same for as long as the scene lives."""
+        self._models.append(self._pointer(array))
+        return self._models[-1]

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import ShapeError
+from ..arrays import truth
+from ..codegen.errors import ShapeError, SingularError, UndeterminedError
 from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
-from ..objects.inputs import chosen, truth
+from ..objects.inputs import chosen
 from ..status import Status
 from .estimators import Estimated, Ground, Pairs, consensus, direct, inward, linear, optimized, summed_rates
 from .frames import outward, scaled
-from .freedom import free_motions, told
+from .freedom import free_motions, in_words, told
 from .given import as_motor, both, count, positive
 from .matching import ROTOR_COSTS
 from .model import Model
@@ -91,7 +92,7 @@ def estimate_rotor(
     query_objects: Any, reference_objects: Any, method: str = "direct", *, cost: str = "positive", align: bool = True,
     robust: bool = False, threshold: float | None = None, start: Multivector | None = None,
     iterations: int | None = None, length: float = 1.0, seed: int = 0, threads: int | None = None,
-    details: bool = False,
+    details: bool = False, strict: bool = False,
 ) -> Any:  # fmt: skip
     """The motor that takes objects to others, each to its own counterpart.
 
@@ -124,11 +125,14 @@ def estimate_rotor(
         Default: all processors of this process. The result does not depend on it.
     details : bool
         Return an `Estimate`.
+    strict : bool
+        Raise where the objects leave motions free, or the iterations end early.
 
     Returns
     -------
     Multivector or Estimate
-        A motor with <R>_0 >= 0.
+        A motor with <R>_0 >= 0. Its ``status`` is `Status.NOT_UNIQUE` where the objects leave motions free: it is one
+        of many then, and ``details`` tell which motions.
 
     Raises
     ------
@@ -136,6 +140,10 @@ def estimate_rotor(
         If there are no objects, an argument makes no sense, or the printed cost is to be made least between rounds.
     ShapeError
         If there are not as many of each kind.
+    UndeterminedError
+        With ``strict``, where the objects leave motions free: it names them, and has them as ``motions``.
+    SingularError
+        With ``strict``, where the iterations ended before the motor came to rest.
     MissingExtraError
         For "optimize" without scipy.
 
@@ -160,6 +168,7 @@ def estimate_rotor(
     >>> abs((found * ~motor - 1).values).max() < 1e-12
     True
     """
+    whole, refuses = truth(details, "details"), truth(strict, "strict")
     query, reference = both(query_objects, reference_objects)
     _check_counts(query, reference)
     ground = Ground(query, reference, positive(length, "length"), threads)
@@ -171,7 +180,21 @@ def estimate_rotor(
     pairs, first = _prepared(ground, truth(align, "align"), how, first, count(seed, "seed", 0))
     motor, keep, last = estimated(ground, pairs, how, first)
     found = _result(ground, pairs, motor, keep, last, how)
-    return found if truth(details, "details") else found.motor
+    if refuses:
+        _refuse(found)
+    return found if whole else found.motor
+
+
+def _refuse(found: Estimate) -> None:
+    """Raise where a motor is one of many, or not at rest."""
+    if found.status == Status.NOT_UNIQUE:
+        raise UndeterminedError(
+            f"the objects leave free, or nearly free, {in_words(found.undetermined)}.",
+            remedy="Give objects that move with them, or leave strict out", motions=found.undetermined, result=found,
+        )  # fmt: skip
+    if found.status != Status.OK:
+        what = f"the motor has not come to rest after {found.iterations} iterations: {found.status.name}."
+        raise SingularError(what, remedy="Allow more iterations, use another method, or leave strict out")
 
 
 def _check_counts(query: Model, reference: Model) -> None:
@@ -244,6 +267,7 @@ def _result(ground: Ground, pairs: Pairs, motor: Array, keep: Array, last: Estim
     status = Status.OK if last.settled else Status.NOT_CONVERGED
     if len(free):
         status = Status.NOT_UNIQUE
+        world = world._make(world._type, world._data, world.shape, np.uint8(status))
     return Estimate(
         motor=world, cost=summed_rates(ground, good, motor, how.cost)[0], iterations=last.iterations,
         history=last.history, status=status, inliers=_per_item(pairs, keep), signs=_per_item(pairs, pairs.signs),

@@ -16,11 +16,12 @@ from ..calls import call
 from ..codegen.errors import InputError, MissingExtraError
 from ..codegen.programs.reform import DIRECTED, KINDS
 from ..multivector import Multivector
-from .engine import Driver, Scene, Side
+from .engine import Driver, Scene
 from .frames import Local, local_pair, scaled
 from .matching import center_of, squares
 from .model import Model
 from .polish import Matches, polish, rates
+from .sides import Side
 from .tables import sign_choices
 
 Array = NDArray[Any]

@@ -17,7 +17,8 @@ from ..algebras import Algebra
 from ..codegen.formulas.subspaces import length_powers
 from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
-from .engine import Closeness, Driver, MiddleRule, Side
+from .engine import Driver
+from .sides import Closeness, MiddleRule, Side
 
 Array = NDArray[Any]
 DOUBLE = np.dtype(np.float64)

@@ -15,6 +15,7 @@ from ..multivector import Multivector
 from ..objects.inputs import as_objects, number
 from .model import Model
 from .parameters import PLURALS
+from .result import Registration
 
 
 def as_model(x: Any, what: str) -> Model:
@@ -81,6 +82,33 @@ def check_common(query: Model, reference: Model) -> None:
     if not set(query.counts) & set(reference.counts):
         names = (", ".join(PLURALS[k] for k in model.counts) for model in (query, reference))
         raise InputError("the models have no kind of object in common: {} and {}.".format(*names))
+
+
+def check_belongs(result: Registration, query: Model | None = None, reference: Model | None = None) -> None:
+    """Whether models may be those that were registered: as many objects of each kind in the query, and in the
+    reference all that matches name.
+
+    Raises
+    ------
+    InputError
+    """
+    for name, value, wanted in (
+        ("result", result, Registration), ("query", query, Model), ("reference", reference, Model),
+    ):  # fmt: skip
+        if not isinstance(value, wanted) and (value is not None or name == "result"):
+            raise InputError(f"the {name} is a {type(value).__name__}; a reform.{wanted.__name__} is needed.")
+    matches = {key: rows for key, rows in result.matches.items() if len(rows)}
+    known = {key: len(rows) for key, rows in matches.items()}
+    needed = {key: int(rows.max()) + 1 for key, rows in matches.items()}
+    for model, name in ((query, "query"), (reference, "reference")):
+        counts = {} if model is None else {PLURALS[kind]: n for kind, n in model.counts.items()}
+        for key in () if model is None else sorted({*known, *counts}, key=list(PLURALS.values()).index):
+            have, wanted_count = counts.get(key, 0), (known if model is query else needed).get(key, 0)
+            if have < wanted_count or (model is query and have != wanted_count):
+                least = "" if model is query else "at least "
+                what = f"the {key.replace('_', ' ')} of the models are not those that were registered"
+                told = f"the {name} has {have}, and the result is of {least}{wanted_count}"
+                raise InputError(f"{what}: {told}.", remedy="Give the models that register() was given")
 
 
 def positive(value: Any, name: str) -> float:

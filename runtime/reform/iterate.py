@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
-from ..objects.inputs import chosen, truth
+from ..objects.inputs import chosen
 from .challenge import challenged
 from .chance import meetings_of
 from .contest import Contest

@@ -13,14 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import objects
+from ..arrays import truth
 from ..codegen.programs.reform import KINDS
 from ..multivector import Multivector
-from ..objects.inputs import chosen, truth
-from .engine import ELEMENT, MOTOR, Closeness, Driver, Scene, Side
+from ..objects.inputs import chosen
+from .engine import Driver, Scene
 from .frames import closeness_within, middle, size_of
 from .given import both, positive
 from .model import Model
 from .result import PerItem
+from .sides import ELEMENT, Closeness, Side
+from .stages import MOTOR
 
 Array = NDArray[Any]
 #: Pairs whose costs are in memory at a time: 8 MiB of them.

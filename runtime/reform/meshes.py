@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..codegen.errors import InputError, MissingExtraError
 from ..interchange.meshes import Mesh, load_mesh
-from ..objects.inputs import number, truth
+from ..objects.inputs import number
 from .model import Model
 from .parameters import Rows
 from .regions import Pieces, Regions, gathered

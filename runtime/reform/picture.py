@@ -18,6 +18,7 @@ from ..files import replacing
 from ..multivector import Multivector
 from ..plot import backend, drawing, pages, palette
 from ..plot.outlines import Faces, Marks, Strokes
+from .given import check_belongs
 from .model import Model
 from .parameters import PLURALS
 from .result import Registration
@@ -63,8 +64,8 @@ def picture(
     path : optional
         Where to save it; the suffix says the format.
     show : "before", "after", or both
-        "before": the reference in black, the query where it stood in red. "after": the query moved in blue, over the
-        reference, whose matched objects are green and the others black.
+        "before": the reference in black, the query where it stood in red. "after": the query moved (of a similarity,
+        scaled too) in blue, over the reference, whose matched objects are green and the others black.
     title : str, optional
         Default: how many were matched, and whether it converged.
     view : (elevation, azimuth)
@@ -88,7 +89,12 @@ def picture(
     shown = _panels(show)
     if path is not None:
         check_suffix(path)
-    _check(result, query, reference)
+    for name, value in (("query", query), ("reference", reference)):
+        if value is None:
+            raise InputError(f"the {name} is None; a reform.Model is needed.")
+    check_belongs(result, query, reference)
+    if not len(query) or not len(reference):
+        raise InputError("an empty model has no picture.")
     stages = plot.panels(1, len(shown), view, PAGES[len(shown)])
     for ax, name in zip(stages, shown, strict=True):
         x, y, across, high = vars(ax)[pages._HOME]
@@ -212,17 +218,24 @@ def _after(ax: Axes3D, result: Registration, query: Model, reference: Model) -> 
             colors = {kind: _masked(color, flags == chosen) for kind, flags in taken.items()}
             _drawn(ax, there, colors, None, width=scale * width)
             _entry(ax, color, f"reference, {name} ({count})")
-    here = Sketch(query.transformed(result.motor))
+    here = Sketch(_scaled(query, result.scale).transformed(result.motor))
     here.over(there, {kind: result.matches[kind] for kind in query.counts})
     inside = int(np.asarray(result.inliers).sum())
+    moved = "moved" if result.scale == 1 else "scaled and moved"
     rest = f", {len(query) - inside} without a match" if inside < len(query) else ""
-    _drawn(ax, here, BLUE, f"query, moved ({len(query)}{rest})", None, NARROWER * width)
+    _drawn(ax, here, BLUE, f"query, {moved} ({len(query)}{rest})", None, NARROWER * width)
 
 
 def _title(result: Registration, query: Model) -> str:
     count = int(np.asarray(result.inliers).sum())
     said = "converged" if result.converged else f"not converged: {result.message}" if result.message else "in doubt"
-    return f"{count} of {len(query)} objects matched, {said}"
+    scale = f"scale {result.scale:.6g}, " if result.scale != 1 else ""
+    return f"{count} of {len(query)} objects matched, {scale}{said}"
+
+
+def _scaled(query: Model, scale: float) -> Model:
+    """What the motor of a similarity moves; of a motion, the query as it is."""
+    return query if scale == 1 else query.in_frame((0.0, 0.0, 0.0), 1 / scale)
 
 
 # -- drawing ---------------------------------------------------------------------------------------------------
@@ -299,23 +312,6 @@ def _panels(show: Any) -> list[str]:
     if not names or len(names) > len(PANELS) or any(name not in PANELS for name in names):
         raise InputError(f"show is {show!r}; it is {PANELS[0]!r}, {PANELS[1]!r} or both.")
     return names
-
-
-def _check(result: Any, query: Any, reference: Any) -> None:
-    for name, value, wanted in (
-        ("result", result, Registration),
-        ("query", query, Model),
-        ("reference", reference, Model),
-    ):
-        if not isinstance(value, wanted):
-            raise InputError(f"the {name} is a {type(value).__name__}; a reform.{wanted.__name__} is needed.")
-    for kind, count in query.counts.items():
-        known = result.matches[kind] if PLURALS[kind] in result.matches.keys() else np.empty(0)  # noqa: SIM118
-        most = int(known.max(initial=-1))
-        if len(known) != count or most >= reference.counts.get(kind, 0):
-            raise InputError(f"the {PLURALS[kind]} of the models are not those that were registered.")
-    if not len(query) or not len(reference):
-        raise InputError("an empty model has no picture.")
 
 
 __all__ = ["check_suffix", "draw_model", "picture", "save"]

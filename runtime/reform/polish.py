@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.programs.reform import KINDS
-from .engine import MOTOR, RATES, TWIST, Driver, Scene, Side
+from .engine import Driver, Scene
 from .fisher import widening
 from .freedom import FREE
+from .sides import Side
+from .stages import MOTOR, RATES, TWIST
 
 Array = NDArray[Any]
 #: Gauss-Newton steps at most; a step that changes the twist by less ends them.

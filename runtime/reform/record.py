@@ -19,6 +19,7 @@ from ..codegen.version import __version__
 from ..errors import InputError
 from ..loading import stock_algebra
 from ..multivector import Multivector
+from .given import check_belongs
 from .model import Model
 from .parameters import PLURALS
 from .result import PerItem, Registration, Step
@@ -48,20 +49,21 @@ def save_registration(
     path
     result : Registration
     query, reference : Model, optional
-        Their names and counts are written.
+        Those that were registered: their names and counts are written.
     **settings
         Of `register`, for readers: numbers, texts, truth values, such as ``seed=3``.
 
     Raises
     ------
     InputError
-        If it cannot be written, or a setting is none of those.
+        If it cannot be written, a setting is none of those, or the models are not those that were registered.
     """
     if not isinstance(result, Registration):
         raise InputError(f"a {type(result).__name__} is no registration.", remedy="Give what register() returned")
     for key, value in settings.items():
         if not isinstance(value, str | bool | int | float | None):
             raise InputError(f"the setting {key} is a {type(value).__name__}; a number, a text or None is needed.")
+    check_belongs(result, query, reference)
     from .documents import write_document
 
     write_document(path, registration_text(result, query, reference, settings), "a registration")
@@ -76,12 +78,13 @@ def registration_text(
     found = {
         "format": FORMAT, "version": VERSION, "made_by": made_by, "settings": dict(settings),
         "query": _named(query), "reference": _named(reference), "converged": bool(result.converged),
-        "message": result.message, "motor": _versor(result.motor), "scale": float(result.scale),
+        "message": result.message, "motor": _versor(result.motor, result.scale), "scale": float(result.scale),
         "cost": _number(result.cost), "doubt": _number(result.doubt), "threshold": _number(result.threshold),
         "center": [float(x) for x in result.center], "unit": float(result.unit),
         "matches": _per_kind(result.matches, int), "inliers": _per_kind(result.inliers, bool),
         "covariance": _twists(result.covariance), "undetermined": None if free is None else _twists(free.values),
-        "ambiguous": [_versor(x) for x in result.ambiguous], "history": [_step(x) for x in result.history],
+        "ambiguous": [_versor(x, result.scale) for x in result.ambiguous],
+        "history": [_step(x) for x in result.history],
     }  # fmt: skip
     lines = [f"  {json.dumps(key)}: {_shown(value)}" for key, value in found.items()]
     return "{\n" + ",\n".join(lines) + "\n}\n"
@@ -107,10 +110,11 @@ def _number(x: float) -> float | None:
     return float(x) if math.isfinite(x) else None
 
 
-def _versor(x: Multivector) -> dict[str, Any]:
+def _versor(x: Multivector, size: float) -> dict[str, Any]:
+    """A motor, and the matrix that lays the query on the reference: scaled by the size first, then moved."""
     scale, rotation, translation = similarity(x)
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = scale * rotation, translation
+    matrix[:3, :3], matrix[:3, 3] = scale * size * rotation, translation
     return {"blades": [str(b) for b in x.blades], "coefficients": x.values.tolist(), "matrix": matrix.tolist()}
 
 

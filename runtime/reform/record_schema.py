@@ -8,7 +8,8 @@ from ..tomlread import Table
 
 
 class VersorTable(Table):
-    """A motor, or the versor of a similarity: coefficients on blades, and what it does to homogeneous coordinates."""
+    """A motor, or the versor of a similarity: coefficients on blades; and the matrix that takes homogeneous coordinates
+    of the query to those of the reference: of a similarity with its scale, which is no part of the motor."""
 
     blades: list[str]
     coefficients: list[float]
@@ -55,7 +56,7 @@ class InliersTable(Table):
 
 
 class RegistrationTable(Table):
-    """A whole file."""
+    """A whole file. A point x goes to motor (scale x), scaled about the world's origin; of a motion the scale is 1."""
 
     format: Literal["bladesmith-registration"]
     version: Literal[1]

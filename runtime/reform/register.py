@@ -7,9 +7,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from ..arrays import truth
 from ..codegen.errors import InputError
 from ..multivector import Multivector
-from ..objects.inputs import chosen, truth
+from ..objects.inputs import chosen
 from .challenge import challenged
 from .finish import finish
 from .given import as_motor, check_common, count, positive

@@ -93,7 +93,7 @@ class Registration:
     Attributes
     ----------
     motor : Multivector
-        Takes the query to the reference; <R>_0 >= 0.
+        Takes the query to the reference, of a similarity the query that was scaled; <R>_0 >= 0.
     matches : PerItem of int
         For each query object the row of its counterpart among the reference's of the same kind, -1 for none. The
         nearest one counts: objects that the query has twice have the same counterpart.
@@ -119,7 +119,7 @@ class Registration:
         Twists, in the reference's world, of motions that the matches leave free, or know no better than a fifth of a
         radian or of the models' size; empty for a determined pose.
     scale : float
-        Of a similarity; else 1.
+        Of a similarity s: a point x goes to motor (s x), scaled about the world's origin. Else 1.
     doubt : float
         log10 of how many motors as good as this one chance alone would give, or, if that is more, of the probability
         of its lead over others, on such a scale that -4 is the limit of both.

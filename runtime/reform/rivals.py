@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .contest import CONTENDERS, COUNTED, RIVAL, ROOM, SAME, SAME_POSE, STEPS, distinct
-from .engine import MOTOR
 from .frames import closeness_within
 from .job import Job
 from .result import Step
 from .search import CHANCE, ROUNDING, Found, Search
+from .stages import MOTOR
 
 Array = NDArray[Any]
 #: Looks, as long as another motor becomes the best.
@@ -88,8 +88,7 @@ def _tried(job: Job, search: Search, numbers: Array, reach: float) -> tuple[Arra
     job.scene.closeness(closeness_within(ROOM * reach, RIVAL, job.align, job.length))
     least, residual = max(RIVAL * len(numbers), search.sets.size + 1), max(4 * reach * reach, ROUNDING)
     motors, scores, tried = [np.empty((0, MOTOR))], [np.empty(0)], 0
-    for kinds, members in search.sets.by_kinds(sets):
-        samples = search.sets.samples_of(kinds, sets[members], min(reach, WIDEST))
+    for samples in search.sets.samples_of(sets, min(reach, WIDEST)):
         made, score, hits, _ = job.scene.samples(*(x[:MOST] for x in samples), residual)
         good = (score > 0) & (hits >= least)
         motors.append(made[good])

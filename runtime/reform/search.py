@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 
 from .chance import doubt, meetings_of
 from .contest import APART, LEVEL, SAME_POSE, Contest, distinct
-from .engine import Closeness, Driver, Scene
+from .engine import Driver, Scene
 from .frames import Local, closeness_within
-from .sets import Samples, Sets
+from .sets import Sets
+from .sides import Closeness
+from .trials import Tried
 
 Array = NDArray[Any]
 #: Differences of invariants that are tried in turn, in units of the models' size: exact models, then noisy ones.
@@ -158,13 +160,11 @@ class Search:
         met = looked = 0
         here.chance = float(self._meetings.within(REACH * tolerance))
         residual = max(4 * (tolerance * REACH) ** 2, ROUNDING)
-        for sets, (kinds, query, rows, signs) in self._blocks(tolerance):
-            motors, scores, hits, tested = self.scene.samples(kinds, query, rows, signs, residual)
-            wrong = scores < 0
-            met, looked = met + int(hits[wrong].sum()), looked + int(tested[wrong].sum())
-            here.candidates += len(scores)
+        for sets, tried in self._blocks(tolerance, residual):
+            met, looked = met + tried.met, looked + tried.looked
+            here.candidates += tried.count
             here.sets += sets
-            self._keep(here, motors, scores, hits)
+            self._keep(here, tried)
             here.chance = max(here.chance, met / looked if looked else 0.0)
             here.doubt = self._doubt(here)
             self.tell(here)
@@ -177,10 +177,9 @@ class Search:
             here.compare()
         return here if here.doubt < found.doubt or not len(found.scores) else _counted(found, here)
 
-    def _keep(self, here: Found, motors: Array, scores: Array, hits: Array) -> None:
-        good = np.flatnonzero(scores > 0)
-        scores = np.concatenate([here.scores, scores[good]])
-        motors, hits = np.concatenate([here.motors, motors[good]]), np.concatenate([here.hits, hits[good]])
+    def _keep(self, here: Found, tried: Tried) -> None:
+        scores = np.concatenate([here.scores, tried.scores])
+        motors, hits = np.concatenate([here.motors, tried.motors]), np.concatenate([here.hits, tried.hits])
         best = np.argsort(-scores, kind="stable")
         if len(best) > 2 * KEPT:  # one pose many times would leave no room for what it is held against
             best = best[: MOST_COMPARED * KEPT]
@@ -197,26 +196,22 @@ class Search:
         """Whether the best is no chance, and a better one would have been met among so many sets."""
         if here.doubt > math.log10(CHANCE):
             return False
-        right = (here.hits[0] / self.scene.asked * self.sets.tables.share) ** self.sets.size
+        right = (here.hits[0] / self.scene.asked * self.sets.share) ** self.sets.size
         right *= 1.0 if here.tolerance <= TOLERANCES[0] else WITHIN
         return bool(sets * math.log(max(1 - right, 1e-300)) <= math.log(MISSED))
 
-    def _blocks(self, tolerance: float) -> Iterator[tuple[int, Samples]]:
-        """Samples for the driver, and how many sets they come from: few at first, for they may do."""
-        chosen, expected = self.sets.in_order(tolerance)
+    def _blocks(self, tolerance: float, residual: float) -> Iterator[tuple[int, Tried]]:
+        """What some sets gave, and how many they were: few at first, for they may do."""
+        expected = self.sets.in_order(tolerance)
         done = total = 0
         share = 1.0  # of what is expected: a table is sorted by one invariant, and four must agree
-        while done < len(chosen) and total < MOST_CANDIDATES:
+        while done < len(expected) and total < MOST_CANDIDATES:
             few = min(min(max(total, FIRST_BLOCK), BLOCK) / share, MOST_LOOKED_AT)
             within = np.searchsorted(np.cumsum(expected[done:]), few)
             end = done + min(max(int(within), 1), max(done, FIRST_SETS))
-            parts = [
-                self.sets.samples_of(kinds, chosen[done:end][m], tolerance)
-                for kinds, m in self.sets.by_kinds(chosen[done:end])
-            ]
-            kinds, query, rows, signs = (np.concatenate(p) for p in zip(*parts, strict=True))
-            total += len(kinds)
-            yield min(end, len(chosen)) - done, (kinds, query, rows, signs)
+            end, tried = self.sets.tried(done, end, tolerance, residual)
+            total += tried.count
+            yield end - done, tried
             done = end
             share = min(1.0, (total + 1) / max(1, expected[:done].sum()))
 

@@ -1,11 +1,9 @@
-"""Sets of two or three query objects, and all the sets of reference objects that may be their images, by what no
-motion changes. Each such pair of sets is a sample: it makes a motor.
-"""
+"""Sets of two or three query objects that place a motor, in the order in which they vote; see `trials` for how."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,13 +11,13 @@ from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
 from ..codegen.programs.reform import KINDS
+from .distributed import SharedScene
 from .engine import Driver, Scene
 from .frames import Local
-from .tables import Candidates, Tables, sign_choices
+from .tables import kept_rows
+from .trials import CODE_BITS, CODED, Chosen, Lot, Samples, Trials, Tried, code
 
 Array = NDArray[Any]
-#: Kinds, query rows, reference rows and signs, (n, size) each.
-Samples = tuple[Array, Array, Array, Array]
 #: A set of objects places a motor if its least pivot is no smaller (formula `registration.motor_form`). Where there is
 #: none, those count that come near to the stiffest, down to a limit.
 STIFF, NEARLY, LEAST_STIFF = 0.05, 0.25, 1e-6
@@ -30,10 +28,9 @@ SIZES = (2, 3)
 DRAWN, MOST_DRAWN, LARGER = 4, 1 << 17, 4
 #: Share of the sets that are used however many images are possible.
 COMMON = 0.5
-#: Bits of a row or of a set's number where several are made one integer; so many of them at most.
-CODE_BITS, CODED = 21, 3
-#: Candidates of one set of query objects: of a set with more, some are left out.
-MOST_OF_SET = 8192
+#: Pairs of a table that a lot looks at, some milliseconds; lots that are tried here before others are shared over an
+#: executor: its workers make tables of their own first, which takes as long.
+LOT, ALONE = 1 << 16, 16
 
 
 class Sets:
@@ -57,8 +54,8 @@ class Sets:
     members : array (n, size)
         Numbers of the objects of each set, over all kinds that both models have.
     size : int
-    tables : Tables
-        Pairs of reference objects.
+    share : float
+        Of the reference objects, that which is in tables.
     able : int
         How many of the sets have images at the tolerance of the last order.
 
@@ -72,9 +69,12 @@ class Sets:
         self, scene: Scene, driver: Driver, query: Local, reference: Local, samples: int, sample_size: int | None,
         random: np.random.Generator, align: bool,
     ) -> None:  # fmt: skip
-        self._scene, self._driver, self._query, self._align = scene, driver, query, align
-        self._samples, self._random = samples, random
-        self.tables = Tables(driver, reference.side.rows, random)
+        self._scene, self._samples, self._random = scene, samples, random
+        kept, self.share = kept_rows(reference.side.rows, random)
+        self._chosen = Chosen(kept, align)
+        self._trials = Trials(scene, driver, query.side.rows, reference.side.rows, self._chosen)
+        self._done = self._sent = 0
+        self._order = self._edges = np.empty(0, np.int64)
         self._kinds = [k for k in KINDS if k in query.objects and k in reference.objects]
         self._of = np.repeat([KINDS.index(k) for k in self._kinds], [query.objects[k].shape[0] for k in self._kinds])
         self._row = np.concatenate([np.arange(query.objects[k].shape[0]) for k in self._kinds])
@@ -125,20 +125,24 @@ class Sets:
         n = len(self._row)
         if n < size:
             return np.empty((0, size), np.int64), np.empty(0)
-        wanted = DRAWN * self._samples * (1 if size == 2 else LARGER) / self.tables.share**2
+        wanted = DRAWN * self._samples * (1 if size == 2 else LARGER) / self.share**2
         drawn = self._different(self._random.integers(0, n, (int(min(wanted, MOST_DRAWN)), size)))
         return drawn, self._scene.stiffness(self._of[drawn], self._row[drawn])
 
-    def in_order(self, tolerance: float) -> tuple[Array, Array]:
-        """The sets to use, those of which the fewest images are possible first; about how many samples each makes."""
+    def in_order(self, tolerance: float) -> Array:
+        """About how many samples each of the sets makes that are to be used, in that order: first those of which the
+        fewest images are possible."""
         count = np.zeros(len(self.members), np.int64)
-        for kinds, members in self.by_kinds(self.members):
-            invariants = self._invariants(kinds[:2], self.members[members, :2])
-            count[members] = self.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
+        for kinds, members in self._by_kinds(self.members):
+            invariants = self._trials.invariants(kinds[:2], self._row[self.members[members, :2]])
+            count[members] = self._trials.tables[kinds[0], kinds[1]].counts(invariants, tolerance)
         able = np.flatnonzero(count)
         self.able = len(able)
-        order = self._some(able[np.argsort(count[able], kind="stable")])
-        return self.members[order], count[order]
+        self._order = self._some(able[np.argsort(count[able], kind="stable")])
+        expected = count[self._order]
+        self._edges = _edges(expected)
+        self._sent = 0
+        return expected
 
     def _some(self, order: Array) -> Array:
         """As many as are used: the first ones, and others of all that come later.
@@ -153,9 +157,9 @@ class Sets:
         return np.concatenate([order[:first], order[later]])
 
     def _most(self) -> int:
-        return int(self._samples * (1 if self.size == 2 else LARGER) / self.tables.share**2)
+        return int(self._samples * (1 if self.size == 2 else LARGER) / self.share**2)
 
-    def by_kinds(self, sets: Array) -> Iterator[tuple[tuple[str, ...], Array]]:
+    def _by_kinds(self, sets: Array) -> Iterator[tuple[tuple[str, ...], Array]]:
         """Sets of the same kinds together."""
         if len(self._kinds) == 1:
             yield (self._kinds[0],) * sets.shape[1], np.arange(len(sets))
@@ -165,76 +169,58 @@ class Sets:
             members = np.flatnonzero(code == value)
             yield tuple(KINDS[k] for k in self._of[sets[members[0]]]), members
 
-    def _invariants(self, kinds: tuple[str, ...], pairs: Array) -> Array:
-        rows, (first, second) = self._query.side.rows, pairs.T
-        return self._driver.invariants(
-            (kinds[0], kinds[1]), (rows[kinds[0]], rows[kinds[1]]), (self._row[first], self._row[second])
-        )
+    def tried(self, begin: int, end: int, tolerance: float, residual: float) -> tuple[int, Tried]:
+        """What the sets of that order from ``begin`` on give, and where they end: at ``end`` or a lot's edge before it.
 
-    def samples_of(self, kinds: tuple[str, ...], sets: Array, tolerance: float) -> Samples:
-        """All samples that sets of query objects of these kinds make."""
-        source, images, turned = self._images(kinds, sets, tolerance)
-        choices = sign_choices(kinds) if self._align else np.ones((1, len(kinds)))
-        image, choice = np.arange(len(images)).repeat(len(choices)), np.tile(np.arange(len(choices)), len(images))
-        signs = choices[choice]
-        possible = turned[image] * signs[:, 0] * signs[:, 1] >= 0
-        image, signs = image[possible], signs[possible]
-        members = sets[source[image]]
-        return self._of[members], self._row[members], images[image], signs
+        See `Trials.tried`. Lots do not depend on who tries them.
+        """
+        within = self._edges[(self._edges > begin) & (self._edges <= end)]
+        bounds = [begin, *within.tolist()] if len(within) else [begin, min(end, len(self._order))]
+        self._done += len(bounds) - 1
+        if isinstance(self._scene, SharedScene) and self._done > ALONE and len(bounds) > 2:
+            tried = self._shared(self._scene, bounds, tolerance, residual)
+        else:
+            lots = [lot for part in pairwise(bounds) for lot in self._part(*part)]
+            tried = self._trials.tried(lots, tolerance, residual)
+        return bounds[-1], tried
 
-    def _images(self, kinds: tuple[str, ...], sets: Array, tolerance: float) -> tuple[Array, Array, Array]:
-        """Which set, rows (c, k) of reference objects that may be its image, how the second goes with the first."""
-        found = {}
-        for a, b in combinations(range(len(kinds)), 2):
-            pair = (kinds[a], kinds[b])
-            found[a, b] = self.tables[pair].find(self._invariants(pair, sets[:, [a, b]]), tolerance)
-        first = self._thinned(found[0, 1])
-        source, images, turned = first.source, np.stack([first.first, first.second], 1), first.turned
-        for later in range(2, len(kinds)):
-            images, kept = _joined(source, images, [found[a, later] for a in range(later)])
-            source, turned = source[kept], turned[kept]
-        return source, images, turned
+    def _shared(self, scene: SharedScene, bounds: list[int], tolerance: float, residual: float) -> Tried:
+        """The same by workers, who are sent some of the lots that come next, too: they do not wait for an answer."""
+        later = self._edges[self._edges > bounds[-1]][: scene.ahead].tolist()
+        for part in pairwise([*bounds, *later]):
+            if part[0] >= self._sent:
+                scene.send(self._chosen, part[0], list(self._part(*part)), tolerance, residual)
+                self._sent = part[1]
+        return scene.collected(bounds[:-1])
 
-    def _thinned(self, found: Candidates) -> Candidates:
-        """At most `MOST_OF_SET` or so of each set."""
-        count = np.bincount(found.source)
-        if not (count > MOST_OF_SET).any():
-            return found
-        keep = self._random.random(len(found)) * count[found.source] < MOST_OF_SET
-        return Candidates(*(x[keep] for x in (found.source, found.first, found.second, found.turned)))
+    def _part(self, begin: int, end: int) -> Iterator[Lot]:
+        """Some sets of the order."""
+        return self._lots(begin, self.members[self._order[begin:end]])
+
+    def samples_of(self, sets: Array, tolerance: float) -> Iterator[Samples]:
+        """All samples that some sets (n, size) of query objects make, those of the same kinds together."""
+        for lot in self._lots(0, sets):
+            yield self._trials.samples(lot, tolerance)
+
+    def _lots(self, number: int, sets: Array) -> Iterator[Lot]:
+        """Sets, those of the same kinds together."""
+        for kinds, members in self._by_kinds(sets):
+            yield Lot(number, kinds, self._row[sets[members]])
 
 
-def _joined(source: Array, images: Array, pairs: list[Candidates]) -> tuple[Array, Array]:
-    """Images (c, k) with one object more: it makes a possible pair with each of them. And which they came from."""
-    keys = _code(pairs[0].source, pairs[0].first)
-    order = np.argsort(keys, kind="stable")
-    asked = _code(source, images[:, 0])
-    low, high = (np.searchsorted(keys[order], asked, side=side) for side in ("left", "right"))
-    count = high - low
-    kept = np.repeat(np.arange(len(images)), count)
-    place = order[np.arange(len(kept)) + np.repeat(low - np.cumsum(count) + count, count)]
-    added = pairs[0].second[place]
-    good = np.ones(len(kept), bool)
-    for k, other in enumerate(pairs[1:], 1):
-        known = np.unique(_code(other.source, other.first, other.second))
-        good &= np.isin(_code(source[kept], images[kept, k], added), known)
-    kept, added = kept[good], added[good]
-    return np.column_stack([images[kept], added]), kept
+def _edges(expected: Array) -> Array:
+    """Where the lots of sets end that are expected to make so many samples."""
+    total = np.cumsum(expected)
+    if not len(total) or total[-1] < LOT:
+        return np.array([len(total)])
+    return np.append(np.flatnonzero(np.diff(total // LOT)) + 1, len(total))
 
 
 def _once(sets: Array) -> Array:
     """Each set once, in order."""
-    codes = np.sort(_code(*sets.T))
+    codes = np.sort(code(*sets.T))
     new = np.ones(len(codes), bool)
     new[1:] = codes[1:] != codes[:-1]
     shifts = CODE_BITS * np.arange(sets.shape[1] - 1, -1, -1)
     found: Array = codes[new][:, None] >> shifts & (1 << CODE_BITS) - 1
     return found
-
-
-def _code(*numbers: Array) -> Array:
-    """One integer for each tuple of small ones."""
-    total = np.zeros(len(numbers[0]), np.int64)
-    for x in numbers:
-        total = (total << CODE_BITS) | x
-    return total

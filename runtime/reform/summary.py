@@ -41,7 +41,7 @@ def summary(result: Registration, query: Model, reference: Model) -> str:
 
 
 def _lines(result: Registration, query: Model, unit: str) -> Iterator[tuple[str, str]]:
-    yield "pose", pose_text(result.motor, unit)
+    yield "pose", pose_text(result.motor, unit, result.scale)
     yield "matches", _matches(result, query)
     yield "cost", f"{result.cost:.4g}, matched within {result.threshold:.3g}{unit}"
     yield "converged", "yes" if result.converged else f"no: {result.message or 'the pose may be chance'}"
@@ -57,14 +57,15 @@ def _lines(result: Registration, query: Model, unit: str) -> Iterator[tuple[str,
         count = f"{len(others)} other pose{'s serve' if len(others) > 1 else ' serves'} as well"
         yield "ambiguous", f"{count} (the models are symmetric, or nearly):"
         for motor in others[:SHOWN]:
-            yield "", f"{'':{COLUMN}}{pose_text(motor, unit)}"
+            yield "", f"{'':{COLUMN}}{pose_text(motor, unit, result.scale)}"
         if len(others) > SHOWN:
             yield "", f"{'':{COLUMN}}and {len(others) - SHOWN} more"
 
 
-def pose_text(motor: Multivector, unit: str = "") -> str:
-    """A motor, or a similarity, in words: turn about the origin, then translation."""
-    scale, _, translation = similarity(motor)
+def pose_text(motor: Multivector, unit: str = "", size: float = 1.0) -> str:
+    """A motor after a scaling, or the rotor of a similarity, in words: scale and turn about the origin, then shift."""
+    own, _, translation = similarity(motor)
+    scale = own * size
     axis, angle = axis_angle(motor)
     turn = "no turn"
     if angle > NO_TURN:

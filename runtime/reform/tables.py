@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -22,8 +22,10 @@ Array = NDArray[Any]
 MOST_PAIRS = 500_000
 #: Up to so many objects the pairs of their numbers are remembered.
 REMEMBERED = 64
-#: The cosine of the angle between two directions is the second invariant; it has a sign, the others have none.
+#: The cosine of the angle between two directions is the second invariant; it has a sign.
 COSINE = 1
+#: Kinds whose invariants have a twist (formula `registration.line_twist`), which has a sign.
+TWISTED = frozenset((("line", "line"), ("point_pair", "line"), ("line", "circle")))
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,13 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Table:
-    """Pairs of reference objects of two kinds, sorted by their ``keys``, the sizes of the invariant ``column``."""
+    """Pairs of reference objects of two kinds, sorted by the invariant ``column``; ``keys`` are its sizes, and
+    ``numbers`` (4, n) all invariants."""
 
     kinds: tuple[str, str]
     first: Array
     second: Array
-    invariants: Array
+    numbers: Array
     column: int
     keys: Array
 
@@ -79,22 +82,34 @@ class Table:
         count = high - low
         source = np.repeat(np.arange(len(invariants)), count)
         place = np.arange(len(source)) + np.repeat(low - np.cumsum(count) + count, count)
-        found, asked = self.invariants[place], invariants[source]
-        both = np.abs(asked[:, COSINE]) <= tolerance
-        ahead, behind = np.abs(found - asked) <= tolerance, np.abs(found + asked) <= tolerance
-        ahead[:, COSINE] |= behind[:, COSINE]
-        if self._signed:  # at right angles the sign of a cosine, and with it that of a distance, is not known
-            ahead |= behind & both[:, None]
-        near = ahead.all(1)
-        source, place, both = source[near], place[near], both[near]
-        turned = np.sign(found[near, COSINE]) * np.sign(asked[near, COSINE])
-        turned[both] = 0
+        unsure = np.abs(invariants[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of
+        for i in self._compared(invariants):  # a twist, is not known
+            a, b = self.numbers[i][place], invariants[source, i]
+            near = np.abs(a - b) <= tolerance
+            if i == COSINE:
+                near |= np.abs(a + b) <= tolerance
+            elif self._signed:
+                near |= (np.abs(a + b) <= tolerance) & unsure[source]
+            source, place = source[near], place[near]
+        turned = np.sign(self.numbers[COSINE][place]) * np.sign(invariants[source, COSINE])
+        turned[unsure[source]] = 0
         return Candidates(source, self.first[place], self.second[place], turned)
+
+    def _compared(self, invariants: Array) -> list[int]:
+        """Numbers that pairs of these kinds have, that which they are sorted by last: it tells no more apart."""
+        found = np.flatnonzero(self._present | invariants.any(0)).tolist()
+        return [*(i for i in found if i != self.column), self.column]
+
+    @cached_property
+    def _present(self) -> Array:
+        """Which of its numbers are not zero for all pairs."""
+        return np.array([own.any() for own in self.numbers])
 
     @property
     def _signed(self) -> bool:
-        """Whether the distance has a sign, that of the cosine times that of the twist: between lines."""
-        return self.kinds == ("line", "line")
+        """Whether there is a number with a sign, that of the cosine times that of a twist: between lines, or axes of
+        rounds and lines."""
+        return self.kinds in TWISTED
 
     def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
         asked = _keys(invariants, self.column)
@@ -114,19 +129,22 @@ class Tables:
     driver : Driver
     rows : mapping of kind to array (n, k)
         Reference objects.
-    random : numpy Generator
-        Chooses the objects that stay, where there are too many pairs.
+    kept : mapping of kind to array (n,)
+        Rows of those that take part (see `kept_rows`).
     """
 
-    def __init__(self, driver: Driver, rows: Mapping[str, Array], random: np.random.Generator) -> None:
-        total = sum(map(len, rows.values()))
-        share = min(1.0, (2 * MOST_PAIRS) ** 0.5 / max(total, 1))
-        kept = {k: _some(len(x), share, random) for k, x in rows.items()}
-        self.share = share
+    def __init__(self, driver: Driver, rows: Mapping[str, Array], kept: Mapping[str, Array]) -> None:
         self._tables = {pair: _table(driver, pair, rows, kept) for pair in combinations_with_replacement(rows, 2)}
 
     def __getitem__(self, kinds: tuple[str, str]) -> Table:
         return self._tables[kinds]
+
+
+def kept_rows(rows: Mapping[str, Array], random: np.random.Generator) -> tuple[dict[str, Array], float]:
+    """Rows of the objects of a reference that are in its tables, by kind; and which share of them that is."""
+    total = sum(map(len, rows.values()))
+    share = min(1.0, (2 * MOST_PAIRS) ** 0.5 / max(total, 1))
+    return {k: _some(len(x), share, random) for k, x in rows.items()}, share
 
 
 def _some(n: int, share: float, random: np.random.Generator) -> Array:
@@ -145,7 +163,8 @@ def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], ke
     column = _most_different(invariants) if len(first) else 0
     keys = _keys(invariants, column)
     order = keys.argsort(kind="stable")
-    return Table(kinds, first[order], second[order], invariants[order], column, keys[order])
+    numbers = invariants.take(order, 0).T
+    return Table(kinds, first[order], second[order], numbers, column, keys[order])
 
 
 def _most_different(invariants: Array) -> int:

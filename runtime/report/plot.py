@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import sqrt
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -10,11 +11,13 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
-from .runner import Measurement
+from .runner import Measurement, time_unit
 from .study import Study
 
 #: Errors below this are drawn on this line: a logarithmic axis has no zero.
 SMALLEST_DRAWN = 1e-18
+#: Half the width of a 95 % interval of normal numbers; inches of a row of a picture of shares.
+NORMAL, ROW_HEIGHT = 1.959964, 0.42
 #: Inches that a column of a legend takes.
 LEGEND_WIDTH = 2.4
 #: Where in a panel's height methods stand that lost every answer.
@@ -31,25 +34,26 @@ MARK = 4
 
 
 def draw(study: Study, rows: Sequence[Measurement]) -> Figure:
-    """One panel per case, largest error against nanoseconds per item, a line per method."""
+    """One panel per case, largest error against time per item, a line per method."""
     cases = list(dict.fromkeys(r.case for r in rows))
     methods = list(dict.fromkeys(r.method for r in rows))
     columns = min(len(cases), 3)
     lines = -(-len(cases) // columns)
+    name, unit = time_unit([r.nanoseconds for r in rows])
     figure = Figure(figsize=(4.6 * columns, 3.6 * lines + 0.8), dpi=DOTS_PER_INCH, layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False, sharey=True)
     heights = [_height(r) for r in rows if not _all_lost(r)] or [1.0]
     above = DECADES * (2 if any(_all_lost(r) for r in rows) else 1)  # crosses and their labels stand there
     for panel, case in zip(axes.flat, cases, strict=False):
         own = [r for r in rows if r.case == case]
-        times = [r.nanoseconds for r in own]
-        panel.set(xscale="log", yscale="log", title=case, xlabel="ns per item")
+        times = [r.nanoseconds / unit for r in own]
+        panel.set(xscale="log", yscale="log", title=case, xlabel=f"{name} per item")
         panel.set_xlim(min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
         panel.set_ylim(min(heights) / 10**DECADES, max(heights) * 10**above)
         _ticks(panel.xaxis, max(times) / min(times))
         panel.grid(True, which="major", alpha=0.3)
         for number, method in enumerate(methods):
-            _curve(panel, [r for r in own if r.method == method], f"C{number}")
+            _curve(panel, [r for r in own if r.method == method], f"C{number}", unit)
     for panel in list(axes.flat)[len(cases) :]:
         panel.set_visible(False)
     for row in axes:
@@ -57,8 +61,44 @@ def draw(study: Study, rows: Sequence[Measurement]) -> Figure:
     _legend(figure, methods, rows)
     figure.draw_without_rendering()  # the layout is known only then, and labels go where there is room
     for panel, case in zip(axes.flat, cases, strict=False):
-        _label(panel, [r for r in rows if r.case == case])
+        _label(panel, [r for r in rows if r.case == case], unit)
     return figure
+
+
+def draw_shares(study: Study, rows: Sequence[Measurement]) -> Figure:
+    """A row per case and method: the share of items that are not lost, with the 95 % interval of a share of so many
+    (Wilson's), against the share that is promised."""
+    assert study.promised is not None
+    promised = 100 * study.promised
+    figure = Figure(figsize=(9.2, ROW_HEIGHT * len(rows) + 1.5), dpi=DOTS_PER_INCH, layout="constrained")
+    panel = figure.subplots()
+    methods = list(dict.fromkeys(r.method for r in rows))
+    for place, row in enumerate(rows):
+        share, low, high = (100 * x for x in _interval(row.count - row.lost, row.count))
+        color = f"C{methods.index(row.method)}" if low <= promised <= high else "C3"
+        panel.plot([low, high], [place, place], "-", color=color, lw=2)
+        panel.plot([share], [place], "o", color=color)
+        note = f"{share:.1f} % ({row.count - row.lost} of {row.count})"
+        panel.annotate(note, (1.01, place), xycoords=panel.get_yaxis_transform(), fontsize=LABEL_SIZE + 1, va="center")
+    panel.axvline(promised, color="black", lw=1, ls="--")
+    several = len(methods) > 1
+    names = [f"{r.case}\n{r.method}" if several else r.case for r in rows]
+    panel.set_yticks(range(len(rows)), names, fontsize=LABEL_SIZE + 2)
+    panel.set_ylim(len(rows) - 0.4, -0.6)
+    panel.set_xlabel(f"share not lost, in percent; dashed: the {promised:g} % that are promised")
+    panel.set_title(", ".join(methods))
+    panel.grid(True, axis="x", alpha=0.3)
+    inside = Line2D([], [], marker="o", color="C0", label="95 % interval holds what is promised")
+    outside = Line2D([], [], marker="o", color="C3", label="it does not")
+    figure.legend(handles=[inside, outside], loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def _interval(hits: int, count: int) -> tuple[float, float, float]:
+    """The share of hits, and the 95 % interval of what it may come from (Wilson's)."""
+    share, z = hits / count, NORMAL * NORMAL / count
+    middle, half = (share + z / 2) / (1 + z), sqrt(share * (1 - share) * z + z * z / 4) / (1 + z)
+    return share, max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
@@ -121,15 +161,15 @@ def _all_lost(row: Measurement) -> bool:
     return row.lost > 0 and not row.max_error > 0
 
 
-def _curve(panel: Any, rows: Sequence[Measurement], color: str) -> None:
+def _curve(panel: Any, rows: Sequence[Measurement], color: str, unit: float) -> None:
     """Points of one method; hollow where answers were lost, crosses at the top edge where all were."""
     drawn = [r for r in rows if not _all_lost(r)]
-    panel.plot([r.nanoseconds for r in drawn], [_height(r) for r in drawn], "-", color=color, alpha=0.5)
+    panel.plot([r.nanoseconds / unit for r in drawn], [_height(r) for r in drawn], "-", color=color, alpha=0.5)
     for r in drawn:
-        panel.plot([r.nanoseconds], [_height(r)], "o", color=color, fillstyle="none" if r.lost else "full")
+        panel.plot([r.nanoseconds / unit], [_height(r)], "o", color=color, fillstyle="none" if r.lost else "full")
     for r in rows:
         if _all_lost(r):
-            panel.plot([r.nanoseconds], [TOP], "x", color=color, transform=panel.get_xaxis_transform())
+            panel.plot([r.nanoseconds / unit], [TOP], "x", color=color, transform=panel.get_xaxis_transform())
 
 
 def _legend(figure: Figure, methods: Sequence[str], rows: Sequence[Measurement]) -> None:
@@ -144,11 +184,12 @@ def _legend(figure: Figure, methods: Sequence[str], rows: Sequence[Measurement])
     figure.legend(handles=handles, loc="outside upper center", ncols=columns, frameon=False)
 
 
-def _label(panel: Any, rows: Sequence[Measurement]) -> None:
+def _label(panel: Any, rows: Sequence[Measurement], unit: float) -> None:
     """Settings and losses beside the points, each in the first place that is free and inside its panel."""
     across = panel.get_xaxis_transform()
     anchors = [
-        ((r.nanoseconds, TOP), across) if _all_lost(r) else ((r.nanoseconds, _height(r)), panel.transData) for r in rows
+        ((r.nanoseconds / unit, TOP), across) if _all_lost(r) else ((r.nanoseconds / unit, _height(r)), panel.transData)
+        for r in rows
     ]
     pixels = [system.transform(point) for point, system in anchors]
     taken = [Bbox.from_extents(x - MARK, y - MARK, x + MARK, y + MARK) for x, y in pixels]

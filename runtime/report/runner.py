@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,8 @@ REPEATS, QUICK_REPEATS, LEAST_SECONDS = 5, 3, 0.02
 KEPT_BYTES = 16 * 2**20
 #: Cases of a sweep have this many times fewer items: there are many of them.
 SWEPT = 4
+#: Units of time, in nanoseconds, the smallest first.
+UNITS = (("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e9))
 Progress = Callable[[int, int, str], None]
 
 
@@ -132,3 +134,15 @@ def _time(call: Callable[[], Any], repeats: int) -> float:
             call()
         best = min(best, (time.perf_counter() - start) / rounds)
     return best
+
+
+def time_unit(nanoseconds: Sequence[float]) -> tuple[str, float]:
+    """Name and size (in nanoseconds) of the unit in which the middle one of some times is 1 or more."""
+    middle = sorted(nanoseconds)[len(nanoseconds) // 2]
+    return max((unit for unit in UNITS if unit[1] <= middle), key=lambda unit: unit[1], default=UNITS[0])
+
+
+def time_text(nanoseconds: float) -> str:
+    """A time in words, in the unit that suits it."""
+    name, unit = time_unit([nanoseconds])
+    return f"{nanoseconds / unit:.3g} {name}"

@@ -103,6 +103,8 @@ class Study:
         How many times a method computes each item in one call: times are per computation.
     shares : bool
         Sweeps are drawn with the share of items that are not lost, above their errors.
+    promised : float, optional
+        The share of items that a method says will not be lost: the picture holds what is found against that.
     source : str
         Where the method comes from.
     """
@@ -118,5 +120,6 @@ class Study:
     answer: Callable[[Any, Any, int], str] | None = None
     copies: int = 1
     shares: bool = False
+    promised: float | None = None
     source: str = ""
     notes: str = ""

@@ -15,7 +15,7 @@ from typing import Any
 from ..codegen.templating import render
 from ..errors import MissingExtraError
 from ..files import write_atomically
-from .runner import SEED, Measurement
+from .runner import SEED, Measurement, time_text
 from .study import Study
 
 _PACKAGES = ("bladesmith", "numpy", "cffi", "sympy", "jinja2", "numba", "mpmath", "clifford")
@@ -52,7 +52,8 @@ def _processor() -> str:
 
 
 def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
-    """Work-precision plot: one panel per case, largest error against nanoseconds per item, a line per method.
+    """Work-precision plot: one panel per case, largest error against time per item, a line per method. Of a study that
+    promises a share: that which was found of each case.
 
     Raises
     ------
@@ -60,11 +61,12 @@ def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
         If matplotlib is not installed.
     """
     try:
-        from .plot import draw, draw_sweeps
+        from .plot import draw, draw_shares, draw_sweeps
     except ImportError:
         raise MissingExtraError("plot") from None
     path.parent.mkdir(parents=True, exist_ok=True)
-    draw(study, [r for r in rows if not r.sweep]).savefig(path)
+    picture = draw if study.promised is None else draw_shares
+    picture(study, [r for r in rows if not r.sweep]).savefig(path)
     if any(r.sweep for r in rows):
         draw_sweeps(study, rows).savefig(path.with_name(f"{path.stem}-sweeps.png"))
 
@@ -82,6 +84,6 @@ def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder:
     write_atomically(folder / "report.json", json.dumps(raw, indent=1) + "\n")
     for study, rows in results:
         plot(study, rows, folder / f"{study.name}.png")
-    page = render("report/index.html.j2", machine=about, results=results)
+    page = render("report/index.html.j2", machine=about, results=results, time=time_text)
     write_atomically(folder / "index.html", page)
     return folder / "index.html"

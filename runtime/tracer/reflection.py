@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..calls import Numbers, call, invalidated, raise_first
 from ..errors import SceneError, ShapeError
 from ..euclidean import plain
@@ -130,7 +131,7 @@ def _made(
         operands.append(Numbers(TOLERANCE[kept], 0, "least"))
     made: Multivector = cga.made(f"rays.{formula}", *operands)
     made = invalidated(made, off).astype(kept)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(made._status, formula)
     return made
 

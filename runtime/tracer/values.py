@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import truth
 from ..codegen.formulas import conformal
 from ..codegen.multivector import Multivector, from_values
 from ..codegen.programs import cga3d
@@ -93,9 +94,7 @@ def number(value: Any, name: str) -> float:
 
 def flag(value: Any, name: str) -> bool:
     """True or False, and nothing that merely counts as one of them."""
-    if not isinstance(value, bool | np.bool_):
-        raise SceneError(f"{name} is {shown(value)}; it is True or False.")
-    return bool(value)
+    return truth(value, name, SceneError)
 
 
 def text(value: Any, name: str) -> str:

@@ -56,6 +56,7 @@ STUDY = Study(
     error=error,
     unit="of the 95 % ellipsoid's radius",
     count=200,
+    promised=0.95,
     source="thesis chapter 5",
     notes="Lost are trials whose true pose is outside the 95 % ellipsoid of the pose that was found: one of twenty is "
     "right, fewer or more is not. Poses that are not right at all are lost too.",

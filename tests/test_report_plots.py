@@ -1,0 +1,69 @@
+"""Pictures of studies: units of time, and shares against what is promised."""
+
+from __future__ import annotations
+
+import pytest
+
+from bladesmith.report import plot
+from bladesmith.report.runner import Measurement, time_text, time_unit
+from bladesmith.report.study import Case, Study
+from bladesmith.report.write import plot as write_plot
+
+
+def study(**options):
+    return Study("s", "S", (), (Case("c", lambda rng, n: None),), lambda x: x, lambda a, b, c: a, "units", **options)
+
+
+def row(time=1.0, error=1e-3, lost=0, case="c", method="m", count=200):
+    return Measurement(method, "n", "", case, "ordinary", count, error, "", lost, "", time, "")
+
+
+@pytest.mark.parametrize(
+    ("times", "name", "size"),
+    [
+        ([3.0], "ns", 1.0), ([0.02], "ns", 1.0), ([0.2, 999.0, 5.0], "ns", 1.0), ([1e3], "us", 1e3),
+        ([2.5e6, 3e6, 4.0], "ms", 1e6), ([1e6, 2e6, 9e9], "ms", 1e6), ([4e9], "s", 1e9), ([1e13], "s", 1e9),
+    ],
+)  # fmt: skip
+def test_the_middle_time_chooses_the_unit(times, name, size):
+    assert time_unit(times) == (name, size)
+
+
+def test_times_are_told_with_their_unit():
+    told = [time_text(t) for t in (12.34, 1234.0, 4.5678e6, 7.8e9)]
+    assert told == ["12.3 ns", "1.23 us", "4.57 ms", "7.8 s"]
+
+
+@pytest.mark.parametrize(("scale", "name"), [(1.0, "ns"), (1e3, "us"), (1e6, "ms"), (1e9, "s")])
+def test_all_panels_of_a_picture_have_one_unit(scale, name):
+    rows = [row(2 * scale), row(30 * scale, case="d"), row(5 * scale, error=float("nan"), lost=200, case="d")]
+    panels = plot.draw(study(), rows).axes
+    assert [panel.get_xlabel() for panel in panels] == [f"{name} per item"] * 2
+    drawn = [[x for line in panel.lines for x in line.get_xdata()] for panel in panels]
+    assert drawn[0] == pytest.approx([2, 2]) and sorted(drawn[1]) == pytest.approx([5, 30, 30])
+    for panel, xs in zip(panels, drawn, strict=True):
+        low, high = panel.get_xlim()
+        assert low < min(xs) and max(xs) < high
+
+
+@pytest.mark.parametrize(("hits", "count"), [(190, 200), (200, 200), (0, 10), (1, 3), (9_500, 10_000)])
+def test_intervals_of_shares(hits, count):
+    stats = pytest.importorskip("scipy.stats")
+    wanted = stats.binomtest(hits, count).proportion_ci(0.95, "wilson")
+    assert plot._interval(hits, count) == pytest.approx((hits / count, wanted.low, wanted.high), abs=1e-6)
+
+
+def test_a_picture_of_shares_tells_which_cases_keep_the_promise(tmp_path):
+    rows = [row(lost=10, case="right"), row(lost=1, case="too wide"), row(lost=40, case="too narrow")]
+    figure = plot.draw_shares(study(promised=0.95), rows)
+    (panel,) = figure.axes
+    assert [t.get_text() for t in panel.get_yticklabels()] == ["right", "too wide", "too narrow"]
+    points = [line for line in panel.lines if line.get_marker() == "o"]
+    assert [float(line.get_xdata()[0]) for line in points] == pytest.approx([95, 99.5, 80])
+    assert [line.get_color() for line in points] == ["C0", "C3", "C3"]
+    spans = [line.get_xdata() for line in panel.lines if line.get_marker() != "o" and line.get_linestyle() == "-"]
+    assert [low <= 95 <= high for low, high in spans] == [True, False, False]
+    assert [t.get_text() for t in panel.texts] == ["95.0 % (190 of 200)", "99.5 % (199 of 200)", "80.0 % (160 of 200)"]
+    write_plot(study(promised=0.95), rows, tmp_path / "p.png")  # is the picture of a study that promises
+    figure.savefig(tmp_path / "q.png")
+    assert (tmp_path / "p.png").read_bytes() == (tmp_path / "q.png").read_bytes()
