@@ -72,7 +72,8 @@ def test_pins_hold_over_a_million_steps(name):
     )
     place = max(1.0, np.abs(found.position).max())  # coefficients grow with the way
     assert found.violation.max() <= 1e-12 * place
-    assert drift(found.energy) <= (1e-6 if integrator == "midpoint" else 1e-9)
+    parts = np.abs(found.energy[0]) + 2.0 * 9.81 * np.ptp(found.position[:, 2])  # along a line the body falls far
+    assert np.abs(found.energy - found.energy[0]).max() <= (1e-6 if integrator == "midpoint" else 1e-9) * parts
 
 
 # -- sizes and places ------------------------------------------------------------------------------------------
