@@ -177,7 +177,7 @@ def test_a_mesh_gives_its_mass_and_centre(tmp_path):
     assert np.allclose(setup.sketch.shapes["body"].vertices, corners.vertices / 2)
     with pytest.raises(InputError, match=r"line \d+: body.center is that of the mesh; leave it out"):
         read(tmp_path, f"[body]\ndensity = 8.0\n{shape}\ncenter = [0, 0, 0]{RUN}")
-    with pytest.raises(InputError, match=r"line 3: body.shape.path is refused: .*none.obj.* cannot be read"):
+    with pytest.raises(InputError, match=r"line 3: body.shape.path is refused: .*none.obj: there is no such file"):
         read(tmp_path, f"[body]\ndensity = 8.0\n{shape.replace('box', 'none')}{RUN}")
 
 
@@ -541,7 +541,7 @@ def test_files_that_are_no_trajectories_are_refused(swing, tmp_path):
 
     cases = {
         "energy is an array": lambda: with_arrays(energy=np.zeros(3)),
-        "'motor is not a file": lambda: with_arrays(motor=None),
+        "it has no motor": lambda: with_arrays(motor=None),
         "its format is 'trajectory', version 9": lambda: with_arrays(header={"version": 9}),
         "its header is damaged": lambda: with_arrays(header={"algebra": "os.system"}),
         "on other blades": lambda: with_arrays(header={"blades": {"motor": ["1"], "twist": []}}),
@@ -554,7 +554,7 @@ def test_files_that_are_no_trajectories_are_refused(swing, tmp_path):
         make()
         with pytest.raises(InputError) as error:
             dynamics.load_trajectory(path)
-        assert says.strip("'") in str(error.value) and str(path) in str(error.value)
+        assert says in str(error.value) and str(path) in str(error.value)
     with pytest.raises(InputError, match="cannot be read: No such file"):
         dynamics.load_trajectory(tmp_path / "none.npz")
     assert zipfile.is_zipfile(path)

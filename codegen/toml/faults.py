@@ -34,8 +34,10 @@ def explained(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tupl
         The whole file's contents.
     """
     path = _path_in(data, detail["loc"])
-    context = detail.get("ctx", {})
-    key, value, kind = dotted(path), detail["input"], detail["type"]
+    context, kind = detail.get("ctx", {}), detail["type"]
+    if kind in _FROM_SCHEMA and path and not _holds(_value_at(data, path[:-1]), path[-1]):
+        path = path[:-1]  # a member's name, of a union, behind the table that breaks a rule of its own
+    key, value = dotted(path), detail["input"]
     if kind == "missing":
         return path, _missing(path, data)
     if kind == "extra_forbidden":

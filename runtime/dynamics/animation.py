@@ -101,19 +101,19 @@ def animate(
         return
     numbers = frame_numbers(record, pace, given.positive(rate, "rate"))
     write: Any = _write_gif if place.suffix.lower() == ".gif" else _write_mp4
-    pictures = _told(frames(record, numbers, _even(size), angles), len(numbers), progress)
+    shots = _told(frames(record, numbers, _even(size), angles), len(numbers), progress)
     try:
         with replacing(place) as temporary:
             named = temporary.with_name(temporary.name + place.suffix)  # writers go by the suffix
             try:
-                write(named, pictures, rate, _even(size), [color for _, color, _ in pictures.paths(record)])
+                write(named, shots, rate, _even(size), [color for _, color, _ in pictures.paths(record)])
                 named.replace(temporary)
             finally:
                 named.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}.", where=str(place)) from None
     finally:
-        pictures.close()
+        shots.close()
 
 
 def checked_name(path: Any) -> Path:
@@ -175,8 +175,8 @@ def _even(size: Any) -> tuple[int, int]:
     return width - width % 2, height - height % 2
 
 
-def _told(pictures: Iterator[Array], count: int, progress: Callable[[int, int], None] | None) -> Any:
-    for i, each in enumerate(pictures, 1):
+def _told(shots: Iterator[Array], count: int, progress: Callable[[int, int], None] | None) -> Any:
+    for i, each in enumerate(shots, 1):
         yield each
         if progress is not None:
             progress(i, count)
@@ -264,14 +264,14 @@ class _Stage:
 
 
 def _write_gif(
-    path: Path, pictures: Iterator[Array], rate: float, size: tuple[int, int], colors: list[str]
+    path: Path, shots: Iterator[Array], rate: float, size: tuple[int, int], colors: list[str]
 ) -> None:  # fmt: skip
     image = _library("PIL.Image", "plot")
     ticks = max(2, round(GIF_TICK / rate))  # players slow down what is faster
-    start = next(pictures)
+    start = next(shots)
     colored = image.fromarray(np.concatenate([start, _swatches(colors, size[0])])).quantize(GIF_COLORS)
     first = image.fromarray(start).quantize(palette=colored, dither=image.Dither.NONE)
-    rest = (image.fromarray(x).quantize(palette=colored, dither=image.Dither.NONE) for x in pictures)
+    rest = (image.fromarray(x).quantize(palette=colored, dither=image.Dither.NONE) for x in shots)
     first.save(path, save_all=True, append_images=rest, duration=ticks * 1000 // GIF_TICK, loop=0, optimize=False)
 
 
@@ -284,7 +284,7 @@ def _swatches(colors: list[str], width: int) -> Array:
 
 
 def _write_mp4(
-    path: Path, pictures: Iterator[Array], rate: float, size: tuple[int, int], colors: list[str]
+    path: Path, shots: Iterator[Array], rate: float, size: tuple[int, int], colors: list[str]
 ) -> None:  # fmt: skip
     library = _library("imageio_ffmpeg", "video")
     writer = library.write_frames(
@@ -292,7 +292,7 @@ def _write_mp4(
     )
     writer.send(None)
     try:
-        for picture in pictures:
+        for picture in shots:
             writer.send(np.ascontiguousarray(picture))
     finally:
         writer.close()

@@ -243,6 +243,8 @@ def _restored(stored: dict[str, Array]) -> Record:
 
 
 def _numbers(stored: dict[str, Array], key: str, shape: tuple[int, ...]) -> Array:
+    if key not in stored:
+        raise ValueError(f"it has no {key}")
     values = stored[key]
     if values.dtype != np.float64 or values.shape != shape:
         raise ValueError(f"{key} is an array of {values.dtype} of shape {values.shape}, where {shape} is needed")

@@ -26,8 +26,8 @@ MAPS = ("exponential", "bortz", "cayley", "outer")
 STABILIZATIONS = ("auto", "null-space", "projection", "baumgarte", "none")
 #: Step of methods that do not choose their own, in seconds; error of those that do, by step.
 STEP, RTOL = 1e-3, 1e-12
-#: Bodies, springs and constraints of which Taylor series are kept on the stack: some 30 kB each, and four times that for
-#: constraints between two bodies.
+#: Bodies, springs and constraints of which Taylor series are kept on the stack: some 30 kB each; constraints between
+#: two bodies count four times.
 MOST_SERIES = 64
 _NOTHING = np.zeros(1)
 
