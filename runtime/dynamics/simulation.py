@@ -176,7 +176,7 @@ class Simulation:
                 remedy="Use 'auto', 'projection' or 'baumgarte'",
             )
         integrator = methods.differentiable(self.integrator) if sensitivities else self.integrator
-        name = methods.chosen(integrator, made)
+        name = methods.chosen(integrator, made, step)
         tolerance = methods.RTOL if rtol is None else float(positive(rtol, "rtol"))
         least = 0.0 if atol is None else float(positive(atol, "atol", zero=True))
         if name == "taylor" and self.stabilization == "baumgarte":
