@@ -7,7 +7,7 @@ Its batch function computes items [begin, end) of (n, k) arrays; with step 0 all
 bladesmith loads this text once per precision, with K the type of its constants, and compiles it with numba.
 """
 
-# ruff: noqa: E501
+# ruff: noqa: E501, I001
 import numpy as np
 
 from bladesmith.templates.numba.elementary import atan2, cos, sin, stumpff1, stumpff2, stumpff3, stumpff4, stumpff5

@@ -95,7 +95,8 @@ class RigidBody:
         shape = np.broadcast_shapes(turn.shape[:-2], place.shape[:-1])
         matrix = np.zeros((*shape, 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = turn, place, 1
-        return self.algebra.motor_from_matrix(matrix, strict=True)
+        motor: Multivector = self.algebra.motor_from_matrix(matrix, strict=True)
+        return motor
 
     @property
     def position(self) -> Array:
@@ -121,7 +122,8 @@ class RigidBody:
     @property
     def frame(self) -> Multivector:
         """Motor of the frame along the principal axes at the centre of mass."""
-        return self.motor * self.algebra.motor_from_matrix(self.axes)
+        motor: Multivector = self.motor * self.algebra.motor_from_matrix(self.axes)
+        return motor
 
     def momentum(self, twist: Multivector) -> Multivector:
         """World momentum, moments about the world's origin, of a twist of the world, at the start's pose."""

@@ -69,7 +69,7 @@ class Differences:
         for h in STEPS:
             pairs = [(self._at(t, h)[2], self._at(t, h / 2)[2]) for t in samples]
             errors.append(max(float(np.abs(a - b).max()) for a, b in pairs))
-        return STEPS[int(np.argmin(errors))]
+        return float(STEPS[int(np.argmin(errors))])
 
 
 class Called:
