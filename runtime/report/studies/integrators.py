@@ -26,9 +26,9 @@ STEPS = {
     "rk4": MANY, "rkmk4": MANY, "cf4": MANY, "midpoint": MANY, "strang": MANY, "blanes-moan": FEW, "yoshida6": FEW,
 }  # fmt: skip
 TOLERANCES = (1e-5, 1e-8, 1e-11)
-#: How often each motion is computed at once, so that the cost of the call is shared: where one takes little, where
-#: nobody knows, and where one takes much.
-COPIES, AUTO_COPIES, FEW_COPIES = 60, 8, 2
+#: How often each motion is computed at once, so that the cost of the call is shared: where one takes little, and where
+#: one takes much.
+COPIES, FEW_COPIES = 60, 2
 
 
 @dataclass(frozen=True)
@@ -177,8 +177,8 @@ def methods(most: int, copies: int = COPIES, few: int = FEW_COPIES) -> tuple[Met
             knob, settings, own = "steps", (None, *STEPS[name]), few
         run = partial(integrate, integrator=name, copies=own)
         found.append(Method(name, run, knob, settings, most=most, repeats=1, copies=own))
-    run = partial(integrate, integrator="auto", copies=AUTO_COPIES)
-    return (*found, Method("auto", run, most=most, repeats=0, copies=AUTO_COPIES))
+    run = partial(integrate, integrator="auto", copies=copies)
+    return (*found, Method("auto", run, most=most, repeats=1, copies=copies))
 
 
 # -- truth -------------------------------------------------------------------------------------------------
