@@ -47,7 +47,7 @@ def test_a_trajectory_is_told_and_written(body, tmp_path, capsys):
     assert main.run(["simulate", body]) == 0
     out, err = capsys.readouterr()
     lines = dict(line.split(": ", 1) for line in out.splitlines())
-    assert lines["states"].strip() == "1001, to t = 0.2 s" and lines["integrator"].strip().startswith("yoshida6, ")
+    assert lines["states"].strip() == "1001, to t = 0.2 s" and lines["integrator"].strip().startswith("taylor, ")
     assert lines["energy"].strip().startswith("4.5175 J at the start, varies by ")
     assert lines["at the end"].strip().startswith("(0.2, ") and "violation" not in lines
     assert err == "wrote trajectory.npz\n" and names(tmp_path) == ["body.toml", "trajectory.npz"]

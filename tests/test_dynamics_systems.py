@@ -47,7 +47,9 @@ def test_double_pendulum(algebra):
         "two": rod(2.0, [(1, 0, 0), (2, 0, 0)], algebra),
     }
     y = (0, 1, 0)
-    system = dynamics.System(bodies, [hinge("base", "one", (0, 0, 0), y, algebra), hinge("one", "two", (1, 0, 0), y, algebra)])
+    system = dynamics.System(
+        bodies, [hinge("base", "one", (0, 0, 0), y, algebra), hinge("one", "two", (1, 0, 0), y, algebra)]
+    )
     found = dynamics.Simulation(system, [GRAVITY]).run(2.0, times=[1.0, 2.0])
 
     def rates(_, state):
@@ -72,7 +74,9 @@ def test_a_four_bar_linkage_closes_its_loop():
     bodies = [rod(m, [corners[i], corners[i + 1]]) for i, m in enumerate((1.0, 3.0, 1.0))]
     joints = [
         hinge(a, b, corner, (0, 1, 0))
-        for a, b, corner in zip(["base", "body_1", "body_2", "body_3"], ["body_1", "body_2", "body_3", "base"], corners, strict=True)
+        for a, b, corner in zip(
+            ["base", "body_1", "body_2", "body_3"], ["body_1", "body_2", "body_3", "base"], corners, strict=True
+        )
     ]
     found = dynamics.Simulation(dynamics.System(bodies, joints), [GRAVITY]).run(1.5, times=[1.5])
     inertia, moment = 2 / 3 + 3.0, 1.0 + 3.0  # of both cranks and the coupler, about the pivots
@@ -172,7 +176,9 @@ def test_what_is_wrong_with_systems_is_told():
         line = CGA.line((0, 0, 0), (1, 0, 0))
         kinematics.Prismatic("base", "rod", line, -line)
     with pytest.raises(InputError, match="0.5 apart"):
-        kinematics.Universal("base", "rod", CGA.circle((0, 0, 0), (1, 0, 0), 1.0), CGA.circle((0, 0, 0.5), (0, 0, 1), 1.0))
+        kinematics.Universal(
+            "base", "rod", CGA.circle((0, 0, 0), (1, 0, 0), 1.0), CGA.circle((0, 0, 0.5), (0, 0, 1), 1.0)
+        )
     with pytest.raises(InputError, match="one algebra"):
         dynamics.System({"a": body, "b": rod(1.0, [(0, 0, 0), (1, 0, 0)], PGA)})
     with pytest.raises(InputError, match="at least one body"):
@@ -189,5 +195,7 @@ def test_a_mechanism_that_becomes_singular_says_when():
     assert len(caught.value.trajectory) >= 1
     with pytest.raises(ConstraintError, match="constraint 1"):
         pinned = dynamics.Pin(CGA.point((0, 0, 0.4)), CGA.point((5.0, 0, 0)), body="one")
-        system = dynamics.System({"one": rod(1.0, [(0, 0, 0), (1, 0, 0)])}, [hinge("base", "one", (0, 0, 0), (0, 1, 0))])
+        system = dynamics.System(
+            {"one": rod(1.0, [(0, 0, 0), (1, 0, 0)])}, [hinge("base", "one", (0, 0, 0), (0, 1, 0))]
+        )
         dynamics.Simulation(system, constraints=[pinned]).run(1.0)

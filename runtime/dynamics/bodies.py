@@ -95,8 +95,8 @@ class RigidBody:
         shape = np.broadcast_shapes(turn.shape[:-2], place.shape[:-1])
         matrix = np.zeros((*shape, 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = turn, place, 1
-        motor: Multivector = self.algebra.motor_from_matrix(matrix, strict=True)
-        return motor
+        made: Multivector = self.algebra.motor_from_matrix(matrix, strict=True)
+        return made
 
     @property
     def position(self) -> Array:

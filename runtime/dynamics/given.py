@@ -28,6 +28,8 @@ def finite(value: Any, name: str) -> Array:
         If one is not: which.
     """
     found = np.asarray(arrays.real(value, name), np.float64)
+    if np.isfinite(found).all():
+        return found
     bad = np.argwhere(~np.isfinite(found))
     if len(bad):
         place = "" if found.ndim == 0 else f"[{', '.join(map(str, bad[0]))}]"
@@ -48,8 +50,8 @@ def vectors(value: Any, name: str) -> Array:
 def positive(value: Any, name: str, zero: bool = False) -> Array:
     """Numbers above zero."""
     found = finite(value, name)
-    bad = np.argwhere(found < 0 if zero else found <= 0)
-    if len(bad):
+    if (found < 0).any() or not (zero or found.all()):
+        bad = np.argwhere(found < 0 if zero else found <= 0)
         place = "" if found.ndim == 0 else f"[{', '.join(map(str, bad[0]))}]"
         least = "zero or more" if zero else "a positive number"
         raise InputError(f"{name}{place} is {found[tuple(bad[0])]}; {least} is needed.")

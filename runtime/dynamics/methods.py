@@ -29,8 +29,6 @@ STEP, RTOL = 1e-3, 1e-12
 #: Bodies, springs and constraints of which Taylor series are kept on the stack: some 30 kB each; constraints between
 #: two bodies count four times.
 MOST_SERIES = 64
-#: Angle of the flows of a split motion, per step, up to which compositions serve best: a tenth of a radian leaves 1e-7.
-FAR = 0.1
 _NOTHING = np.zeros(1)
 
 
@@ -66,14 +64,18 @@ def order_of(rtol: float) -> int:
     return int(np.clip(np.ceil(1 - np.log(rtol) / 2), 4, HIGHEST_ORDER))
 
 
+def _no_series(made: Assembly) -> str:
+    """Why a motion has no Taylor series here; nothing if it has."""
+    if made.called.functions:
+        return "functions of users have none"
+    if len(made.bodies) + len(made.springs) + sum(4 if row.other >= 0 else 1 for row in made.rows) > MOST_SERIES:
+        return f"those of {len(made.bodies)} bodies and what is between them would take too much room"
+    return ""
+
+
 def _check_series(made: Assembly) -> None:
     """Raise `InputError` for what has no Taylor series here."""
-    why = ""
-    if made.called.functions:
-        why = "functions of users have none"
-    elif len(made.bodies) + len(made.springs) + sum(4 if row.other >= 0 else 1 for row in made.rows) > MOST_SERIES:
-        why = f"those of {len(made.bodies)} bodies and what is between them would take too much room"
-    if why:
+    if why := _no_series(made):
         raise InputError(f"taylor makes series of the motion; {why}.", remedy="Use integrator='adaptive'")
 
 
@@ -119,34 +121,20 @@ def splits(made: Assembly) -> bool:
     return turning and not made.damped and not made.functions_of_state
 
 
-def turn_of_flows(made: Assembly, step: float) -> float:
-    """How far a step of a split motion turns about its second axis, at most over a batch: 0 for symmetric bodies.
+def chosen(integrator: str, made: Assembly) -> str:
+    """The integrator by name; "auto" is Taylor series where the motion has them, else steps of order 8.
 
-    Exact flows of a body without symmetry do not commute; what a composition leaves of that goes by this angle.
-    """
-    body, moments = made.bodies[0], np.sort(made.frames[0].moments, -1)
-    rates = np.abs(1 / moments[..., [0, 2]] - 1 / moments[..., [1]]).min(-1)
-    momentum = moments[..., 2] * np.linalg.norm(body.angular_velocity, axis=-1)
-    return float(np.max(momentum * rates * step))
-
-
-def chosen(integrator: str, made: Assembly, step: float) -> str:
-    """The integrator by name; "auto" is the one that serves this simulation best.
-
-    Flows that can be done exactly are composed: of order 6 where nothing acts, of order 4 otherwise. Whatever else
-    there is takes steps of order 8 that adapt themselves; so does a body without symmetry that turns far in a step.
-    The choice is one for a whole batch.
+    Both choose their own steps, by the error that is allowed: no step is too long for a fast spin, nor too short for a
+    slow swing. The studies `tops`, `pendulums` and `stiffness` hold the choice against all others.
 
     Raises
     ------
     InputError
-        If this simulation cannot be split, or there is no such integrator.
+        If this simulation cannot be split, has no series, or there is no such integrator.
     """
     check(integrator, ("auto", *INTEGRATORS), "integrator")
     if integrator == "auto":
-        if not splits(made) or turn_of_flows(made, step) > FAR:
-            return "adaptive"
-        return "blanes-moan" if made.loads else "yoshida6"
+        return "adaptive" if _no_series(made) else "taylor"
     if INTEGRATORS[integrator] == "composition" and not splits(made):
         raise InputError(
             f"{integrator} composes exact flows: of one body, free or turning about one pinned point, under loads that "

@@ -25,6 +25,10 @@ from .system import System
 from .trajectory import Trajectory
 
 Array = NDArray[Any]
+#: What a run begins with: its sensitivities, the driver, motors and twists. Of each simulation the last few are kept.
+Ready = tuple[Any, engine.Driver, Array, Array]
+Settings = tuple[float, float, float | None, float | None]
+MOST_KEPT = 4
 #: Rate at which Baumgarte's terms make errors decay, per second, if none is given.
 BAUMGARTE = 10.0
 
@@ -65,6 +69,7 @@ class Simulation:
         baumgarte: float = BAUMGARTE,
         stabilisation: str | None = None,
     ) -> None:
+        self._kept: dict[tuple[Any, ...], Ready] = {}
         self.bodies: tuple[RigidBody, ...]
         self.names: tuple[str, ...]
         self.constraints: tuple[Constraint, ...]
@@ -142,12 +147,10 @@ class Simulation:
         duration = float(positive(duration, "the duration"))
         step = methods.STEP if step is None else float(positive(step, "the step"))
         stores = _times(duration, step, times)
-        made, method = self._prepared(duration, step, rtol, atol, bool(sensitivities))
-        asked = directions_of(made, self.loads, sensitivities, duration) if sensitivities else None
-        if asked is not None and (project or events or executor is not None):
+        if sensitivities and (project or events or executor is not None):
             raise InputError(REFUSED)
-        driver = self._driver(made, method, directions=asked.directions if asked else None)
-        motors, twists = self._projected(made, duration) if project else start_of(made)
+        ready = self._ready((duration, step, rtol, atol), project, sensitivities)
+        asked, driver, motors, twists = ready
         if executor is not None:
             from .distributed import shared
 
@@ -161,9 +164,26 @@ class Simulation:
         found.message = "" if executor is not None else message
         if events:
             found = first_event(found, events)
-        if strict and made.size == 1:
+        if strict and driver.made.size == 1:
             _raise(run, found)
         return found
+
+    def _ready(self, settings: Settings, project: bool, sensitivities: Sequence[str]) -> Ready:
+        """What a run begins with; kept, for what a simulation is does not change."""
+        key = (*settings, project, tuple(sensitivities))
+        if key not in self._kept:
+            duration = settings[0]
+            made, method = self._prepared(*settings, bool(sensitivities))
+            asked = directions_of(made, self.loads, sensitivities, duration) if sensitivities else None
+            driver = self._driver(made, method, directions=asked.directions if asked else None)
+            start = self._projected(made, duration) if project else start_of(made)
+            while len(self._kept) >= MOST_KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = (asked, driver, *start)
+        return self._kept[key]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_kept": {}}  # drivers stay in their process
 
     def _prepared(
         self, duration: float, step: float, rtol: float | None, atol: float | None, sensitivities: bool = False
@@ -176,7 +196,9 @@ class Simulation:
                 remedy="Use 'auto', 'projection' or 'baumgarte'",
             )
         integrator = methods.differentiable(self.integrator) if sensitivities else self.integrator
-        name = methods.chosen(integrator, made, step)
+        name = methods.chosen(integrator, made)
+        if integrator == "auto" and self.stabilization == "baumgarte":  # whose terms have no series
+            name = "adaptive"
         tolerance = methods.RTOL if rtol is None else float(positive(rtol, "rtol"))
         least = 0.0 if atol is None else float(positive(atol, "atol", zero=True))
         if name == "taylor" and self.stabilization == "baumgarte":
