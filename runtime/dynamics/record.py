@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from ..codegen.errors import InputError
 from ..loading import stock_algebra
 from ..multivector import Multivector
 from .given import coefficients
+from .outlets import Outlets
 from .sketch import Sketch
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ SCREWS = ("momentum", "reaction")
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class Record(Outlets):
     """A trajectory that was stored: the attributes of `Trajectory`, without the simulation that made it.
 
     Attributes
@@ -136,30 +136,6 @@ class Record:
 
     def __len__(self) -> int:
         return len(self.time)
-
-    def save(self, path: str | os.PathLike[str], sketch: Sketch | None = None) -> None:
-        """Write it; see `files.save`."""
-        from .files import save
-
-        save(self, path, sketch)
-
-    def plot(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Any:
-        """Curves over time; see `plots.plot`."""
-        from .plots import plot
-
-        return plot(self, path, **options)
-
-    def picture(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Any:
-        """The motion in space; see `pictures.picture`."""
-        from .pictures import picture
-
-        return picture(self, path, **options)
-
-    def animate(self, path: str | os.PathLike[str], **options: Any) -> None:
-        """A film or a page; see `animation.animate`."""
-        from .animation import animate
-
-        animate(self, path, **options)
 
     def __repr__(self) -> str:
         until = self.time[-1] if len(self) else 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +15,10 @@ from . import engine
 from .bodies import RigidBody
 from .gradients import Sensitivities, Sensitivity
 from .loads import Gravity, Spring
+from .outlets import Outlets
 
 if TYPE_CHECKING:
     from .simulation import Simulation
-    from .sketch import Sketch
 
 Array = NDArray[Any]
 
@@ -30,7 +29,7 @@ STATUSES = (
 )  # fmt: skip
 
 
-class Trajectory:
+class Trajectory(Outlets):
     """States of one body, of a batch of them, or of several bodies, at times.
 
     Shapes below are those of one body and one simulation; a batch puts (n,) in front, several bodies give
@@ -236,30 +235,6 @@ class Trajectory:
         """How it ended."""
         found = np.array(STATUSES)[self._run.status]
         return str(found[0]) if self._single else found
-
-    def save(self, path: str | os.PathLike[str], sketch: Sketch | None = None) -> None:
-        """Write it to a ``.npz`` or ``.csv`` file; see `dynamics.save`."""
-        from .files import save
-
-        save(self, path, sketch)
-
-    def plot(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Any:
-        """Draw curves over time; see `dynamics.plot`."""
-        from .plots import plot
-
-        return plot(self, path, **options)
-
-    def picture(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Any:
-        """Draw the motion in space; see `dynamics.picture`."""
-        from .pictures import picture
-
-        return picture(self, path, **options)
-
-    def animate(self, path: str | os.PathLike[str], **options: Any) -> None:
-        """Write a film, or a page to turn and to play; see `dynamics.animate`."""
-        from .animation import animate
-
-        animate(self, path, **options)
 
     def __len__(self) -> int:
         return len(self.time)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -92,54 +92,42 @@ def _of_kind(joint: Joint, x: Multivector, kinds: tuple[str, ...], what: str) ->
 
 
 @dataclass(frozen=True)
-class Spherical(Joint):
+class _Shared(Joint):
+    """A joint that is one object, the same in both bodies."""
+
+    a: str
+    b: str
+    geometry: Multivector
+    kinds: ClassVar[tuple[str, ...]]
+
+    def __post_init__(self) -> None:
+        what = f"the {self.kinds[0]}"
+        _named(self, [(what, self.geometry)])
+        _of_kind(self, self.geometry, self.kinds, what)
+
+    def conditions(self) -> list[Condition]:
+        return [Condition(self.geometry, self.geometry)]
+
+
+class Spherical(_Shared):
     """Turning about a shared point (7.5.1): a point, or in CGA a sphere. Mobility 3."""
 
-    a: str
-    b: str
-    point: Multivector
+    kinds = ("point", "sphere", "flat_point")
     mobility = 3
 
-    def __post_init__(self) -> None:
-        _named(self, [("the point", self.point)])
-        _of_kind(self, self.point, ("point", "sphere", "flat_point"), "the point")
 
-    def conditions(self) -> list[Condition]:
-        return [Condition(self.point, self.point)]
-
-
-@dataclass(frozen=True)
-class Cylindrical(Joint):
+class Cylindrical(_Shared):
     """Turning about a shared line and sliding along it (7.5.2). Mobility 2."""
 
-    a: str
-    b: str
-    line: Multivector
+    kinds = ("line", "twist")
     mobility = 2
 
-    def __post_init__(self) -> None:
-        _named(self, [("the line", self.line)])
-        _of_kind(self, self.line, ("line", "twist"), "the line")
 
-    def conditions(self) -> list[Condition]:
-        return [Condition(self.line, self.line)]
-
-
-@dataclass(frozen=True)
-class Planar(Joint):
+class Planar(_Shared):
     """Sliding in a shared plane and turning about its normal (7.5.3). Mobility 3."""
 
-    a: str
-    b: str
-    plane: Multivector
+    kinds = ("plane",)
     mobility = 3
-
-    def __post_init__(self) -> None:
-        _named(self, [("the plane", self.plane)])
-        _of_kind(self, self.plane, ("plane",), "the plane")
-
-    def conditions(self) -> list[Condition]:
-        return [Condition(self.plane, self.plane)]
 
 
 @dataclass(frozen=True)
