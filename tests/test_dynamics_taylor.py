@@ -15,7 +15,7 @@ from bladesmith import pga3d as pga
 from bladesmith.calls import call
 from bladesmith.codegen.build import ExtensionSource, load
 from bladesmith.codegen.errors import InputError, TraceError
-from bladesmith.codegen.formulas import mechanics
+from bladesmith.codegen.formulas import flows, mechanics
 from bladesmith.codegen.machine import has_wide_vectors
 from bladesmith.codegen.multivector import absolute, atan2, cos, exp, log, select, sin, sqrt, stumpff1
 from bladesmith.codegen.programs.kernels import Declared, traced
@@ -199,7 +199,7 @@ class Motion:
 
     def __init__(self, algebra: str, ring: PrecisionRing) -> None:
         self.ring, self.mp = ring, ring.context
-        self._landed = kernel(mechanics.landed, "layout rotor, position, position, position", algebra)
+        self._landed = kernel(flows.landed, "layout rotor, position, position, position", algebra)
         self._rng = np.random.default_rng(3)
         self._numbers: dict[str, Any] = {}
         self.motor = cache(self._motor)

@@ -14,7 +14,7 @@ from ..multivector import Multivector, select, sqrt
 from ..trace import Result, named, row
 from .euclidean import attached_part, axes, cross, euclidean_part, null_vector, space
 from .exponentials import exp_bivector
-from .motions import translation_of, translator
+from .motions import translation_of
 from .screws import along, direction_part
 
 Numbers = tuple[Multivector, ...]
@@ -28,12 +28,6 @@ def twist_blades(algebra: Algebra) -> tuple[int, ...]:
 def basis_twists(like: Multivector) -> list[Multivector]:
     """A unit twist for each blade."""
     return [like.new({b: like.ring.constant(Fraction(1))}) for b in twist_blades(like.algebra)]
-
-
-def twist_of_row(numbers: Numbers) -> Multivector:
-    """The twist, or wrench, with these coefficients."""
-    like = numbers[0]
-    return like.sum(c * b for c, b in zip(numbers, basis_twists(like), strict=True))
 
 
 def power(twist: Multivector, wrench: Multivector) -> Multivector:
@@ -69,11 +63,6 @@ def turned(r: Multivector, omega: Multivector) -> Multivector:
     return r * exp_bivector(-omega / 2)
 
 
-def composed(r: Multivector, s: Multivector) -> Multivector:
-    """R S."""
-    return r * s
-
-
 def relative(r: Multivector, s: Multivector) -> Multivector:
     """~R S: the frame of S as seen from that of R."""
     return ~r * s
@@ -92,10 +81,11 @@ def place_of(r: Multivector) -> Multivector:
 def adjoint(r: Multivector) -> Result:
     """The matrix of S -> ~R S R on coefficients, row by row."""
     columns = [(~r >> e).grade(2) for e in basis_twists(r)]
-    return row([_coefficient(c, b) for b in twist_blades(r.algebra) for c in columns], "adjoint")
+    return row([coefficient(c, b) for b in twist_blades(r.algebra) for c in columns], "adjoint")
 
 
-def _coefficient(x: Multivector, blade: int) -> Multivector:
+def coefficient(x: Multivector, blade: int) -> Multivector:
+    """Of a blade, zero where x has none."""
     return x.new({0: x.terms[blade]} if blade in x.terms else {})
 
 
@@ -160,7 +150,12 @@ def twist_in(frame: Multivector, mass: Multivector, moments: Multivector, psi: M
 def principal_momentum(mass: Multivector, moments: Multivector, omega: Multivector) -> Multivector:
     """m v I3 + (I w) n along the principal axes at the centre of mass."""
     w, v = direction_part(omega), attached_part(omega)
-    return mass * v * space(omega) + _scaled(moments, w) * null_vector(omega)
+    return mass * v * space(omega) + scaled(moments, w) * null_vector(omega)
+
+
+def scaled(a: Multivector, b: Multivector) -> Multivector:
+    """Products of the coordinates of two vectors."""
+    return a.sum(a.scalar_product(e) * b.scalar_product(e) * e for e in axes(b))
 
 
 def bracket(a: Multivector, b: Multivector) -> Multivector:
@@ -221,160 +216,3 @@ def drag(omega: Multivector, center: Multivector, angular: Multivector, linear: 
     force = -linear * velocity_at(omega, center)
     couple = -angular * direction_part(omega) * null_vector(omega)
     return row(covector(wrench_at(force, center) + couple), "drag")
-
-
-# -- a free body in a field that is the same everywhere ----------------------------------------------------
-#
-# Place and turn part there: R = (1 - x n/2) q, and the centre of mass goes its own way.
-
-
-def rotor_rate(q: Multivector, w: Multivector) -> Multivector:
-    """dq = -q w I3/2, w along the body's axes."""
-    return -(q * w * space(q)) / 2
-
-
-def spin_rate(w: Multivector, moments: Multivector, inverse: Multivector) -> Multivector:
-    """dw with I dw = (I w) x w, along the principal axes."""
-    turning = cross(_scaled(moments, w), w)
-    return _scaled(inverse, turning)
-
-
-def lever_rate(q: Multivector, center: Multivector, weight: Multivector, inverse: Multivector) -> Multivector:
-    """What a force that is the same all over the world adds to dw of a body that turns about a point."""
-    return _scaled(inverse, cross(center, (~q >> weight).grade(1)))
-
-
-def _scaled(a: Multivector, b: Multivector) -> Multivector:
-    """Products of coordinates."""
-    return a.sum(a.scalar_product(e) * b.scalar_product(e) * e for e in axes(b))
-
-
-def nudged(q: Multivector) -> Multivector:
-    """q (3 - q ~q)/2: of a rotor that is nearly one, the one next to it, to second order."""
-    return q * ((3 - q.scalar_product(~q)) / 2)
-
-
-def flight(r: Multivector, omega: Multivector) -> tuple[Result, Result, Result, Result]:
-    """Rotor, place, velocity in the world and spin of a state."""
-    turn = euclidean_part(r)
-    velocity = (turn >> attached_part(omega)).grade(1)
-    return (
-        named("rotor", turn),
-        named("place", translation_of(r)),
-        named("velocity", velocity),
-        named("spin", direction_part(omega)),
-    )
-
-
-def landed(q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector) -> tuple[Result, Result]:
-    """The state that `flight` takes apart; the rotor need not quite be one."""
-    turn = q / sqrt(q.scalar_product(~q))
-    omega = spin * space(q) + (~turn >> velocity).grade(1) * null_vector(q)
-    return named("motor", translator(place) * turn), named("twist", omega)
-
-
-# -- flows of a split Hamiltonian --------------------------------------------------------------------------
-#
-# The state is the motor of a frame at the centre of mass, or at the point that is held, along the principal axes there,
-# with the linear momentum p and the angular momentum L about the frame's origin, both along the world's axes.
-
-
-def parts_of_momentum(r: Multivector, numbers: Numbers) -> tuple[Result, Result]:
-    """p and L, or force and moment, of what has these powers in the body's frame."""
-    wrench = of_covector(numbers)
-    turn = euclidean_part(r)
-    p, angular = ((turn >> x).grade(1) for x in (direction_part(wrench), attached_part(wrench)))
-    return named("linear", p), named("angular", angular)
-
-
-def momentum_row(r: Multivector, linear: Multivector, angular: Multivector) -> Result:
-    """Powers of p and L on unit twists of the body's frame."""
-    turn = ~euclidean_part(r)
-    p, moment = ((turn >> x).grade(1) for x in (linear, angular))
-    return row(covector(p * space(p) + moment * null_vector(p)), "momentum")
-
-
-def drifted(r: Multivector, way: Multivector) -> Multivector:
-    """The body moved along."""
-    return (translator(way) * r).grade(0, 2, 4)
-
-
-def central_turn(r: Multivector, angular: Multivector, share: Multivector) -> Multivector:
-    """Flow of L^2 share/2: every body turns about L, at a rate that is constant."""
-    return r * exp_bivector(-share * _in_body(r, angular) * space(r) / 2)
-
-
-def axial_turn(r: Multivector, angular: Multivector, axis: Multivector, share: Multivector) -> Multivector:
-    """Flow of (L . a)^2 share/2 for a unit vector a of the body: it turns about a."""
-    rate = share * along(_in_body(r, angular), axis)
-    return r * exp_bivector(-rate * axis * space(r) / 2)
-
-
-def _in_body(r: Multivector, vector: Multivector) -> Multivector:
-    return (~euclidean_part(r) >> vector).grade(1)
-
-
-# -- pinned objects ----------------------------------------------------------------------------------------
-
-
-def pinned(r: Multivector, v: Multivector) -> Result:
-    """U = ~R V R: an object of the world as the body sees it (6.7)."""
-    return _row(~r >> v, v, "u")
-
-
-def moved_rate(u: Multivector, omega: Multivector) -> Result:
-    """U x Omega: how an object that is fixed to the body moves."""
-    return _row(u.commutator(omega), u, "rate")
-
-
-def moved_rates(u: Multivector) -> Result:
-    """U x E for each unit twist E, one after the other: U x Omega is linear in Omega."""
-    rates = [u.commutator(e) for e in basis_twists(u)]
-    return row([_coefficient(x, blade) for x in rates for blade in u.terms], "rates")
-
-
-def turned_rate(u: Multivector, omega: Multivector) -> Result:
-    """(U x Omega) x Omega = Omega^2 U/4 + U Omega^2/4 - Omega U Omega/2 ((6.21), its last sign mended)."""
-    return _row(u.commutator(omega).commutator(omega), u, "turned")
-
-
-def held_rates(r: Multivector, omega: Multivector, v: Multivector) -> tuple[Result, Result]:
-    """`moved_rates` and `turned_rate` of what is pinned."""
-    u = _restricted(~r >> v, v)
-    return moved_rates(u), turned_rate(u, omega)
-
-
-def relation(
-    r: Multivector, omega: Multivector, s: Multivector, psi: Multivector
-) -> tuple[Result, Result, Result, Result]:
-    """A body as another one sees it: ~S R, its twist there, the bracket of the other's twist with that, `adjoint`."""
-    motor = ~s * r
-    carried = seen(motor, psi)
-    own = omega - carried
-    bend = _row(bracket(carried, own), omega, "bend")
-    return named("motor", motor), _row(own, omega, "own"), bend, adjoint(motor)
-
-
-def held_power(r: Multivector, v: Multivector) -> Result:
-    """Power of a wrench of the world on each unit twist of the body."""
-    return row(covector(seen(r, v)), "power")
-
-
-def path_rates(
-    r: Multivector, omega: Multivector, v: Multivector, dv: Multivector, ddv: Multivector
-) -> tuple[Result, Result]:
-    """b(dV) and (U x Omega) x Omega + b(ddV) - 2 b(dV) x Omega of a moving object, b(X) = ~R X R (6.9).
-
-    dU = b(dV) - U x Omega, and U x dOmega is the second one less ddU.
-    """
-    u, du, ddu = (_restricted(~r >> x, v) for x in (v, dv, ddv))
-    acceleration = u.commutator(omega).commutator(omega) + ddu - 2 * du.commutator(omega)
-    return _row(du, v, "rate"), _row(acceleration, v, "acceleration")
-
-
-def _restricted(x: Multivector, like: Multivector) -> Multivector:
-    return x.new({b: c for b, c in x.terms.items() if b in like.terms})
-
-
-def _row(x: Multivector, like: Multivector, name: str) -> Result:
-    return row([_coefficient(x, blade) for blade in like.terms], name)

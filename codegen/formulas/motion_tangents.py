@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ..differentiate import tangent_formula
 from ..multivector import Multivector
-from . import maps, mechanics
+from . import maps, mechanics, pins
 
 gyroscopic = tangent_formula(mechanics.gyroscopic, __name__)
 pull = tangent_formula(mechanics.pull, __name__, constant=["center"])
@@ -17,10 +17,10 @@ spring = tangent_formula(mechanics.spring, __name__)
 relative = tangent_formula(mechanics.relative, __name__)
 adjoint = tangent_formula(mechanics.adjoint, __name__)
 bracket = tangent_formula(mechanics.bracket, __name__)
-pinned = tangent_formula(mechanics.pinned, __name__)
-moved_rates = tangent_formula(mechanics.moved_rates, __name__)
-turned_rate = tangent_formula(mechanics.turned_rate, __name__)
-path_rates = tangent_formula(mechanics.path_rates, __name__, constant=["v", "dv", "ddv"])
+pinned = tangent_formula(pins.pinned, __name__)
+moved_rates = tangent_formula(pins.moved_rates, __name__)
+turned_rate = tangent_formula(pins.turned_rate, __name__)
+path_rates = tangent_formula(pins.path_rates, __name__, constant=["v", "dv", "ddv"])
 
 moved_exponential = tangent_formula(maps.moved_exponential, __name__, constant=["r"])
 moved_bortz = tangent_formula(maps.moved_bortz, __name__, constant=["r"])

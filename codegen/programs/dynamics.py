@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from ..errors import InputError
-from ..formulas import maps, mechanics, motion_tangents, registration
+from ..formulas import flows, maps, mechanics, motion_tangents, pins, registration
 from . import Declared, Program, program, stock_algebra
 from .dynamics_series import series_values
 
@@ -157,22 +157,22 @@ def _declared(needs: Needs) -> list[Declared]:
     if "spring" in needs.loads:
         add(mechanics.spring, "motor, twist, position, motor, twist, position, numbers3")
     if needs.in_flight:
-        add(mechanics.flight, "motor, twist")
-        add(mechanics.landed, "layout rotor, position, position, position")
-        add(mechanics.rotor_rate, "layout rotor, position")
-        add(mechanics.spin_rate, "position, position, position")
-        add(mechanics.nudged, "layout rotor")
+        add(flows.flight, "motor, twist")
+        add(flows.landed, "layout rotor, position, position, position")
+        add(flows.rotor_rate, "layout rotor, position")
+        add(flows.spin_rate, "position, position, position")
+        add(flows.nudged, "layout rotor")
     elif needs.method == "rk4":
         add(mechanics.motor_rate, "layout motor, twist")
     if needs.method in ("chart", "adaptive"):
         add(getattr(maps, f"moved_{needs.chart}"), "motor, twist", "moved_chart")
         add(getattr(maps, f"chart_rate_{needs.chart}"), "twist, twist", "chart_rate")
     if needs.method == "composition":
-        add(mechanics.parts_of_momentum, "motor, numbers6")
-        add(mechanics.momentum_row, "motor, position, position")
-        add(mechanics.drifted, "motor, position")
-        add(mechanics.central_turn, "motor, position, number")
-        add(mechanics.axial_turn, "motor, position, unit, number")
+        add(flows.parts_of_momentum, "motor, numbers6")
+        add(flows.momentum_row, "motor, position, position")
+        add(flows.drifted, "motor, position")
+        add(flows.central_turn, "motor, position, number")
+        add(flows.axial_turn, "motor, position, unit, number")
     if needs.layouts:
         add(mechanics.relative, "motor, motor")
         add(mechanics.adjoint, "motor")
@@ -180,10 +180,10 @@ def _declared(needs: Needs) -> list[Declared]:
         add(mechanics.place_of, "motor")
     for name in needs.layouts:
         v = f"layout {name}"
-        add(mechanics.pinned, f"motor, {v}", f"pinned_{name}")
-        add(mechanics.moved_rates, v, f"moved_rates_{name}")
-        add(mechanics.turned_rate, f"{v}, twist", f"turned_rate_{name}")
-        add(mechanics.path_rates, f"motor, twist, {v}, {v}, {v}", f"path_rates_{name}")
+        add(pins.pinned, f"motor, {v}", f"pinned_{name}")
+        add(pins.moved_rates, v, f"moved_rates_{name}")
+        add(pins.turned_rate, f"{v}, twist", f"turned_rate_{name}")
+        add(pins.path_rates, f"motor, twist, {v}, {v}, {v}", f"path_rates_{name}")
     return [*found, *(_tangents(needs) if needs.tangents else ())]
 
 

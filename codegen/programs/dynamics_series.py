@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..formulas import mechanics
+from ..formulas import flows, mechanics, pins
 from ..machine import has_wide_vectors
 from ..taylor import HIGHEST_ORDER, SeriesFunction, series_function
 from . import Declared, stock_algebra, traced
@@ -31,8 +31,8 @@ def series_values(needs: Needs) -> dict[str, Any]:
         made.append(_spring(needs))
     held = [_held(needs, name) for name in needs.layouts] if needs.mode == "constrained" else []
     if held and "twist" in needs.layouts:
-        held.append(_series(needs, "powered", ("v",), (mechanics.held_power, "motor, twist")))
-    joint = [_series(needs, "relation", (), (mechanics.relation, "motor, twist, motor, twist"))]
+        held.append(_series(needs, "powered", ("v",), (pins.held_power, "motor, twist")))
+    joint = [_series(needs, "relation", (), (pins.relation, "motor, twist, motor, twist"))]
     joint = joint if held and needs.bodies > 1 else []
     return {
         "series": [*made, *held, *joint],
@@ -56,10 +56,10 @@ def _series(
 
 def _tumbling(needs: Needs) -> SeriesFunction:
     """The turning of a body by itself, free or about a point."""
-    lever = mechanics.lever_rate, "layout rotor, position, position, position"
+    lever = flows.lever_rate, "layout rotor, position, position, position"
     return _series(
         needs, "motion", ("moments", "inverse", "center", "weight"),
-        (mechanics.rotor_rate, "layout rotor, position"), (mechanics.spin_rate, "position, position, position"),
+        (flows.rotor_rate, "layout rotor, position"), (flows.spin_rate, "position, position, position"),
         *([lever] if needs.mode == "subspace" and "gravity" in needs.loads else ()),
     )  # fmt: skip
 
@@ -80,7 +80,7 @@ def _motion(needs: Needs) -> SeriesFunction:
 
 def _held(needs: Needs, name: str) -> SeriesFunction:
     """What is pinned, as the body sees it: how it moves with each unit twist, and its acceleration."""
-    return _series(needs, f"held_{name}", ("v",), (mechanics.held_rates, f"motor, twist, layout {name}"))
+    return _series(needs, f"held_{name}", ("v",), (pins.held_rates, f"motor, twist, layout {name}"))
 
 
 def _spring(needs: Needs) -> SeriesFunction:

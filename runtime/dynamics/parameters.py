@@ -246,7 +246,7 @@ class Parameters:
         moves = algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(delta[:, :, row.body]))
         if row.other >= 0:
             moves = moves - (~pose >> algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(delta[:, :, row.other])))
-        rate = call(algebra, "mechanics.moved_rate", own.reshape(*own.shape, 1), moves).value
+        rate = call(algebra, "pins.moved_rate", own.reshape(*own.shape, 1), moves).value
         return on_layout(pose >> algebra.wrap(own.kind.layout, rate), row.layout)
 
     def _kept(self, held: list[Array], delta: Array) -> Array:

@@ -46,7 +46,7 @@ def rates_of(x: Multivector, layout: str) -> Array:
     """X x E (..., k, 6) for the unit twists E."""
     algebra = x.algebra
     on = algebra.wrap(algebra.kind(layout).layout, on_layout(x, layout))
-    row: Array = call(algebra, "mechanics.moved_rates", on).value
+    row: Array = call(algebra, "pins.moved_rates", on).value
     size = algebra.kind(layout).size
     return np.swapaxes(row.reshape(*row.shape[:-1], 6, size), -1, -2)
 

@@ -1,0 +1,96 @@
+"""Exact and classical flows of one rigid body: free flight, turning by itself, parts of a split Hamiltonian."""
+
+from __future__ import annotations
+
+from ..multivector import Multivector, sqrt
+from ..trace import Result, named, row
+from .euclidean import attached_part, cross, euclidean_part, null_vector, space
+from .exponentials import exp_bivector
+from .mechanics import Numbers, covector, of_covector, scaled
+from .motions import translation_of, translator
+from .screws import along, direction_part
+
+# -- a free body in a field that is the same everywhere ----------------------------------------------------
+#
+# Place and turn part there: R = (1 - x n/2) q, and the centre of mass goes its own way.
+
+
+def rotor_rate(q: Multivector, w: Multivector) -> Multivector:
+    """dq = -q w I3/2, w along the body's axes."""
+    return -(q * w * space(q)) / 2
+
+
+def spin_rate(w: Multivector, moments: Multivector, inverse: Multivector) -> Multivector:
+    """dw with I dw = (I w) x w, along the principal axes."""
+    turning = cross(scaled(moments, w), w)
+    return scaled(inverse, turning)
+
+
+def lever_rate(q: Multivector, center: Multivector, weight: Multivector, inverse: Multivector) -> Multivector:
+    """What a force that is the same all over the world adds to dw of a body that turns about a point."""
+    return scaled(inverse, cross(center, (~q >> weight).grade(1)))
+
+
+def nudged(q: Multivector) -> Multivector:
+    """q (3 - q ~q)/2: of a rotor that is nearly one, the one next to it, to second order."""
+    return q * ((3 - q.scalar_product(~q)) / 2)
+
+
+def flight(r: Multivector, omega: Multivector) -> tuple[Result, Result, Result, Result]:
+    """Rotor, place, velocity in the world and spin of a state."""
+    turn = euclidean_part(r)
+    velocity = (turn >> attached_part(omega)).grade(1)
+    return (
+        named("rotor", turn),
+        named("place", translation_of(r)),
+        named("velocity", velocity),
+        named("spin", direction_part(omega)),
+    )
+
+
+def landed(q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector) -> tuple[Result, Result]:
+    """The state that `flight` takes apart; the rotor need not quite be one."""
+    turn = q / sqrt(q.scalar_product(~q))
+    omega = spin * space(q) + (~turn >> velocity).grade(1) * null_vector(q)
+    return named("motor", translator(place) * turn), named("twist", omega)
+
+
+# -- flows of a split Hamiltonian --------------------------------------------------------------------------
+#
+# The state is the motor of a frame at the centre of mass, or at the point that is held, along the principal axes there,
+# with the linear momentum p and the angular momentum L about the frame's origin, both along the world's axes.
+
+
+def parts_of_momentum(r: Multivector, numbers: Numbers) -> tuple[Result, Result]:
+    """p and L, or force and moment, of what has these powers in the body's frame."""
+    wrench = of_covector(numbers)
+    turn = euclidean_part(r)
+    p, angular = ((turn >> x).grade(1) for x in (direction_part(wrench), attached_part(wrench)))
+    return named("linear", p), named("angular", angular)
+
+
+def momentum_row(r: Multivector, linear: Multivector, angular: Multivector) -> Result:
+    """Powers of p and L on unit twists of the body's frame."""
+    turn = ~euclidean_part(r)
+    p, moment = ((turn >> x).grade(1) for x in (linear, angular))
+    return row(covector(p * space(p) + moment * null_vector(p)), "momentum")
+
+
+def drifted(r: Multivector, way: Multivector) -> Multivector:
+    """The body moved along."""
+    return (translator(way) * r).grade(0, 2, 4)
+
+
+def central_turn(r: Multivector, angular: Multivector, share: Multivector) -> Multivector:
+    """Flow of L^2 share/2: every body turns about L, at a rate that is constant."""
+    return r * exp_bivector(-share * _in_body(r, angular) * space(r) / 2)
+
+
+def axial_turn(r: Multivector, angular: Multivector, axis: Multivector, share: Multivector) -> Multivector:
+    """Flow of (L . a)^2 share/2 for a unit vector a of the body: it turns about a."""
+    rate = share * along(_in_body(r, angular), axis)
+    return r * exp_bivector(-rate * axis * space(r) / 2)
+
+
+def _in_body(r: Multivector, vector: Multivector) -> Multivector:
+    return (~euclidean_part(r) >> vector).grade(1)
