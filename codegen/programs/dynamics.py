@@ -130,7 +130,7 @@ def dynamics_program(needs: Needs) -> Program:
     return program(
         _name(needs), _declared(needs), "c/dynamics.c.j2", "c/dynamics_types.h", _HEADERS, values,
         declarations=_USER if needs.callbacks else "",
-        options=("-O2",) if needs.method == "taylor" and not needs.in_flight else (),  # long text, in vectors already
+        options=() if needs.in_flight else ("-O2",),  # nothing is slower than by -O3 but a body in flight
     )  # fmt: skip
 
 

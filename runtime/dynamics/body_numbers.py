@@ -151,7 +151,7 @@ def store_functions(made: Assembly, loads: Sequence[Any]) -> None:
         body = made.which(load.body, "a wrench")
         name = f"the {'world' if world else 'body'} wrench"
         made.user_loads.append(
-            (body, world, made.called.add(_load_function(made, body, world, load.wrench, name), name))
+            (body, world, made.called.add(_load_function(made, body, world, load.wrench, name), name, 6))
         )
 
 

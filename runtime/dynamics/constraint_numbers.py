@@ -14,7 +14,7 @@ from .assembly import Assembly, Row, frame_of, of_item
 from .body_numbers import one_state
 from .constraints import Constraint, Incidence, Pin, PinLinear, PinPath, VirtualPower
 from .functions import Differences, arity
-from .given import coefficients, of_algebra
+from .given import coefficients, finite, of_algebra
 from .layouts import basis, carried, layout_of, matrix_of, on_layout
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def store_constraint(made: Assembly, c: Constraint, duration: float) -> None:
         case PinLinear():
             _store_linear(made, c, body, other, c.function, None, c.world_object, c.target, duration)
         case Incidence():
-            point = of_algebra(c.body_point, made.algebra, "the body's point")
+            point = _single(of_algebra(c.body_point, made.algebra, "the body's point"), "the body's point")
             product = (lambda x: point ^ x) if not made.algebra.is_degenerate else (lambda x: point & x)
             _store_linear(made, c, body, other, product, None, c.world_object, 0, duration)
         case VirtualPower():
@@ -54,13 +54,15 @@ def relative_pose(made: Assembly, body: int, other: int) -> Multivector:
 
 
 def _store_pin(made: Assembly, c: Pin, body: int, other: int) -> None:
-    own = of_algebra(c.body_object, made.algebra, "the body's object")
+    own = _single(of_algebra(c.body_object, made.algebra, "the body's object"), "the body's object")
     own = ~frame_of(made, body) >> own
     layout = layout_of([own], c.label)
     there = relative_pose(made, body, other) >> own
     if c.world_object is not None:
         there = moved_near(
-            ~frame_of(made, other) >> of_algebra(c.world_object, made.algebra, "the world's object"), there
+            ~frame_of(made, other)
+            >> _single(of_algebra(c.world_object, made.algebra, "the world's object"), "the world's object"),
+            there,
         )
     row = Row(c, layout, body, other, made.algebra.kind(layout).size)
     row.v, row.h = made.store(on_layout(there, layout)), made.store(on_layout(own, layout))
@@ -75,22 +77,44 @@ def moved_near(given: Multivector, exact: Multivector) -> Multivector:
     return exact if np.abs(difference).max(initial=0) <= SAME * size else given
 
 
+def _single(x: Multivector, what: str) -> Multivector:
+    """One object: a batch of simulations shares it."""
+    if x.shape:
+        raise InputError(f"{what} has shape {x.shape}; one object is needed, which a batch of simulations shares.")
+    return x
+
+
+def _kept(x: Multivector, layout: str, t: float, what: str) -> Array:
+    """Coefficients on a layout; nothing but rounding may be beyond it."""
+    blades = x.algebra.kind(layout).blades
+    sizes = np.abs(x.values)
+    for b, size in zip(x.kind.blades, sizes, strict=True):
+        if b not in blades and size > SAME * sizes.max():
+            raise InputError(
+                f"{what} has {x.algebra.blade_name(b)} at time {t:.6g}, which it has not at the start and the end: it "
+                "becomes another kind of object."
+            )
+    return on_layout(x, layout)
+
+
 def _path(value: Any, made: Assembly, what: str, frame: Multivector) -> Callable[[float], list[Multivector]]:
     """A function of time, moved to a frame: the object, or it and its derivatives."""
 
     def at(t: float) -> list[Multivector]:
         given = value(t) if callable(value) else value
         parts = given if isinstance(given, tuple) else (given,)
-        return [~frame >> of_algebra(x, made.algebra, what) for x in parts]
+        return [~frame >> _single(of_algebra(x, made.algebra, what), what) for x in parts]
 
     return at
 
 
-def _derivatives(path: Callable[[float], list[Multivector]], layout: str, duration: float) -> Callable[[float], Any]:
+def _derivatives(
+    path: Callable[[float], list[Multivector]], layout: str, duration: float, what: str
+) -> Callable[[float], Any]:
     """Rows (3, k) of a path's values and derivatives."""
     if len(path(0.0)) == 3:
-        return lambda t: np.stack([on_layout(x, layout) for x in path(t)])
-    return Differences(lambda t: on_layout(path(t)[0], layout), (0.0, duration))
+        return lambda t: np.stack([_kept(x, layout, t, what) for x in path(t)])
+    return Differences(lambda t: _kept(path(t)[0], layout, t, what), (0.0, duration))
 
 
 def _store_linear(
@@ -115,7 +139,7 @@ def _store_linear(
         rows, matrix = algebra.kind(layout).size, None
 
         def goal(t: float) -> list[Array]:
-            return [on_layout(x, layout) for x in aims(t)]
+            return [_kept(x, layout, t, "the body's object") for x in aims(t)]
     else:
         matrix = matrix_of(function, algebra, layout, f"the function of {c.label}")
         keep = _blades_of(function, algebra, layout)
@@ -128,9 +152,17 @@ def _store_linear(
 
     row = Row(c, layout, body, other, rows)
     if callable(world) or callable(target):
-        v = _derivatives(path, layout, duration) if callable(world) else _constant(on_layout(path(0.0)[0], layout))
+        v = (
+            _derivatives(path, layout, duration, "the world's object")
+            if callable(world)
+            else _constant(on_layout(path(0.0)[0], layout))
+        )
         h = _with_derivatives(goal, duration) if callable(target) else _constant(goal(0.0)[0])
-        row.user = made.called.add(lambda item, t, state: np.concatenate([*v(t), *h(t)], axis=None), c.label)
+        row.user = made.called.add(
+            lambda item, t, state: np.concatenate([*v(t), *h(t)], axis=None),
+            c.label,
+            3 * (algebra.kind(layout).size + rows),
+        )
     else:
         row.v, row.h = made.store(on_layout(path(0.0)[0], layout)), made.store(goal(0.0)[0])
     if matrix is not None:
@@ -158,7 +190,8 @@ def _blades_of(function: Any, algebra: Algebra, layout: str) -> list[int]:
 
 def _on_blades(x: Any, blades: list[int], algebra: Algebra) -> Array:
     if not isinstance(x, Multivector):
-        x = algebra.scalar(float(x))
+        x = algebra.scalar(float(finite(x, "the target")))
+    x = _single(of_algebra(x, algebra, "the target"), "the target")
     found = np.zeros(len(blades))
     for b, v in zip(x.kind.blades, x.values, strict=True):
         if b in blades:
@@ -188,10 +221,12 @@ def _store_power(made: Assembly, c: VirtualPower, body: int, other: int, duratio
 
     def parts(t: float, state: Array) -> tuple[Array, Array]:
         key = (t, state.tobytes())
-        if key not in last:  # the driver asks for each wrench by itself
-            last.clear()
-            last[key] = asked(t, state)
-        return last[key]
+        found = last.get(key)  # the driver asks for each wrench by itself
+        if found is None:
+            found = asked(t, state)
+            last.clear()  # another thread may do so too
+            last[key] = found
+        return found
 
     def asked(t: float, state: Array) -> tuple[Array, Array]:
         value = c.wrenches(t) if count == 1 else c.wrenches(t, *one_state(made, body, 0, state))
@@ -213,5 +248,5 @@ def _store_power(made: Assembly, c: VirtualPower, body: int, other: int, duratio
             values, rates = parts(t, state)
             return np.concatenate([values[i], rates[i], np.zeros(6 + 3)])
 
-        row.user = made.called.add(one, c.label)
+        row.user = made.called.add(one, c.label, 3 * 6 + 3)
         made.rows.append(row)

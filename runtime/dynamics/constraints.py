@@ -161,10 +161,14 @@ class VirtualPower(Constraint):
     def __post_init__(self) -> None:
         wrenches = self.wrenches
         if isinstance(wrenches, Sequence):
+            if not wrenches:
+                raise InputError("VirtualPower has no wrenches; one or more are needed.")
             for i, wrench in enumerate(wrenches):
                 _object(wrench, f"wrench {i}")
         else:
             _object_or_function(wrenches, "the wrenches")
+            if getattr(wrenches, "shape", None) == (0,):
+                raise InputError("VirtualPower has no wrenches; one or more are needed.")
 
 
 def _object(x: Any, what: str) -> None:
@@ -172,6 +176,8 @@ def _object(x: Any, what: str) -> None:
         raise InputError(f"{what} is a {type(x).__name__}; a multivector is needed.")
     if not np.isfinite(x.values).all():
         raise InputError(f"{what} is not finite.")
+    if not np.any(x.values):
+        raise InputError(f"{what} is zero, and pins nothing.")
 
 
 def _object_or_function(x: Any, what: str) -> None:

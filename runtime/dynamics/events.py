@@ -63,9 +63,17 @@ def first_event(found: Trajectory, events: Sequence[Event]) -> Trajectory:
     hits = [hit for event in events if (hit := _crossing(run, event, count)) is not None]
     if not hits:
         return found
-    time, place, motors, twists, event = min(hits, key=lambda hit: hit[0])
+    time, place, event = min(hits, key=lambda hit: hit[0])
+    at = _run_to(run, place - 1, time)
     run.times = run.times.copy()
-    run.times[place], run.motors[0, place], run.twists[0, place] = time, motors, twists
+    run.times[place] = time
+    for each, there in (
+        (run.motors, at.motors),
+        (run.twists, at.twists),
+        (run.reactions, at.reactions),
+        (run.violations, at.violations),
+    ):
+        each[0, place] = there[0, 1]
     run.status[0], run.stored[0], run.reached[0] = engine.EVENT, place + 1, time
     again = type(found)(found._simulation, run)
     again.message = event.name
@@ -80,24 +88,21 @@ def _value(run: engine.Run, event: Event, time: float, motors: Array, twists: Ar
     return value
 
 
-def _crossing(run: engine.Run, event: Event, count: int) -> tuple[float, int, Array, Array, Event] | None:
+def _crossing(run: engine.Run, event: Event, count: int) -> tuple[float, int, Event] | None:
     """Time, store and state where a value first passes zero."""
     before = _value(run, event, run.times[0], run.motors[0, 0], run.twists[0, 0])
     for i in range(1, count):
         after = _value(run, event, run.times[i], run.motors[0, i], run.twists[0, i])
         if event.passes(before, after):
-            time, motors, twists = _root(run, event, i, before, after)
-            return time, i, motors, twists, event
+            return _root(run, event, i, before, after), i, event
         before = after
     return None
 
 
-def _root(run: engine.Run, event: Event, i: int, before: float, after: float) -> tuple[float, Array, Array]:
+def _root(run: engine.Run, event: Event, i: int, before: float, after: float) -> float:
     """The state where the value is zero between two stores, by the Illinois rule."""
     low, high = float(run.times[i - 1]), float(run.times[i])
     values = [before, after]
-    begin = low
-    state = run.motors[0, i], run.twists[0, i]
     least = PRECISION * (high - low) + 4 * np.finfo(float).eps * abs(high)
     side = 0
     for _ in range(MOST_ROUNDS):
@@ -105,24 +110,25 @@ def _root(run: engine.Run, event: Event, i: int, before: float, after: float) ->
             break
         time = high - values[1] * (high - low) / (values[1] - values[0])
         time = min(max(time, low + least / 2), high - least / 2)
-        motors, twists = _state_at(run, i - 1, begin, time)
-        value = _value(run, event, time, motors, twists)
+        at = _run_to(run, i - 1, time)
+        value = _value(run, event, time, at.motors[0, 1], at.twists[0, 1])
         if (value > 0) == (values[1] > 0) or value == 0:
-            high, values[1], state = time, value, (motors, twists)
+            high, values[1] = time, value
             values[0] = values[0] / 2 if side == 1 else values[0]
             side = 1
         else:
             low, values[0] = time, value
             values[1] = values[1] / 2 if side == -1 else values[1]
             side = -1
-    return high, *state
+    return high
 
 
-def _state_at(run: engine.Run, place: int, begin: float, time: float) -> tuple[Array, Array]:
-    """The state at a time, run anew from a stored one."""
+def _run_to(run: engine.Run, place: int, time: float) -> engine.Run:
+    """A run anew from a stored state to a time, which is its second store."""
+    begin = float(run.times[place])
     again = engine.Run(run.driver, np.array([begin, time]), run.motors[0, place], run.twists[0, place])
     again.to(2)
     run.driver.raise_error()
     if again.stored[0] < 2:
         raise InputError(f"the state between the stores at {begin:.6g} and after cannot be computed.")
-    return again.motors[0, 1], again.twists[0, 1]
+    return again

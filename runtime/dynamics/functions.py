@@ -33,6 +33,10 @@ def arity(function: Callable[..., Any], what: str) -> int:
         signature = inspect.signature(function)
     except (TypeError, ValueError):
         return 1
+    places = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    needed = [p for p in signature.parameters.values() if p.kind in places and p.default is p.empty]
+    if len(needed) == 1 and not any(p.kind is p.VAR_POSITIONAL for p in signature.parameters.values()):
+        return 1  # others have values already: lambda t, a=a, b=b
     for count in (3, 1):
         try:
             signature.bind(*[None] * count)
@@ -78,18 +82,27 @@ class Called:
     def __init__(self) -> None:
         self.functions: list[Callable[[int, float, Array], Array]] = []
         self.names: list[str] = []
+        self.sizes: list[int] = []
         self.error: BaseException | None = None
 
-    def add(self, function: Callable[[int, float, Array], Array], name: str) -> int:
-        """The number of a function of simulation, time and state (motor, then twist)."""
+    def add(self, function: Callable[[int, float, Array], Array], name: str, size: int) -> int:
+        """The number of a function of simulation, time and state (motor, then twist), that gives so many numbers."""
+        self.sizes.append(size)
         self.functions.append(function)
         self.names.append(name)
         return len(self.functions) - 1
 
     def call(self, which: int, item: int, t: float, state: Array) -> Array | None:
         """The value, or None where the function failed."""
+        if self.error is not None and not isinstance(self.error, Exception):
+            return None  # an interrupt ends all of a batch
         try:
             value = self.functions[which](item, t, state)
+            if np.size(value) != self.sizes[which]:  # the driver has room for no more, and reads no less
+                raise InputError(
+                    f"it gave {np.size(value)} numbers where {self.sizes[which]} are needed: one object, always with "
+                    "its two derivatives or always without"
+                )
             if not np.isfinite(value).all():
                 raise InputError(f"it returned {value[~np.isfinite(value)][0]}")
             return value

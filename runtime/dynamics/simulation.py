@@ -86,6 +86,12 @@ class Simulation:
         self.map = methods.check(map, methods.MAPS, "map")
         self.stabilization = methods.check(stabilisation or stabilization, methods.STABILIZATIONS, "stabilization")
         self.baumgarte = float(positive(baumgarte, "the rate of Baumgarte's terms"))
+        self._sealed = True
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if getattr(self, "_sealed", False):  # runs keep what they begin with
+            raise InputError(f"{name} of a simulation does not change.", remedy="Make another Simulation")
+        super().__setattr__(name, value)
 
     def run(
         self,
@@ -156,6 +162,7 @@ class Simulation:
 
             run = shared(self, driver, stores, (duration, step, rtol, atol), project, executor)
         else:
+            driver.made.called.error = None  # of a run before, that nobody asked about
             run = engine.Run(driver, stores, motors, twists, threads, project)
             driver.raise_error()
             check_start(run, project)
@@ -171,16 +178,18 @@ class Simulation:
     def _ready(self, settings: Settings, project: bool, sensitivities: Sequence[str]) -> Ready:
         """What a run begins with; kept, for what a simulation is does not change."""
         key = (*settings, project, tuple(sensitivities))
-        if key not in self._kept:
+        found = self._kept.get(key)
+        if found is None:
             duration = settings[0]
             made, method = self._prepared(*settings, bool(sensitivities))
             asked = directions_of(made, self.loads, sensitivities, duration) if sensitivities else None
             driver = self._driver(made, method, directions=asked.directions if asked else None)
             start = self._projected(made, duration) if project else start_of(made)
-            while len(self._kept) >= MOST_KEPT:
-                del self._kept[next(iter(self._kept))]
-            self._kept[key] = (asked, driver, *start)
-        return self._kept[key]
+            found = asked, driver, *start
+            for old in list(self._kept)[: 1 - MOST_KEPT]:  # other threads may run it too
+                self._kept.pop(old, None)
+            self._kept[key] = found
+        return found
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_kept": {}}  # drivers stay in their process
@@ -268,10 +277,15 @@ def _finish(run: engine.Run, progress: bool | Callable[[float], None] | None, du
             while run.go_on(len(run.times)):
                 tell(float(run.reached.min()))
             tell(float(run.reached.min()))
+            error = run.driver.made.called.error
+            if error is not None and not isinstance(error, Exception):  # it came while a user's function ran
+                run.driver.made.called.error = None
+                run.status[run.status == engine.USER_FAILED] = engine.STOPPED
+                raise error
         except KeyboardInterrupt:
             run.stop()
             return "interrupted"
-    return ""
+    return "" if error is None else str(error)
 
 
 _REASONS = {

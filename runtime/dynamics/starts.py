@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,7 +44,8 @@ def check_start(run: engine.Run, projected: bool) -> None:
 
 def _rounding(made: Assembly) -> Array:
     """What the coefficients of an object of the world far from its origin can say: those of CGA hold squares."""
-    reach = np.min([np.sqrt(b.moments.max(-1) / b.mass) for b in made.bodies], axis=0)
+    reaches = (np.sqrt(b.moments.max(-1) / b.mass) for b in made.bodies)  # of a system one may be a batch, one not
+    reach = reduce(np.minimum, reaches)
     far = np.linalg.norm(made.origin, axis=-1) / reach
     power = 1 if made.algebra.is_degenerate else 2
     found: Array = np.broadcast_to(ROUNDING + 8 * np.finfo(float).eps * far**power, made.size)

@@ -55,7 +55,7 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance, i
       continue;
     }
     if (limit && k == limit) {
-      s->excess = 1;
+      s->excess = s->upper[k][k] > BS_COARSE; /* a small share is rounding far from the origin */
       break;
     }
     for (int j = 0; j < BS_SIZE; j++) q[j] /= s->upper[k][k];
