@@ -59,11 +59,8 @@ def _store_pin(made: Assembly, c: Pin, body: int, other: int) -> None:
     layout = layout_of([own], c.label)
     there = relative_pose(made, body, other) >> own
     if c.world_object is not None:
-        there = moved_near(
-            ~frame_of(made, other)
-            >> _single(of_algebra(c.world_object, made.algebra, "the world's object"), "the world's object"),
-            there,
-        )
+        given = _single(of_algebra(c.world_object, made.algebra, "the world's object"), "the world's object", made.size)
+        there = moved_near(~frame_of(made, other) >> given, there)
     row = Row(c, layout, body, other, made.algebra.kind(layout).size)
     row.v, row.h = made.store(on_layout(there, layout)), made.store(on_layout(own, layout))
     made.rows.append(row)
@@ -77,10 +74,10 @@ def moved_near(given: Multivector, exact: Multivector) -> Multivector:
     return exact if np.abs(difference).max(initial=0) <= SAME * size else given
 
 
-def _single(x: Multivector, what: str) -> Multivector:
-    """One object: a batch of simulations shares it."""
-    if x.shape:
-        raise InputError(f"{what} has shape {x.shape}; one object is needed, which a batch of simulations shares.")
+def _single(x: Multivector, what: str, size: int = 1) -> Multivector:
+    """One object that all simulations share, or one for each of them."""
+    if x.shape not in ((), (size,)):
+        raise InputError(f"{what} has shape {x.shape}; one object is needed, or one for each of {size} simulations.")
     return x
 
 
@@ -103,7 +100,7 @@ def _path(value: Any, made: Assembly, what: str, frame: Multivector) -> Callable
     def at(t: float) -> list[Multivector]:
         given = value(t) if callable(value) else value
         parts = given if isinstance(given, tuple) else (given,)
-        return [~frame >> _single(of_algebra(x, made.algebra, what), what) for x in parts]
+        return [~frame >> _single(of_algebra(x, made.algebra, what), what, made.size) for x in parts]
 
     return at
 
