@@ -12,7 +12,7 @@ from fractions import Fraction
 from ..algebra import Algebra
 from ..multivector import Multivector, select, sqrt
 from ..trace import Result, named, row
-from .euclidean import attached_part, axes, cross, euclidean_part, null_vector, space
+from .euclidean import attached_part, axes, cross, euclidean_part, length, null_vector, space
 from .exponentials import exp_bivector
 from .motions import translation_of
 from .screws import along, direction_part
@@ -73,9 +73,9 @@ def seen(r: Multivector, screw: Multivector) -> Multivector:
     return (~r >> screw).grade(2)
 
 
-def place_of(r: Multivector) -> Multivector:
-    """Where the frame's origin is."""
-    return translation_of(r)
+def distance_of(r: Multivector) -> Multivector:
+    """How far the frame's origin is from the world's."""
+    return length(translation_of(r))
 
 
 def adjoint(r: Multivector) -> Result:
@@ -101,11 +101,6 @@ def gyroscopic(omega: Multivector, momentum: Numbers) -> Result:
 def covector_of(wrench: Multivector) -> Result:
     """`covector`, as a row."""
     return row(covector(wrench), "covector")
-
-
-def wrench_of(numbers: Numbers) -> Multivector:
-    """`of_covector`."""
-    return of_covector(numbers).grade(2)
 
 
 def world_wrench(r: Multivector, numbers: Numbers) -> Multivector:

@@ -177,7 +177,7 @@ def _declared(needs: Needs) -> list[Declared]:
         add(mechanics.relative, "motor, motor")
         add(mechanics.adjoint, "motor")
         add(mechanics.bracket, "twist, twist")
-        add(mechanics.place_of, "motor")
+        add(mechanics.distance_of, "motor")
     for name in needs.layouts:
         v = f"layout {name}"
         add(pins.pinned, f"motor, {v}", f"pinned_{name}")

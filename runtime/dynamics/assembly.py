@@ -158,10 +158,6 @@ class Assembly:
         twist = self.algebra.wrap(self.algebra.kind("twist"), twists)
         return (shift * (motor * ~own)).as_kind("motor", check=False), own >> twist
 
-    def local(self, x: Multivector) -> Multivector:
-        """An object of the user's world in the driver's."""
-        return ~self.shift >> x
-
 
 def assemble(
     bodies: Sequence[RigidBody],

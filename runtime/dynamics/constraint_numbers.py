@@ -33,14 +33,13 @@ def store_constraint(made: Assembly, c: Constraint, duration: float) -> None:
         case Pin():
             _store_pin(made, c, body, other)
         case PinPath():
-            identity = lambda x: x  # noqa: E731
-            _store_linear(made, c, body, other, None, identity, c.world_object, c.body_object, duration)
+            _store_linear(made, c, body, other, None, c.world_object, c.body_object, duration)
         case PinLinear():
-            _store_linear(made, c, body, other, c.function, None, c.world_object, c.target, duration)
+            _store_linear(made, c, body, other, c.function, c.world_object, c.target, duration)
         case Incidence():
             point = _single(of_algebra(c.body_point, made.algebra, "the body's point"), "the body's point")
             product = (lambda x: point ^ x) if not made.algebra.is_degenerate else (lambda x: point & x)
-            _store_linear(made, c, body, other, product, None, c.world_object, 0, duration)
+            _store_linear(made, c, body, other, product, c.world_object, 0, duration)
         case VirtualPower():
             _store_power(made, c, body, other, duration)
         case _:
@@ -115,8 +114,7 @@ def _derivatives(
 
 
 def _store_linear(
-    made: Assembly, c: Constraint, body: int, other: int, function: Any, identity: Any, world: Any, target: Any,
-    duration: float,
+    made: Assembly, c: Constraint, body: int, other: int, function: Any, world: Any, target: Any, duration: float,
 ) -> None:  # fmt: skip
     """A[~S V S] = H; without a function A is one, and H an object of the body."""
     if made.size > 1 and (callable(world) or callable(target)):

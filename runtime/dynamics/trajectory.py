@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calls import call
+from ..calls import Numbers, call
 from ..codegen.errors import InputError, suggest
 from ..multivector import Multivector
 from . import engine
@@ -118,12 +118,14 @@ class Trajectory(Outlets):
         """In the body's frame."""
         return self._state()[1]
 
-    def _matrix(self) -> Array:
-        """Of the body's frame in the driver's world, whose origin is near: places keep their digits."""
-        algebra, own = self._made.algebra, self._made.frames[self._body].own
+    def _local(self) -> Multivector:
+        """Poses in the driver's world, whose origin is near: places keep their digits."""
+        algebra = self._made.algebra
         motors = algebra.wrap(algebra.kind("motor"), self._array(self._run.motors[:, :, self._body]))
-        own = own if own.shape == () else own.reshape(-1, *[1] * (motors.ndim - 1))
-        return algebra.matrix((motors * ~own).as_kind("motor", check=False))
+        return (motors * ~self._beside(self._made.frames[self._body].own)).as_kind("motor", check=False)
+
+    def _matrix(self) -> Array:
+        return self._made.algebra.matrix(self._local())
 
     @property
     def position(self) -> Array:
@@ -153,24 +155,22 @@ class Trajectory(Outlets):
 
     # -- what follows --------------------------------------------------------------------------------------
 
+    def _inertia(self, formula: str) -> Any:
+        """What a formula of the body's inertia says of its twists."""
+        algebra, own = self._made.algebra, self._own
+        axes = self._beside(algebra.motor_from_matrix(own.axes).as_kind("motor", check=False))
+        mass, moments = self._over_time(own.mass), algebra.vector(self._over_time(own.moments, 1), "the moments")
+        return call(algebra, formula, axes, Numbers(mass, 0, "the mass"), moments, self.twist).value
+
+    def _beside(self, motor: Multivector) -> Multivector:
+        """A motor of each simulation, or of all, beside states."""
+        return motor if motor.shape == () or self._single else motor.reshape(-1, 1)
+
     @property
     def momentum(self) -> Multivector:
         """In the world, moments about its origin."""
-        algebra, velocity = self._made.algebra, self.velocity
-        linear = self._over_time(self._own.mass)[..., None] * velocity
-        spin = np.einsum("...ij,...j->...i", self.orientation, self._spin(self.angular_velocity))
-        about = spin + np.cross(self.position, linear)
-        made: Multivector = call(
-            algebra, "mechanics.screw_of", algebra.vector(linear, "p"), algebra.vector(about, "L")
-        ).value
-        return made
-
-    def _spin(self, omega: Array) -> Array:
-        """I w along the body's axes."""
-        axes, moments = self._own.axes, self._own.moments
-        tensor = np.einsum("...ij,...j,...kj->...ik", axes, moments, axes)
-        found: Array = np.einsum("...ij,...j->...i", self._over_time(tensor, 2), omega)
-        return found
+        local: Multivector = self._local() >> self._inertia("mechanics.momentum_in")  # near: it keeps its digits
+        return self._beside(self._made.shift) >> local
 
     @property
     def energy(self) -> Array:
@@ -180,9 +180,8 @@ class Trajectory(Outlets):
         return total
 
     def _kinetic(self) -> Array:
-        omega, v = self._velocities()
-        turning = (omega * self._spin(omega)).sum(-1)
-        return np.asarray(self._over_time(self._own.mass) * (v * v).sum(-1) + turning) / 2
+        found = self._inertia("inertia.energy")
+        return np.asarray(found.values[..., 0] if isinstance(found, Multivector) else found)
 
     def _potential(self) -> Array:
         gravity = sum((g.acceleration for g in self._simulation.loads if isinstance(g, Gravity)), np.zeros(3))
@@ -213,7 +212,8 @@ class Trajectory(Outlets):
         made = self._made
         rows = self._array(self._run.reactions[:, :, self._body])
         local = made.algebra.wrap(made.algebra.kind("twist"), rows)
-        return (made.shift if made.shift.shape == () else made.shift.reshape(-1, 1)) >> local
+        moved: Multivector = self._beside(made.shift) >> local
+        return moved
 
     @property
     def sensitivities(self) -> Sensitivities:
