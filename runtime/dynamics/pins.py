@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..calls import call
 from ..codegen.errors import InputError
+from ..lengths import in_units, length_of
 from ..multivector import Multivector
 from .assembly import Frame
 from .bodies import RigidBody
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 #: Shares of what pins take away that count as rounding.
 NOISE = 1e-9
-#: Share of an object's largest coefficient that is none: of a plane, say, what a sphere would have.
-ROUNDING = 1e-13
 
 
 def principal_frame(body: RigidBody, origin: Array) -> Frame:
@@ -63,33 +62,6 @@ def twists_left(objects: Sequence[Multivector]) -> Array:
     return basis[rank:]
 
 
-def _lengths(algebra: Algebra, blades: Sequence[int]) -> Array:
-    """With what power of a length coefficients on blades grow: n_inf goes with a length, n0 with one less."""
-    powers = {"ni": 1, "0": 1, "no": -1}
-    bits = [powers.get(v, 0) for v in algebra.vectors]
-    return np.array([sum(p for i, p in enumerate(bits) if b >> i & 1) for b in blades])
-
-
-def length_of(objects: Sequence[Multivector]) -> float:
-    """A length that makes all of these small numbers, a power of two: the largest distance or radius; 1 for none."""
-    largest = 0.0
-    for x in objects:
-        sizes, powers = np.abs(x.values), _lengths(x.algebra, x.kind.blades)
-        groups = {p: float(sizes[powers == p].max()) for p in sorted(set(powers.tolist()))}
-        kept = {p: size for p, size in groups.items() if size > ROUNDING * sizes.max()}
-        first = min(kept)
-        for p in kept:
-            if p > first:
-                largest = max(largest, (kept[p] / kept[first]) ** (1 / (p - first)))
-    return float(2.0 ** np.round(np.log2(largest))) if largest > 0 else 1.0
-
-
-def in_units(x: Multivector, unit: float) -> Multivector:
-    """An object in a world whose lengths are measured by this one; but for a factor."""
-    powers = _lengths(x.algebra, x.kind.blades)
-    return x.algebra.wrap(x.kind.layout, np.ascontiguousarray(x.values * unit ** (powers.min() - powers.astype(float))))
-
-
 def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[Frame], Array]:
     """The frame of a body whose pins never move, at the pins and along what they leave; and the world's origin there.
 
@@ -100,7 +72,7 @@ def pin_frame(body: RigidBody, constraints: Sequence[Constraint]) -> tuple[list[
     objects = [of_algebra(c.body_object, algebra, "the body's object") for c in constraints if isinstance(c, Pin)]
     if any(x.shape for x in objects):
         raise InputError("a pinned object is one object; a batch of simulations shares it.")
-    unit = length_of(objects)
+    unit = float(length_of(objects))
     objects = [in_units(x, unit) for x in objects]
     near = _center(algebra, twists_left(objects))
     middle, objects = unit * near, [~algebra.translator(near) >> x for x in objects]

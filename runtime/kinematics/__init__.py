@@ -14,6 +14,11 @@ _HOMES = {
     "Prismatic": "joints",
     "Universal": "joints",
     "Bilinear": "joints",
+    "Rigid": "joints",
+    "Mechanism": "mechanism",
+    "FreeMotion": "motions",
+    "SelfStress": "motions",
+    "Analysis": "analysis",
 }
 
 __all__ = sorted(_HOMES)

@@ -7,13 +7,16 @@ it is X = Y.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..codegen.errors import InputError, suggest
 from ..multivector import Multivector
+
+Array = NDArray[Any]
 
 #: Products of `Bilinear` by name.
 PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
@@ -35,12 +38,15 @@ class Condition:
         B; None where the objects are one and stay one.
     target : Multivector or float, optional
         H; what B is at the start, if left out.
+    equivariant : bool
+        Whether B goes along when X and Y are moved as one.
     """
 
     x: Multivector
     y: Multivector
     product: Callable[[Multivector, Multivector], Any] | None = None
     target: Any = None
+    equivariant: bool = True
 
 
 class Joint:
@@ -56,6 +62,11 @@ class Joint:
     a: str
     b: str
     mobility: int
+    remedy: str = ""
+
+    def axis(self) -> Array | None:
+        """The direction (3,) that its coordinate grows along, or turns about."""
+        return None
 
     def conditions(self) -> list[Condition]:
         """What it asks for."""
@@ -81,6 +92,12 @@ def _named(joint: Joint, objects: Iterable[tuple[str, Any]]) -> None:
             raise InputError(f"{joint.label}: {what} is not finite.")
 
 
+def _one_algebra(joint: Joint, objects: list[Multivector]) -> None:
+    names = {x.algebra.name for x in objects}
+    if len(names) > 1:
+        raise InputError(f"{joint.label}: its objects are of {' and '.join(sorted(names))}; one algebra is needed.")
+
+
 def _of_kind(joint: Joint, x: Multivector, kinds: tuple[str, ...], what: str) -> None:
     """Check the kind of an object, by what it is and not by how it was made."""
     for kind in kinds:
@@ -91,22 +108,50 @@ def _of_kind(joint: Joint, x: Multivector, kinds: tuple[str, ...], what: str) ->
     raise InputError(f"{joint.label}: {what} is a {x.kind.name}; a {' or a '.join(kinds)} is needed.")
 
 
+def direction_of(x: Multivector) -> Array | None:
+    """The direction (3,) of an axis, or the normal; None of what has none."""
+    for kind in ("line", "circle", "plane", "point_pair"):  # a line is a circle too
+        if kind in x.algebra.kinds and set(x.kind.blades) <= set(x.algebra.kind(kind).blades):
+            p = x.as_kind(kind).parameters()
+            return np.asarray(getattr(p, "normal", None) if hasattr(p, "normal") else
+                              p.direction if hasattr(p, "direction") else p.b - p.a)  # fmt: skip
+    return None
+
+
 @dataclass(frozen=True)
 class _Shared(Joint):
-    """A joint that is one object, the same in both bodies."""
+    """A joint that is one object, the same in both bodies.
+
+    Parameters
+    ----------
+    a, b : str
+        The bodies.
+    geometry : Multivector
+        In the world, where the bodies are at the start.
+    other : Multivector, optional
+        The same object as the second body has it, if that is not (yet) at the first one's: see `Mechanism.residual`.
+    """
 
     a: str
     b: str
     geometry: Multivector
+    other: Multivector | None = field(default=None, kw_only=True)
     kinds: ClassVar[tuple[str, ...]]
 
     def __post_init__(self) -> None:
         what = f"the {self.kinds[0]}"
-        _named(self, [(what, self.geometry)])
-        _of_kind(self, self.geometry, self.kinds, what)
+        for x in (self.geometry, self.other):
+            if x is not None:
+                _named(self, [(what, x)])
+                _of_kind(self, x, self.kinds, what)
+        if self.other is not None:
+            _one_algebra(self, [self.geometry, self.other])
 
     def conditions(self) -> list[Condition]:
-        return [Condition(self.geometry, self.geometry)]
+        return [Condition(self.geometry, self.geometry if self.other is None else self.other)]
+
+    def axis(self) -> Array | None:
+        return direction_of(self.geometry)
 
 
 class Spherical(_Shared):
@@ -135,25 +180,45 @@ class Revolute(Joint):
     """Turning about the axis of a shared circle, or about the line of a shared point pair (7.5.4). Mobility 1.
 
     In PGA, which has neither, the axis is a line and a point on it: give both.
+
+    Parameters
+    ----------
+    a, b : str
+    geometry, point : Multivector
+        In the world, where the bodies are at the start. It turns counter-clockwise about the circle's normal, from the
+        first point of a pair to the second, along the line.
+    other, other_point : Multivector, optional
+        The same objects as the second body has them, if they are not (yet) at the first one's.
     """
 
     a: str
     b: str
     geometry: Multivector
     point: Multivector | None = None
+    other: Multivector | None = field(default=None, kw_only=True)
+    other_point: Multivector | None = field(default=None, kw_only=True)
     mobility = 1
 
     def __post_init__(self) -> None:
-        objects = [("the geometry", self.geometry), ("the point", self.point)]
-        _named(self, objects[: 1 if self.point is None else 2])
-        if self.point is None:
-            _of_kind(self, self.geometry, ("circle", "point_pair"), "the geometry")
-        else:
-            _of_kind(self, self.geometry, ("line", "twist"), "the axis")
+        kinds = ("circle", "point_pair") if self.point is None else ("line", "twist")
+        for x in (self.geometry, self.other):
+            if x is not None:
+                _named(self, [("the geometry", x)])
+                _of_kind(self, x, kinds, "the geometry" if self.point is None else "the axis")
+        for x in (self.point, self.other_point):
+            if x is not None:
+                _named(self, [("the point", x)])
+                _of_kind(self, x, ("point",), "the point")
+        _one_algebra(self, [x for x in (self.geometry, self.point, self.other, self.other_point) if x is not None])
 
     def conditions(self) -> list[Condition]:
-        found = [Condition(self.geometry, self.geometry)]
-        return found if self.point is None else [*found, Condition(self.point, self.point)]
+        found = [Condition(self.geometry, self.geometry if self.other is None else self.other)]
+        if self.point is None:
+            return found
+        return [*found, Condition(self.point, self.point if self.other_point is None else self.other_point)]
+
+    def axis(self) -> Array | None:
+        return direction_of(self.geometry)
 
 
 @dataclass(frozen=True)
@@ -161,7 +226,8 @@ class Prismatic(Joint):
     """Sliding along a line without turning (7.5.5), by two shared objects. Mobility 1.
 
     Two distinct parallel lines; a line and a plane that contains its direction; a line and a direction that is not
-    parallel to it; two planes that are not parallel.
+    parallel to it; two planes that are not parallel. It slides along the first line, or along the cross product of the
+    planes' normals.
     """
 
     a: str
@@ -169,21 +235,60 @@ class Prismatic(Joint):
     first: Multivector
     second: Multivector
     mobility = 1
+    remedy = (
+        "Give two distinct parallel lines, a line and a plane along it, a line and another direction, or two planes "
+        "that are not parallel"
+    )
 
     def __post_init__(self) -> None:
         _named(self, [("the first object", self.first), ("the second object", self.second)])
-        from ..dynamics.pins import twists_left
+        _one_algebra(self, [self.first, self.second])
+        from .local import relations
 
-        left = len(twists_left([self.first, self.second]))
-        if left != 1:
-            raise InputError(
-                f"{self.label}: these two objects leave a mobility of {left}, not of 1.",
-                remedy="Give two distinct parallel lines, a line and a plane along it, a line and another direction, "
-                "or two planes that are not parallel",
-            )
+        relations(self.first.algebra, [self])
 
     def conditions(self) -> list[Condition]:
         return [Condition(self.first, self.first), Condition(self.second, self.second)]
+
+    def axis(self) -> Array | None:
+        for x in (self.first, self.second):
+            if "line" in x.algebra.kinds and set(x.kind.blades) <= set(x.algebra.kind("line").blades):
+                return direction_of(x)
+        normals = [direction_of(x) for x in (self.first, self.second)]
+        return None if normals[0] is None or normals[1] is None else np.cross(normals[0], normals[1])
+
+
+@dataclass(frozen=True)
+class Rigid(Joint):
+    """Two bodies as one: a shared point and two shared planes through it. Mobility 0.
+
+    Parameters
+    ----------
+    a, b : str
+    place : array (3,)
+        Where the bodies meet.
+    algebra : Algebra, optional
+        `bladesmith.cga3d` (default) or `pga3d`.
+    """
+
+    a: str
+    b: str
+    place: Any = (0.0, 0.0, 0.0)
+    algebra: Any = None
+    mobility = 0
+
+    def __post_init__(self) -> None:
+        _named(self, [])
+        place = np.asarray(self.place, float)
+        if place.shape != (3,) or not np.isfinite(place).all():
+            raise InputError(f"{self.label}: its place is not three finite numbers.")
+
+    def conditions(self) -> list[Condition]:
+        from ..dynamics.screws import geometry
+
+        algebra, place = geometry(self.algebra), np.asarray(self.place, float)
+        planes = [algebra.plane(normal, place @ normal) for normal in np.eye(3)[:2]]
+        return [Condition(x, x) for x in (algebra.point(place), *planes)]
 
 
 @dataclass(frozen=True)
@@ -231,6 +336,7 @@ class Bilinear(Joint):
     x, y : Multivector
         In the world at the start; x belongs to a, y to b.
     product : {"outer", "inner", "meet", "anticommutator"} or callable
+        A function of two multivectors, linear in each. It is taken in the frame of the first body.
     H : Multivector or float
     """
 
@@ -252,4 +358,4 @@ class Bilinear(Joint):
 
     def conditions(self) -> list[Condition]:
         product = self.product if callable(self.product) else PRODUCTS[self.product]
-        return [Condition(self.x, self.y, product, self.H)]
+        return [Condition(self.x, self.y, product, self.H, equivariant=not callable(self.product))]

@@ -1,0 +1,122 @@
+"""Jacobians of a mechanism by split columns, and how near they are to singular (thesis 7.6, (7.25) mended)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from ..codegen.errors import ConstraintError, UndeterminedError
+from ..dynamics.given import vectors
+from ..dynamics.screws import velocity_at
+from ..multivector import Multivector
+from .inputs import Known
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+
+Array = NDArray[Any]
+#: Of a unit speed, what counts as rounding.
+NOISE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """Outputs of a mechanism for its inputs.
+
+    Attributes
+    ----------
+    jacobian : array (outputs, inputs)
+        Where inputs are not allowed, of the nearest that are; where outputs are left open, of the least speeds.
+    residual : array (inputs,)
+        Share of each input that the joints do not allow: rounding at a pose that is not singular.
+    open : array (outputs, k)
+        Orthonormal directions in which outputs can move while all inputs rest: none at a pose that is not singular.
+    lost : array (outputs, m)
+        Orthonormal directions in which outputs can not move, whatever the inputs do.
+    singular_values : array
+        Of what is solved for the unknown speeds, in the mechanism's frame and unit, zeros left out.
+    """
+
+    jacobian: Array
+    residual: Array
+    open: Array
+    lost: Array
+    singular_values: Array
+
+    @property
+    def condition(self) -> float:
+        """The largest of the singular values over the smallest."""
+        values = self.singular_values
+        return float(values.max() / values.min()) if len(values) else 1.0
+
+    def check(self) -> None:
+        """Raise what keeps the Jacobian from being one.
+
+        Raises
+        ------
+        ConstraintError
+            If the joints do not allow an input: which, and how much of it.
+        UndeterminedError
+            If an output can move while all inputs rest: the direction in which it can.
+        """
+        if self.residual.max(initial=0) > NOISE:
+            worst = int(self.residual.argmax())
+            raise ConstraintError(
+                f"the joints do not allow {self.residual[worst]:.3g} of input {worst}.",
+                remedy="Give inputs that the mechanism allows, as (body, twists), or strict=False for the nearest ones",
+            )
+        if self.open.size:
+            way = np.array2string(self.open[:, 0], precision=3, suppress_small=True)
+            raise UndeterminedError(
+                f"the outputs can move along {way} while all inputs rest: the pose is singular, or inputs are missing.",
+                remedy="Add inputs, leave the pose, or give strict=False for the least speeds",
+            )
+
+
+def analysed(mechanism: Mechanism, inputs: Any, outputs: Any) -> Analysis:
+    """Outputs for inputs, each as in `Mechanism.jacobian`."""
+    known = Known(mechanism)
+    for x in listed(inputs):
+        joint = mechanism.find_joint(x)
+        if joint is not None:
+            known.add_joint(joint)
+        else:
+            known.add_body(*(x if isinstance(x, tuple) else (x,)))
+    found = known.solved()
+    asked = [_output(mechanism, x) for x in listed(outputs)]
+    jacobian, left = (np.concatenate([m @ (rows @ s) for rows, m in asked]) for s in (found.speeds, found.open))
+    size = max(float(np.abs(jacobian).max(initial=0)), np.finfo(float).tiny)
+    ways, values, _ = np.linalg.svd(left)
+    open_ = ways[:, : len(values)][:, values > NOISE * size]
+    ways, values, _ = np.linalg.svd(jacobian)
+    lost = ways[:, int((values > NOISE * size).sum()) :]
+    return Analysis(jacobian, found.residual, open_, lost, found.singular_values)
+
+
+def listed(x: Any) -> list[Any]:
+    """One thing or several, as a list."""
+    if isinstance(x, Mapping):
+        return list(x.items())
+    return list(x) if isinstance(x, Sequence) and not isinstance(x, str | tuple) else [x]
+
+
+def _output(mechanism: Mechanism, x: Any) -> tuple[Any, Array]:
+    """Rows on the tree's speeds (sparse), and the matrix that takes them to what is asked for, in the world's units."""
+    joint = mechanism.find_joint(x)
+    if joint is not None:
+        relation = mechanism.loops.relations[joint]
+        return mechanism.way_of(joint), relation.speeds[:, None] * np.linalg.pinv(relation.free)
+    name, point = x if isinstance(x, tuple) and len(x) == 2 else (x, None)
+    body = mechanism.number(name)
+    rows = sparse.csr_array((6, mechanism.loops.size)) if body < 0 else mechanism.loops.way(body)
+    if point is None:
+        return rows, mechanism.to_world
+    place = point.parameters().xyz if isinstance(point, Multivector) else vectors(point, f"the point of {name!r}")
+    frame, algebra = mechanism.frame, mechanism.algebra
+    units = algebra.wrap(algebra.kind("twist"), np.eye(6))
+    return rows, frame.unit * velocity_at(units, (place - frame.center) / frame.unit).T

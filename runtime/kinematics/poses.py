@@ -1,0 +1,100 @@
+"""Poses of a mechanism: joints that are moved with their bodies, and how far they are from closed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..algebras import Algebra
+from ..lengths import in_units, length_of
+from ..multivector import Multivector
+from .joints import Condition, Joint
+from .local import places_of
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Placed(Joint):
+    """A joint whose bodies have moved.
+
+    Attributes
+    ----------
+    joint : Joint
+        As it was at first.
+    motor_a, motor_b : Multivector
+        Of its bodies, from there.
+    """
+
+    joint: Joint
+    motor_a: Multivector
+    motor_b: Multivector
+
+    def __post_init__(self) -> None:
+        if isinstance(self.joint, Placed):
+            inner = self.joint
+            object.__setattr__(self, "joint", inner.joint)
+            object.__setattr__(self, "motor_a", self.motor_a * inner.motor_a)
+            object.__setattr__(self, "motor_b", self.motor_b * inner.motor_b)
+
+    @property
+    def a(self) -> str:  # type: ignore[override]
+        return self.joint.a
+
+    @property
+    def b(self) -> str:  # type: ignore[override]
+        return self.joint.b
+
+    @property
+    def mobility(self) -> int:  # type: ignore[override]
+        return self.joint.mobility
+
+    @property
+    def label(self) -> str:
+        return self.joint.label
+
+    def axis(self) -> Array | None:
+        axis = self.joint.axis()
+        return None if axis is None else np.asarray(self.motor_a.to_matrix()[:3, :3] @ axis)
+
+    def conditions(self) -> list[Condition]:
+        return [self._moved(c) for c in self.joint.conditions()]
+
+    def _moved(self, c: Condition) -> Condition:
+        x, y, back = self.motor_a >> c.x, self.motor_b >> c.y, ~self.motor_a
+        product = c.product
+        if product is None or c.equivariant:
+            target = self.motor_a >> c.target if isinstance(c.target, Multivector) else c.target
+            return replace(c, x=x, y=y, target=target)
+        return replace(c, x=x, y=y, product=lambda u, v: product(back >> u, back >> v))
+
+
+def misfit(algebra: Algebra, joints: Sequence[Joint]) -> list[float]:
+    """How far each joint is from holding, in its own length."""
+    return [max((_gap(algebra, c) for c in joint.conditions()), default=0.0) for joint in joints]
+
+
+def _gap(algebra: Algebra, c: Condition) -> float:
+    if c.x is c.y and c.product is None:
+        return 0.0
+    x, y = c.x, c.y
+    if c.product is None or (c.equivariant and not isinstance(c.target, Multivector)):
+        away = ~algebra.translator(places_of([x[None], y[None]], 1)[0])
+        x, y = away >> x, away >> y
+        unit = float(length_of([x, y]))
+        x, y = in_units(x, unit), in_units(y, unit)
+    if c.product is None:
+        return _size(x - y) / max(_size(x), np.finfo(float).tiny)
+    value = c.product(x, y)
+    if c.target is not None:
+        value = value - c.target
+    size = _size(x) * _size(y)
+    return _size(value) / size if size > 0 else 0.0
+
+
+def _size(x: Any) -> float:
+    return float(np.abs(x.values if isinstance(x, Multivector) else x).max(initial=0))
