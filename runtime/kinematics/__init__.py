@@ -19,6 +19,7 @@ _HOMES = {
     "FreeMotion": "motions",
     "SelfStress": "motions",
     "Analysis": "analysis",
+    "Poses": "solving",
 }
 
 __all__ = sorted(_HOMES)

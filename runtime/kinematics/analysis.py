@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..codegen.errors import ConstraintError, UndeterminedError
+from ..codegen.errors import ConstraintError, InputError, UndeterminedError
 from ..dynamics.given import vectors
 from ..dynamics.screws import velocity_at
 from ..multivector import Multivector
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
 
 Array = NDArray[Any]
-#: Of a unit speed, what counts as rounding.
-NOISE = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +38,8 @@ class Analysis:
         Orthonormal directions in which outputs can not move, whatever the inputs do.
     singular_values : array
         Of what is solved for the unknown speeds, in the mechanism's frame and unit, zeros left out.
+    noise : float
+        Shares that count as rounding.
     """
 
     jacobian: Array
@@ -47,6 +47,7 @@ class Analysis:
     open: Array
     lost: Array
     singular_values: Array
+    noise: float
 
     @property
     def condition(self) -> float:
@@ -64,7 +65,7 @@ class Analysis:
         UndeterminedError
             If an output can move while all inputs rest: the direction in which it can.
         """
-        if self.residual.max(initial=0) > NOISE:
+        if self.residual.max(initial=0) > self.noise:
             worst = int(self.residual.argmax())
             raise ConstraintError(
                 f"the joints do not allow {self.residual[worst]:.3g} of input {worst}.",
@@ -92,10 +93,10 @@ def analysed(mechanism: Mechanism, inputs: Any, outputs: Any) -> Analysis:
     jacobian, left = (np.concatenate([m @ (rows @ s) for rows, m in asked]) for s in (found.speeds, found.open))
     size = max(float(np.abs(jacobian).max(initial=0)), np.finfo(float).tiny)
     ways, values, _ = np.linalg.svd(left)
-    open_ = ways[:, : len(values)][:, values > NOISE * size]
+    open_ = ways[:, : len(values)][:, values > mechanism.noise * size]
     ways, values, _ = np.linalg.svd(jacobian)
-    lost = ways[:, int((values > NOISE * size).sum()) :]
-    return Analysis(jacobian, found.residual, open_, lost, found.singular_values)
+    lost = ways[:, int((values > mechanism.noise * size).sum()) :]
+    return Analysis(jacobian, found.residual, open_, lost, found.singular_values, mechanism.noise)
 
 
 def listed(x: Any) -> list[Any]:
@@ -103,6 +104,14 @@ def listed(x: Any) -> list[Any]:
     if isinstance(x, Mapping):
         return list(x.items())
     return list(x) if isinstance(x, Sequence) and not isinstance(x, str | tuple) else [x]
+
+
+def place_of(point: Any, what: str) -> Array:
+    """The coordinates (3,) of a point, given as a multivector or by them."""
+    found = np.asarray(point.parameters().xyz if isinstance(point, Multivector) else vectors(point, what), float)
+    if found.shape != (3,):
+        raise InputError(f"{what} has shape {found.shape}; one point is needed.")
+    return found
 
 
 def _output(mechanism: Mechanism, x: Any) -> tuple[Any, Array]:
@@ -116,7 +125,7 @@ def _output(mechanism: Mechanism, x: Any) -> tuple[Any, Array]:
     rows = sparse.csr_array((6, mechanism.loops.size)) if body < 0 else mechanism.loops.way(body)
     if point is None:
         return rows, mechanism.to_world
-    place = point.parameters().xyz if isinstance(point, Multivector) else vectors(point, f"the point of {name!r}")
+    place = place_of(point, f"the point of {name!r}")
     frame, algebra = mechanism.frame, mechanism.algebra
     units = algebra.wrap(algebra.kind("twist"), np.eye(6))
     return rows, frame.unit * velocity_at(units, (place - frame.center) / frame.unit).T

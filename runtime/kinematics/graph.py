@@ -45,6 +45,11 @@ class Tree:
     ends: list[tuple[int, int]]
 
     @cached_property
+    def hung_by(self) -> dict[int, int]:
+        """The body that hangs by each joint of the tree."""
+        return {j: b for b, j in enumerate(self.joint)}
+
+    @cached_property
     def depth(self) -> list[int]:
         """Joints between each body and the fixed one."""
         found = [0] * len(self.parent)

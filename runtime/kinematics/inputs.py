@@ -46,6 +46,7 @@ class Known:
 
     mechanism: Mechanism
     count: int = 0
+    _joints: set[int] = field(default_factory=set)
     _columns: list[tuple[Array, Array, int]] = field(default_factory=list)
     _rows: list[tuple[Any, Array, int]] = field(default_factory=list)
 
@@ -61,11 +62,12 @@ class Known:
                     f"{self.mechanism.joint_names[joint]} has {len(relation.speeds)} speeds; {given.size} are given."
                 )
             values = (given / relation.speeds)[:, None]
-        if joint in loops.tree.joint:
-            body = loops.tree.joint.index(joint)
-            columns = np.arange(loops.starts[body], loops.starts[body + 1])
-            if any(np.array_equal(columns, known) for known, _, _ in self._columns):
+        body = loops.tree.hung_by.get(joint)
+        if body is not None:
+            if joint in self._joints:
                 raise InputError(f"{self.mechanism.joint_names[joint]} is given twice.")
+            self._joints.add(joint)
+            columns = np.arange(loops.starts[body], loops.starts[body + 1])
             self._columns.append((columns, values, self.count))
         else:
             self._rows.append((self.mechanism.way_of(joint), relation.free @ values, self.count))

@@ -27,7 +27,7 @@ PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Condition:
     """B(X, Y) = H of an object of the first body and one of the second, both in the world at the start.
 
@@ -118,7 +118,7 @@ def direction_of(x: Multivector) -> Array | None:
     return None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Shared(Joint):
     """A joint that is one object, the same in both bodies.
 
@@ -175,7 +175,7 @@ class Planar(_Shared):
     mobility = 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Revolute(Joint):
     """Turning about the axis of a shared circle, or about the line of a shared point pair (7.5.4). Mobility 1.
 
@@ -221,7 +221,7 @@ class Revolute(Joint):
         return direction_of(self.geometry)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prismatic(Joint):
     """Sliding along a line without turning (7.5.5), by two shared objects. Mobility 1.
 
@@ -258,7 +258,7 @@ class Prismatic(Joint):
         return None if normals[0] is None or normals[1] is None else np.cross(normals[0], normals[1])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rigid(Joint):
     """Two bodies as one: a shared point and two shared planes through it. Mobility 0.
 
@@ -291,7 +291,7 @@ class Rigid(Joint):
         return [Condition(x, x) for x in (algebra.point(place), *planes)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Universal(Joint):
     """Two circles about one centre, one in each body, whose planes stay at right angles (7.5.6). Mobility 2.
 
@@ -326,7 +326,7 @@ class Universal(Joint):
         return [Condition(center, center), Condition(self.circle_a, self.circle_b, cosine, 0.0)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bilinear(Joint):
     """Any bilinear condition B(X, Y) = H of an object of each body (7.5).
 

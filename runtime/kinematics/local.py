@@ -234,7 +234,9 @@ def _coordinates(algebra: Algebra, basis: Array, axis: Array | None) -> Array:
 
 
 def _sign(algebra: Algebra, twist: Array, which: Array, axis: Array | None) -> float:
-    names = call(algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.where(which, twist, 0)[None]))
+    names = call(
+        algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.where(which, twist, 0)[None])
+    )
     way = sum(v.values[0] for v in names.values)
     along = way @ axis if axis is not None else way[np.argmax(np.abs(way))]
     return -1.0 if along < 0 else 1.0

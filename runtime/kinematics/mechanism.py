@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -10,27 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..algebras import Algebra
-from ..codegen.errors import ConstraintError, InputError, suggest
-from ..dynamics.screws import geometry
+from ..calls import raise_first
+from ..codegen.errors import ConstraintError, InputError
 from ..multivector import Multivector
 from .analysis import Analysis, analysed
-from .graph import Tree, spanning_tree
+from .assembly import Assembly
+from .driver import Asked, Driver
 from .inputs import Known
-from .joints import Joint
-from .local import Frame, Relation, relations, to_world
-from .loops import Loops, Part, parts
 from .motions import FreeMotion, SelfStress, free_basis, idle_speeds, self_stresses
-from .poses import Placed, misfit
+from .poses import Placed
+from .solving import Poses, jacobians, scaled_motors, solved_poses
 
 Array = NDArray[Any]
-#: Singular values below this share of the largest are zero: constraints that say nothing new.
-TOLERANCE = 1e-9
-#: Objects of a joint that are further apart, in the joint's own length, are not one.
-CLOSED = 1e-6
 
 
-class Mechanism:
+class Mechanism(Assembly):
     """Bodies that joints hold together, at one pose.
 
     Parameters
@@ -49,135 +43,7 @@ class Mechanism:
         If a name is there twice, or the fixed body is none of the bodies.
     """
 
-    def __init__(
-        self, bodies: Sequence[str], fixed: str, joints: Sequence[Joint] = (), tolerance: float = TOLERANCE
-    ) -> None:
-        names = [bodies] if isinstance(bodies, str) else list(bodies)
-        for name in names:
-            if not isinstance(name, str) or not name:
-                raise InputError(f"a body is named {name!r}; a word is needed.")
-            if names.count(name) > 1:
-                raise InputError(f"there are two bodies {name!r}; each has a name of its own.")
-        if fixed not in names:
-            raise InputError(f"the fixed body {fixed!r} is none of the bodies.{suggest(str(fixed), names)}")
-        if not 0 < tolerance < 1:
-            raise InputError(f"the tolerance is {tolerance!r}; a share between 0 and 1 is needed.")
-        self.bodies, self.fixed, self.tolerance = tuple(names), fixed, float(tolerance)
-        self.moving = tuple(name for name in names if name != fixed)
-        self._numbers = {name: i for i, name in enumerate(self.moving)} | {fixed: -1}
-        self._joints: list[Joint] = []
-        self._names: dict[str, int] = {}
-        for joint in joints:
-            self.add(joint)
-
-    # -- making --------------------------------------------------------------------------------------------
-
-    def add(self, joint: Joint, name: str | None = None) -> Joint:
-        """Add a joint, which inputs and outputs may call by a name.
-
-        Raises
-        ------
-        InputError
-            If a body of it is not there, the name is taken, or it is of another algebra than the others.
-        """
-        if not isinstance(joint, Joint):
-            raise InputError(f"a joint is a {type(joint).__name__}; one of bladesmith.kinematics is needed.")
-        for body in (joint.a, joint.b):
-            self.number(body, joint.label)
-        if name is not None and (name in self._names or name in self._numbers):
-            raise InputError(f"there are two of the name {name!r}; bodies and joints have names of their own.")
-        algebra = _algebra_of(joint)
-        if self._joints and algebra.name != self.algebra.name:
-            raise InputError(f"{joint.label} is of {algebra.name}, the joints before it of {self.algebra.name}.")
-        if name is not None:
-            self._names[name] = len(self._joints)
-        self._joints.append(joint)
-        for known in [k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)]:
-            del self.__dict__[known]
-        return joint
-
-    @property
-    def joints(self) -> tuple[Joint, ...]:
-        """In the order in which they were added."""
-        return tuple(self._joints)
-
-    @cached_property
-    def joint_names(self) -> tuple[str, ...]:
-        """Their names, or what they are and between what."""
-        named = {j: name for name, j in self._names.items()}
-        return tuple(named.get(j, joint.label) for j, joint in enumerate(self._joints))
-
-    @cached_property
-    def algebra(self) -> Algebra:
-        """Of the joints' geometry."""
-        return _algebra_of(self._joints[0]) if self._joints else geometry(None)
-
-    def number(self, body: Any, where: str = "this mechanism") -> int:
-        """Which body: -1 is the fixed one."""
-        if not isinstance(body, str) or body not in self._numbers:
-            raise InputError(
-                f"{where}: there is no body {body!r}; there are: {', '.join(self.bodies)}.{suggest(str(body), self.bodies)}"
-            )
-        return self._numbers[body]
-
-    def find_joint(self, x: Any) -> int | None:
-        """Which joint is meant, by itself or by its name; None for anything else."""
-        if isinstance(x, Joint):
-            for j, joint in enumerate(self._joints):
-                if joint is x or (isinstance(joint, Placed) and joint.joint is x):
-                    return j
-            raise InputError(f"{x.label} is no joint of this mechanism.")
-        return self._names.get(x) if isinstance(x, str) else None
-
-    # -- what the joints say -------------------------------------------------------------------------------
-
-    @cached_property
-    def _related(self) -> tuple[list[Relation], Frame]:
-        for name, gap in self.residuals().items():
-            if not gap <= CLOSED:
-                raise ConstraintError(
-                    f"{name}: the geometry of its two bodies is {gap:.3g} apart, in units of its own size.",
-                    remedy="Find a pose that closes the mechanism with solve_pose, or correct the geometry",
-                )
-        if not self._joints:
-            raise InputError("this mechanism has no joints.")
-        return relations(self.algebra, self._joints)
-
-    @property
-    def frame(self) -> Frame:
-        """Where, and in what unit, the mechanism's matrices are held."""
-        return self._related[1]
-
-    @cached_property
-    def to_world(self) -> Array:
-        """The matrix (6, 6) that takes twists of `frame` to the world's."""
-        return to_world(self.algebra, self.frame)
-
-    @cached_property
-    def from_world(self) -> Array:
-        """Its inverse."""
-        return np.linalg.inv(self.to_world)
-
-    @cached_property
-    def tree(self) -> Tree:
-        """The tree of bodies, and the joints that close loops."""
-        found = [x.free.shape[1] for x in self._related[0]]
-        return spanning_tree(self.moving, self.fixed, self._joints, found)
-
-    @cached_property
-    def loops(self) -> Loops:
-        """Speeds at the joints of the tree, and what closes the loops."""
-        return Loops(self.tree, self._related[0])
-
-    @cached_property
-    def _parts(self) -> list[Part]:
-        return parts(self.loops.matrix, self.tolerance)
-
-    def way_of(self, joint: int) -> Any:
-        """Relative twists (6, size) at a joint, for unit speeds of the tree (sparse)."""
-        a, b = self.tree.ends[joint]
-        ways = [self.loops.way(x) if x >= 0 else sparse.csr_array((6, self.loops.size)) for x in (a, b)]
-        return (ways[1] - ways[0]).tocsr()
+    # -- how it moves --------------------------------------------------------------------------------------
 
     def constraint_matrix(self) -> Any:
         """The kinematic constraint matrix C of (7.22): C T = 0 for the twists T of all bodies that can move.
@@ -273,7 +139,10 @@ class Mechanism:
 
     # -- speeds --------------------------------------------------------------------------------------------
 
-    def jacobian(self, inputs: Any, outputs: Any, strict: bool = True) -> Array:
+    def jacobian(
+        self, inputs: Any, outputs: Any, strict: bool = True, poses: Any = None, method: str = "elimination",
+        status: bool = False, threads: int | None = None,
+    ) -> Any:  # fmt: skip
         """The linear map from speeds that are chosen to speeds that follow (7.25, columns split).
 
         Parameters
@@ -285,20 +154,36 @@ class Mechanism:
             Likewise; ``(body, point)`` is the velocity of a point that goes with the body.
         strict : bool
             False: what the joints do not allow is left out, and what is left open moves least; see `analysis`.
+        poses : Poses or mapping of str to Multivector (...), optional
+            Where to look, all of them in one compiled call; points and twists are still those of the mechanism as it
+            is. Joints that close loops, and those whose freedoms vary, are neither inputs nor outputs there.
+        method : {"elimination", "general"}
+            At poses: unknown speeds eliminated in an order made for the mechanism, or by orthogonal directions.
+        status : bool
+            At poses: return the status of each too, and raise nothing.
+        threads : int, optional
 
         Returns
         -------
-        array (outputs, inputs)
+        array (outputs, inputs), or (..., outputs, inputs)
+        array of Status (...)
+            With ``status``. SINGULAR: outputs are left open; UNREACHABLE: the joints do not allow the inputs, or the
+            pose does not close the loops.
 
         Raises
         ------
         ConstraintError, UndeterminedError
             If the joints do not allow an input, or outputs can move while all inputs rest: the direction.
         """
-        found = analysed(self, inputs, outputs)
+        if poses is not None:
+            values, found, _ = jacobians(self, inputs, outputs, poses, method, threads)
+            if strict and not status:
+                raise_first(found, "pose")
+            return (values, found) if status else values
+        analysis = analysed(self, inputs, outputs)
         if strict:
-            found.check()
-        return found.jacobian
+            analysis.check()
+        return analysis.jacobian
 
     def analysis(self, inputs: Any, outputs: Any) -> Analysis:
         """The Jacobian, and what is wrong with it: speeds not allowed, open or lost directions, singular values."""
@@ -334,7 +219,7 @@ class Mechanism:
             else:
                 given.add_body(x, value)
         found = given.solved(together=True)
-        if strict and found.residual[0] > 1e-8:
+        if strict and found.residual[0] > self.noise:
             raise ConstraintError(
                 f"the joints do not allow {found.residual[0]:.3g} of what is given.",
                 remedy="Give twists that go together, or strict=False for the nearest ones",
@@ -355,13 +240,55 @@ class Mechanism:
 
     # -- poses ---------------------------------------------------------------------------------------------
 
-    def residuals(self) -> dict[str, float]:
-        """How far the geometry of each joint's two bodies is apart, in the joint's own length; by joint."""
-        return {name: gap for name, gap in zip(self.joint_names, misfit(self.algebra, self._joints), strict=True)}
+    def solve_pose(
+        self, driven: Mapping[Any, Any] | None = None, targets: Mapping[Any, Any] | None = None, start: Any = None,
+        path: bool = False, threads: int | None = None, strict: bool = False,
+    ) -> Poses:  # fmt: skip
+        """Poses where joints have given coordinates and bodies are at their targets, by Newton's method (compiled).
 
-    def residual(self) -> float:
-        """The largest of the `residuals`: whether the loops close."""
-        return max(self.residuals().values(), default=0.0)
+        Steps are limited, so that a pose is followed from the start along the way to where it is asked for; the
+        solution is the one that hangs together with the start.
+
+        Parameters
+        ----------
+        driven : mapping of joints or names to array (...), or (..., f)
+            Coordinates, from where the joint is in this mechanism: radians, lengths.
+        targets : mapping
+            Of bodies to motors (...), from where they are in this mechanism, or to ``(point, places)``: a point that
+            goes with the body, where it is now, and places (..., 3) for it.
+        start : Poses or mapping of str to Multivector, optional
+            Where to begin; as the mechanism is, if left out.
+        path : bool
+            The last axis is a path: each pose starts where the one before it came to.
+        threads : int, optional
+        strict : bool
+            Raise for the first pose that is not found.
+
+        Returns
+        -------
+        Poses (...)
+        """
+        return solved_poses(self, driven or {}, targets or {}, start, path, threads, strict)
+
+    def driver(self, **asked: Any) -> Driver:
+        """The compiled driver for what is asked; kept while the mechanism stays as it is."""
+        key = tuple((name, _key(value)) for name, value in sorted(asked.items()))
+        drivers = self._drivers
+        if key not in drivers:
+            drivers[key] = Driver(self, Asked(**asked))
+        return drivers[key]
+
+    @cached_property
+    def _drivers(self) -> dict[Any, Driver]:
+        return {}
+
+    def motors_from_world(self, motors: Array) -> Array:
+        """Motors (..., 8) in `frame`."""
+        return scaled_motors(self, motors, True)
+
+    def motors_to_world(self, motors: Array) -> Array:
+        """Motors (..., 8) of `frame` in the world."""
+        return scaled_motors(self, motors, False)
 
     def at(self, motors: Mapping[str, Multivector]) -> Mechanism:
         """The mechanism at another pose.
@@ -385,8 +312,8 @@ class Mechanism:
         return f"<Mechanism: {len(self.moving)} bodies on {self.fixed!r}, {len(self._joints)} joints>"
 
 
-def _algebra_of(joint: Joint) -> Algebra:
-    return joint.conditions()[0].x.algebra
+def _key(value: Any) -> Any:
+    return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
 
 
 def _wrenches(basis: Multivector, powers: Array) -> Multivector:
