@@ -72,9 +72,7 @@ class EuclideanAlgebra(Algebra):
             raise_first(x._status, formula.rpartition(".")[2])
         return x
 
-    def read(
-        self, kind: Any, formula: str, x: Multivector, orientation: Any = None
-    ) -> Any:
+    def read(self, kind: Any, formula: str, x: Multivector, orientation: Any = None) -> Any:
         """Named parameters from a formula's results."""
         outcome = call(self, formula, x)
         fields = [v[..., 0] if v.shape[-1:] == (1,) else v for v in map(plain, outcome.values)]
@@ -224,7 +222,9 @@ class EuclideanAlgebra(Algebra):
 
 def is_origin(point: Any) -> bool:
     """Whether ``point=0`` was left as it is."""
-    return np.ndim(point) == 0 and not isinstance(point, str) and point == 0
+    if isinstance(point, np.ndarray | np.generic):
+        return point.ndim == 0 and point.dtype.kind in "iuf" and bool(point == 0)
+    return isinstance(point, int | float) and point == 0
 
 
 def plain(value: Any) -> NDArray[Any]:

@@ -10,6 +10,7 @@ from ..multivector import Multivector
 from . import maps, mechanics, pins
 
 gyroscopic = tangent_formula(mechanics.gyroscopic, __name__)
+central_gyroscopic = tangent_formula(mechanics.central_gyroscopic, __name__)
 pull = tangent_formula(mechanics.pull, __name__, constant=["center"])
 carried = tangent_formula(mechanics.carried, __name__)
 drag = tangent_formula(mechanics.drag, __name__, constant=["center"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
+from ..algebra import Algebra
 from ..errors import InputError
 from ..formulas import flows, maps, mechanics, motion_tangents, pins, registration
 from . import Declared, Program, program, stock_algebra
@@ -27,11 +28,12 @@ extern "Python" int bs_dynamics_user(void *handle, int32_t which, ptrdiff_t item
 
 @dataclass(frozen=True)
 class Layout:
-    """Blades of pinned objects, as the driver's template sees them."""
+    """Blades of pinned objects, as the driver's template sees them; degrees are the powers of a length in them."""
 
     name: str
     number: int
     size: int
+    degrees: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,10 @@ def dynamics_program(needs: Needs) -> Program:
     algebra = stock_algebra(needs.algebra)
     null = next(v for v in ("ni", "0") if v in algebra.vectors)
     angular = [int(not b & (1 << algebra.vectors.index(null))) for b in mechanics.twist_blades(algebra)]
-    layouts = [Layout(name, i, algebra.kind(name).size) for i, name in enumerate(needs.layouts)]
+    layouts = [
+        Layout(name, i, algebra.kind(name).size, tuple(_degree(algebra, b) for b in algebra.kind(name).blades))
+        for i, name in enumerate(needs.layouts)
+    ]
     motor = algebra.kind("motor").blades
     methods = ("chart", "adaptive") if needs.method == "adaptive" else (needs.method,)
     values = {
@@ -134,6 +139,12 @@ def dynamics_program(needs: Needs) -> Program:
     )  # fmt: skip
 
 
+def _degree(algebra: Algebra, blade: int) -> int:
+    """How many powers of a length the coefficient of a blade has, one of them for the origin's: 0, 1 or 2."""
+    powers = {"no": -1, "ni": 1, "0": 1}
+    return 1 + sum(powers.get(name, 0) for i, name in enumerate(algebra.vectors) if blade >> i & 1)
+
+
 def _name(needs: Needs) -> str:
     return f"dynamics_{needs.algebra}_{needs.bodies}_{needs.mode}_{needs.method}"
 
@@ -144,7 +155,8 @@ def _declared(needs: Needs) -> list[Declared]:
     def add(formula: object, kinds: str, named: str = "") -> None:
         found.append(Declared(formula, tuple(kinds.split(", ")), named, needs.algebra))  # type: ignore[arg-type]
 
-    add(mechanics.gyroscopic, "twist, numbers6")
+    central = needs.mode != "subspace"  # frames of pins are elsewhere
+    add(mechanics.central_gyroscopic if central else mechanics.gyroscopic, "twist, numbers6", "gyroscopic")
     add(registration.near_motor, "layout motor", "near_motor")
     add(mechanics.world_wrench, "motor, numbers6")
     add(mechanics.covector_of, "twist")
@@ -196,7 +208,8 @@ def _tangents(needs: Needs) -> list[Declared]:
         found.append(Declared(made, tuple(kinds.split(", ")), named or f"{formula}_tangent", needs.algebra))
 
     moves = "layout motor"
-    add("gyroscopic", "twist, numbers6, twist, numbers6")
+    central = "gyroscopic" if needs.mode == "subspace" else "central_gyroscopic"
+    add(central, "twist, numbers6, twist, numbers6", "gyroscopic_tangent")
     add("carried", f"motor, twist, {moves}, twist")
     add(f"moved_{needs.chart}", "motor, twist, twist", "moved_chart_tangent")
     add(f"chart_rate_{needs.chart}", "twist, twist, twist, twist", "chart_rate_tangent")

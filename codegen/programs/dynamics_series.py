@@ -71,9 +71,10 @@ def _motion(needs: Needs) -> SeriesFunction:
         "world_wrench": (mechanics.carried, "motor, twist"),
         "drag": (mechanics.drag, "twist, position, number, number"),
     }
+    gyroscopic = mechanics.gyroscopic if needs.mode == "subspace" else mechanics.central_gyroscopic
     return _series(
         needs, "motion", tuple(_STILL),
-        (mechanics.motor_rate, "layout motor, twist"), (mechanics.gyroscopic, "twist, numbers6"),
+        (mechanics.motor_rate, "layout motor, twist"), (gyroscopic, "twist, numbers6"),
         *(load for name, load in loads.items() if name in needs.loads),
     )  # fmt: skip
 

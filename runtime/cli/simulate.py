@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -107,6 +108,8 @@ def _check(
         if place.is_dir() or not place.absolute().parent.is_dir():
             what = "it is a folder" if place.is_dir() else f"there is no folder {place.parent}"
             raise InputError(f"{what}.", where=str(place))
+        if not os.access(place if place.exists() else place.absolute().parent, os.W_OK):
+            raise InputError("cannot be written: no permission.", where=str(place))
         if place.exists() and body.exists() and place.samefile(body):
             raise InputError("the result would take the place of the simulation file.", where=str(place))
     names = [place.absolute() for place in every]

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, ShapeError, suggest
+from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, KindError, ShapeError
 from ..codegen.programs.dynamics import Needs
 from ..multivector import Multivector
 from . import loads as kinds_of_load
 from .bodies import RigidBody
 from .constraints import Constraint, Pin
 from .functions import Called
+from .given import body_number
 
 if TYPE_CHECKING:
     from ..algebras import Algebra
@@ -131,15 +132,7 @@ class Assembly:
 
     def which(self, body: int | str | None, what: str) -> int:
         """Number of a body by its name or number; -1 for the world."""
-        if body is None:
-            return -1
-        if isinstance(body, str):
-            if body not in self.names:
-                raise InputError(f"{what}: there is no body {body!r}.{suggest(body, self.names)}")
-            return self.names.index(body)
-        if not 0 <= body < len(self.bodies):
-            raise InputError(f"{what}: there is no body {body}; there are {len(self.bodies)}.")
-        return int(body)
+        return body_number(body, self.names, what)
 
     # -- there and back ------------------------------------------------------------------------------------
 
@@ -181,6 +174,7 @@ def assemble(
     from .pins import pin_frame, principal_frame
 
     algebra = bodies[0].algebra
+    constraints = [c.asked() for c in constraints]
     shape = _shape(bodies, loads)
     still = bool(constraints) and len(bodies) == 1 and all(type(c) is Pin and c.other is None for c in constraints)
     if null_space and still:
@@ -196,8 +190,12 @@ def assemble(
     store_bodies(made, loads)
     store_springs(made, loads)
     store_functions(made, loads)
-    for constraint in constraints:
-        store_constraint(made, constraint, duration)
+    for i, constraint in enumerate(constraints):
+        try:
+            store_constraint(made, constraint, duration)
+        except (InputError, GradeError, ShapeError, KindError, AlgebraMismatchError) as error:
+            where = error.where or f"constraint {i} ({constraint.label})"
+            raise type(error)(error.what, where=where, remedy=error.remedy) from error.__cause__
     made.loads = loads_present(made, loads)
     return made
 
@@ -224,6 +222,8 @@ def _shape(bodies: Sequence[RigidBody], loads: Sequence[Any]) -> tuple[int, ...]
         raise ShapeError(f"bodies and loads have batches {sorted(set(shapes))} that do not go together.") from None
     if len(shape) > 1:
         raise ShapeError(f"bodies and loads have shape {shape}; one simulation, or a batch (n,), is meant.")
+    if shape == (0,):
+        raise ShapeError("the batch of bodies and loads is empty: there is nothing to simulate.")
     return shape
 
 

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..calls import Numbers, call
-from ..codegen.errors import InputError, ShapeError
-from ..loading import stock_algebra
+from ..codegen.errors import InputError, KindError, ShapeError
 from ..multivector import Multivector
-from .given import finite, of_algebra, positive, vectors
+from ..status import Status
+from .given import finite, kept, of_algebra, positive, vectors
 from .principal import principal
+from .screws import geometry
 
 if TYPE_CHECKING:
     from ..algebras import Algebra
@@ -62,14 +63,12 @@ class RigidBody:
         angular_velocity: Any = 0,
         algebra: Algebra | None = None,
     ) -> None:
-        self.algebra = stock_algebra("cga3d") if algebra is None else algebra
-        if self.algebra.name not in ("cga3d", "pga3d"):
-            raise InputError(f"bodies move in cga3d or pga3d, not in {self.algebra.name}.")
-        self.mass = positive(mass, "the mass")
-        self.moments, self.axes = principal(inertia)
+        self.algebra = _home(algebra)
+        self.mass = kept(positive(mass, "the mass"))
+        self.moments, self.axes = map(kept, principal(inertia))
         self.motor = self._pose(position, orientation)
-        self.velocity = vectors(velocity, "velocity")
-        self.angular_velocity = vectors(angular_velocity, "angular_velocity")
+        self.velocity = kept(vectors(velocity, "velocity"))
+        self.angular_velocity = kept(vectors(angular_velocity, "angular_velocity"))
         shapes = [self.mass.shape, self.moments.shape[:-1], self.motor.shape, self.velocity.shape[:-1],
                   self.angular_velocity.shape[:-1]]  # fmt: skip
         try:
@@ -82,21 +81,32 @@ class RigidBody:
             raise ShapeError(f"bodies have shape {self.shape}; one, or a batch (n,), is meant.")
 
     def _pose(self, position: Any, orientation: Any) -> Multivector:
+        place = vectors(position, "position")
         if isinstance(orientation, Multivector):
-            motor = of_algebra(orientation, self.algebra, "the orientation").as_kind("motor")
-            if np.ndim(position) or position != 0:
-                motor = self.algebra.translator(vectors(position, "position")) * motor
-            self._place = self.algebra.matrix(motor)[..., :3, 3]
-            return motor
-        place = self._place = vectors(position, "position")
+            return self._moved(place, of_algebra(orientation, self.algebra, "the orientation"))
         turn = np.eye(3) if orientation is None else finite(orientation, "the orientation")
         if turn.shape[-2:] != (3, 3):
             raise ShapeError(f"the orientation has shape {turn.shape}; it ends in (3, 3), or it is a motor.")
-        shape = np.broadcast_shapes(turn.shape[:-2], place.shape[:-1])
+        shape = _together(turn.shape[:-2], place.shape[:-1])
+        self._place = kept(place)
         matrix = np.zeros((*shape, 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = turn, place, 1
-        made: Multivector = self.algebra.motor_from_matrix(matrix, strict=True)
+        made: Multivector = self.algebra.motor_from_matrix(matrix)
+        if np.any(np.asarray(made.status) != Status.OK):
+            raise _no_rotation(turn)
         return made
+
+    def _moved(self, place: Array, orientation: Multivector) -> Multivector:
+        """A motor as it is given, or moved to a place."""
+        try:
+            motor = orientation.as_kind("motor")
+        except KindError as error:
+            raise InputError(f"the orientation is no motor: {error.what}", remedy=error.remedy) from None
+        if place.any():
+            _together(motor.shape, place.shape[:-1])
+            motor = self.algebra.translator(place) * motor
+        self._place = kept(self.algebra.matrix(motor)[..., :3, 3])
+        return motor
 
     @property
     def position(self) -> Array:
@@ -137,3 +147,38 @@ class RigidBody:
         moments = self.algebra.vector(self.moments, "the moments")
         made: Multivector = call(self.algebra, formula, self.frame, Numbers(self.mass, 0, "the mass"), moments, x).value
         return made
+
+
+def _home(algebra: Any) -> Algebra:
+    """The algebra of a body.
+
+    Raises
+    ------
+    InputError
+        If bodies do not move in it.
+    """
+    found: Algebra = geometry(algebra)
+    if found.name not in ("cga3d", "pga3d"):
+        raise InputError(f"bodies move in cga3d or pga3d, not in {found.name}.")
+    return found
+
+
+def _together(turns: tuple[int, ...], places: tuple[int, ...]) -> tuple[int, ...]:
+    """The batch of a pose."""
+    try:
+        return np.broadcast_shapes(turns, places)
+    except ValueError:
+        raise ShapeError(f"orientations are {turns}, positions {places}; they do not go together.") from None
+
+
+def _no_rotation(turn: Array) -> InputError:
+    """What is wrong with the worst of some matrices (..., 3, 3)."""
+    with np.errstate(all="ignore"):
+        off = np.nan_to_num(np.abs(np.swapaxes(turn, -1, -2) @ turn - np.eye(3)).max((-1, -2)), nan=np.inf)
+        mirrors = np.linalg.det(turn) < 0
+    worst = np.unravel_index(int(np.argmax(np.where(mirrors, np.inf, off))), off.shape)
+    place = f"[{', '.join(map(str, worst))}]" if turn.ndim > 2 else ""
+    what = f"its transpose times itself differs from 1 by {off[worst]:.3g}"
+    if mirrors[worst]:
+        what = "its determinant is negative"
+    return InputError(f"the orientation{place} is no rotation: {what}.", remedy="Give a rotation matrix, or a motor")

@@ -7,16 +7,25 @@ Each is A[~S V S] = H: V an object of the world (or of another body), S the moto
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from ..codegen.errors import InputError
 from ..multivector import Multivector
+from .functions import Asked, arity, takes
+from .given import body_number, check_body, shown
+from .pinned import (
+    asked_path,
+    check_alike,
+    check_moving,
+    check_moving_or_path,
+    check_object,
+    check_point,
+    check_target,
+    check_value,
+    check_wrenches,
+)
 
-Array = NDArray[Any]
 Function = Callable[..., Any]
 
 
@@ -38,6 +47,14 @@ class Constraint:
     def label(self) -> str:
         """For messages."""
         return type(self).__name__
+
+    def asked(self) -> Self:
+        """The same, with functions whose failures are told: see `functions.Asked`."""
+        return self
+
+    def _check_bodies(self) -> None:
+        check_body(self.body, f"the body of {self.label}")
+        check_body(self.other, f"the other body of {self.label}", world=True)
 
 
 @dataclass(frozen=True)
@@ -61,9 +78,11 @@ class Pin(Constraint):
     other: int | str | None = None
 
     def __post_init__(self) -> None:
-        _object(self.body_object, "the body's object")
+        self._check_bodies()
+        check_moving(self.body_object, "the body's object")
         if self.world_object is not None:
-            _object(self.world_object, "the world's object")
+            check_moving(self.world_object, "the world's object")
+            check_alike(self.body_object, self.world_object)
 
 
 @dataclass(frozen=True)
@@ -85,8 +104,13 @@ class PinPath(Constraint):
     other: int | str | None = None
 
     def __post_init__(self) -> None:
-        _object_or_function(self.body_object, "the body's object")
-        _object_or_function(self.world_object, "the world's object")
+        self._check_bodies()
+        check_moving_or_path(self.body_object, "the body's object")
+        check_moving_or_path(self.world_object, "the world's object")
+
+    def asked(self) -> Self:
+        objects = {"body_object": "the body's object", "world_object": "the world's object"}
+        return replace(self, **{name: asked_path(getattr(self, name), what) for name, what in objects.items()})
 
 
 @dataclass(frozen=True)
@@ -113,8 +137,21 @@ class PinLinear(Constraint):
 
     def __post_init__(self) -> None:
         if not callable(self.function):
-            raise InputError(f"the linear function is a {type(self.function).__name__}; a function is needed.")
-        _object_or_function(self.world_object, "the world's object")
+            raise InputError(f"the linear function is {shown(self.function)}; a function is needed.")
+        self._check_bodies()
+        takes(self.function, (1,), "the linear function", "a function of one multivector")
+        check_moving_or_path(self.world_object, "the world's object")
+        if callable(self.target):
+            takes(self.target, (1,), "the target", "a value or a function of time")
+        else:
+            check_value(self.target, "the target")
+
+    def asked(self) -> Self:
+        target = Asked(self.target, "the target", check_target) if callable(self.target) else self.target
+        function = Asked(self.function, f"the function of {self.label}")
+        return replace(
+            self, function=function, world_object=asked_path(self.world_object, "the world's object"), target=target
+        )
 
 
 @dataclass(frozen=True)
@@ -137,8 +174,13 @@ class Incidence(Constraint):
     other: int | str | None = None
 
     def __post_init__(self) -> None:
-        _object(self.body_point, "the body's point")
-        _object_or_function(self.world_object, "the world's object")
+        self._check_bodies()
+        check_moving(self.body_point, "the body's point")
+        check_point(self.body_point)
+        check_moving_or_path(self.world_object, "the world's object")
+
+    def asked(self) -> Self:
+        return replace(self, world_object=asked_path(self.world_object, "the world's object"))
 
 
 @dataclass(frozen=True)
@@ -159,27 +201,42 @@ class VirtualPower(Constraint):
     other: int | str | None = None
 
     def __post_init__(self) -> None:
+        self._check_bodies()
         wrenches = self.wrenches
-        if isinstance(wrenches, Sequence):
-            if not wrenches:
+        if callable(wrenches):
+            arity(wrenches, "the function of the wrenches")
+            return
+        if isinstance(wrenches, Multivector) and len(wrenches.shape) > 1:
+            raise InputError(f"the wrenches have shape {wrenches.shape}; one, or a row of them, is meant.")
+        several = isinstance(wrenches, Sequence) and not isinstance(wrenches, str)
+        if several or isinstance(wrenches, Multivector) and wrenches.shape:
+            if not len(wrenches):
                 raise InputError("VirtualPower has no wrenches; one or more are needed.")
             for i, wrench in enumerate(wrenches):
-                _object(wrench, f"wrench {i}")
+                check_object(wrench, f"wrench {i}")
         else:
-            _object_or_function(wrenches, "the wrenches")
-            if getattr(wrenches, "shape", None) == (0,):
-                raise InputError("VirtualPower has no wrenches; one or more are needed.")
+            check_object(wrenches, "the wrench")
+        if several:
+            object.__setattr__(self, "wrenches", tuple(wrenches))
+
+    def asked(self) -> Self:
+        if not callable(self.wrenches):
+            return self
+        return replace(self, wrenches=Asked(self.wrenches, "the wrenches", check_wrenches))
 
 
-def _object(x: Any, what: str) -> None:
-    if not isinstance(x, Multivector):
-        raise InputError(f"{what} is a {type(x).__name__}; a multivector is needed.")
-    if not np.isfinite(x.values).all():
-        raise InputError(f"{what} is not finite.")
-    if not np.any(x.values):
-        raise InputError(f"{what} is zero, and pins nothing.")
+def check_constraints(constraints: Sequence[Any], names: Sequence[str]) -> None:
+    """Check the constraints of a simulation of bodies with these names.
 
-
-def _object_or_function(x: Any, what: str) -> None:
-    if not callable(x):
-        _object(x, what)
+    Raises
+    ------
+    InputError
+        If one is no constraint, or is between bodies that are not there, or are one: which.
+    """
+    for i, c in enumerate(constraints):
+        if not isinstance(c, Constraint):
+            known = "Pin, PinPath, PinLinear, Incidence, VirtualPower"
+            raise InputError(f"constraints[{i}] is {shown(c)}, no constraint; there are: {known}.")
+        what = f"constraints[{i}] ({c.label})"
+        if body_number(c.body, names, what) == body_number(c.other, names, what):
+            raise InputError(f"{what} is between a body and itself; it takes a body and something else.")

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
+from ..codegen.errors import BladesmithError, InputError
 from . import engine
+from .functions import reason
+from .given import shown
 from .starts import check_start
 
 if TYPE_CHECKING:
@@ -18,7 +20,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 #: Arrays of a run that workers send back.
-RESULTS = ("motors", "twists", "reactions", "violations", "status", "reached", "steps", "stored", "start", "start_rows")
+RESULTS = (
+    "motors", "twists", "reactions", "violations", "status", "reached", "steps", "stored", "start", "start_rows", "off",
+)  # fmt: skip
 #: Parts for each worker, so that none waits long for another.
 PARTS = 4
 
@@ -39,6 +43,15 @@ def run_part(
     return {name: getattr(run, name) for name in RESULTS}
 
 
+def check_executor(executor: Any) -> None:
+    """Raise `InputError` for what is no executor."""
+    if isinstance(executor, type) or not (isinstance(executor, Executor) or hasattr(executor, "submit")):
+        raise InputError(
+            f"the executor is {shown(executor)}; a concurrent.futures.Executor is needed.",
+            remedy="Make one, with ThreadPoolExecutor() or ProcessPoolExecutor()",
+        )
+
+
 def shared(
     simulation: Simulation, driver: engine.Driver, times: Array,
     settings: tuple[float, float, float | None, float | None], project: bool, executor: Executor,
@@ -48,12 +61,8 @@ def shared(
     Raises
     ------
     InputError
-        If it is no open executor, or the simulation cannot be sent.
+        If the executor is closed or breaks, or the simulation cannot be sent.
     """
-    if not isinstance(executor, Executor) and not hasattr(executor, "submit"):
-        raise InputError(
-            f"the executor is a {type(executor).__name__}; a concurrent.futures.Executor is needed.",
-        )
     if driver.made.called.functions:
         raise InputError("functions of time or state stay in this process; run without an executor.")
     workers = getattr(executor, "_max_workers", None) or os.cpu_count() or 1
@@ -65,7 +74,14 @@ def shared(
         ]
     except RuntimeError as error:
         raise InputError(f"the executor takes no work: {error}") from error
-    parts = [future.result() for future in futures]
+    try:
+        parts = [future.result() for future in futures]
+    except BladesmithError:
+        raise
+    except Exception as error:  # of a pool that broke, or of what cannot be sent
+        raise InputError(
+            f"the workers of the executor failed: {reason(error)}.", remedy="Run without an executor"
+        ) from error
     run = engine.Run.__new__(engine.Run)
     run.driver, run.times = driver, np.ascontiguousarray(times)
     for name in RESULTS:

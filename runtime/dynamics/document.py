@@ -6,6 +6,7 @@ Every fault is told with file, line, key and remedy.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -15,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
+from ..codegen.errors import InputError, SimulationError
 from ..kinematics import joints
 from ..multivector import Multivector
 from ..tomlread import read_document
 from . import constraints, loads, schema, schema_values
 from . import schema_parts as parts
 from .document_bodies import WORLD, Ground, KeyPath, Made
+from .given import shown
 from .screws import couple, wrench
 from .simulation import Simulation
 from .sketch import Sketch, Trace, Units
@@ -29,6 +31,8 @@ from .system import System
 from .trajectory import Trajectory
 
 Array = NDArray[Any]
+#: An argument of `Simulation` or its `run` in a message.
+_ARGUMENT = re.compile(r"\b(\w+)=(True|False|'[\w-]+'|\[\.\.\])")
 #: States that are stored where nothing else is said, and at most.
 STATES, MOST_STATES = 1000, 5_000_000
 
@@ -68,10 +72,21 @@ class Setup:
         try:
             found: Trajectory = self.simulation.run(self.duration, **given)
         except InputError as error:  # a start off its constraints, an integrator that does not serve them
-            if error.where is None:
-                raise type(error)(error.what, where=self.name, remedy=error.remedy) from None
-            raise
+            where = ": ".join(filter(None, (self.name, error.where)))
+            raise type(error)(_in_toml(error.what), where=where, remedy=_in_toml(error.remedy)) from None
+        except SimulationError as error:
+            remedy = _in_toml(error.remedy)
+            raise SimulationError(error.what, where=error.where, remedy=remedy, trajectory=error.trajectory) from error
         return found
+
+
+def _in_toml(text: Any) -> Any:
+    """What a message says of arguments of Python, said of keys of a file."""
+    return text and _ARGUMENT.sub(lambda found: f"simulation.{found[1]} = {_value(found[2])}", text)
+
+
+def _value(text: str) -> str:
+    return text.lower() if text in ("True", "False") else text.replace("'", '"')
 
 
 def load_simulation(path: str | os.PathLike[str]) -> Setup:
@@ -85,7 +100,7 @@ def load_simulation(path: str | os.PathLike[str]) -> Setup:
     try:
         file = Path(os.fsdecode(path))
     except TypeError:
-        raise InputError(f"a simulation is read from a file, and {path!r} names none.") from None
+        raise InputError(f"a simulation is read from a file, and {shown(path)} names none.") from None
     if "\0" in str(file):
         raise InputError(f"the name {str(file)!r} has a null character.")
     return _Reader(read_document(str(file), schema.FileTable), file.parent).setup()

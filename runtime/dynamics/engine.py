@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 #: Status of a simulation, as in templates/c/dynamics_rates.j2.
-OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED = range(8)
+OK, NOT_FINITE, UNDERFLOW, RANK_CHANGED, USER_FAILED, STOPPED, EVENT, NOT_SOLVED, VIOLATED = range(9)
 #: Steps of a simulation between two looks at interrupts and progress; of user's functions fewer are asked at once.
 STEPS, STEPS_OF_FUNCTIONS = 16384, 256
 #: A row of which less than this share is new, by energy, is redundant. Rows of a pose that is off differ by about as
@@ -159,6 +159,8 @@ class Run:
         Of motors, as twists in their frames, and of twists.
     start, start_rows : array (simulations, 2)
         Largest errors of poses and of rates at the start, as shares of what they are made of, and the rows.
+    off : array (simulations, 2)
+        How far the last state stays off the constraints after it was brought back, and the row.
     """
 
     def __init__(
@@ -171,6 +173,7 @@ class Run:
         self.status, self.reached = np.zeros(n, np.int32), np.full(n, self.times[0])
         self.steps, self.stored = np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.start, self.start_rows = np.zeros((n, 2)), np.zeros((n, 2), np.int32)
+        self.off = np.zeros((n, 2))
         self.tangents = np.full((n, stores, driver.tangents, 2, bodies, 6), np.nan)
         self._start_tangents = np.zeros((n, driver.tangents, 2, bodies, 6))
         if driver.directions is not None:
@@ -187,7 +190,8 @@ class Run:
         for type_, arrays in (
             ("double[]", {"times": self.times, "memory": self._memory, "motors": self.motors, "twists": self.twists,
                           "reactions": self.reactions, "violations": self.violations, "reached": self.reached,
-                          "start": self.start, "tangents": self.tangents, "start_tangents": self._start_tangents}),
+                          "start": self.start, "off": self.off, "tangents": self.tangents,
+                          "start_tangents": self._start_tangents}),
             ("int32_t[]", {"status": self.status, "stop": self._stop, "start_rows": self.start_rows}),
             ("int64_t[]", {"steps": self.steps, "stored": self.stored}),
         ):  # fmt: skip

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from types import FunctionType, MethodType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
+from ..codegen.errors import InputError, SimulationError
 from ..multivector import Multivector
 from . import engine
+from .functions import reason, takes
+from .given import finite, several, shown
 
 if TYPE_CHECKING:
     from .trajectory import Trajectory
@@ -42,10 +46,13 @@ class Event:
     name: str = "event"
 
     def __post_init__(self) -> None:
-        if not callable(self.function):
-            raise InputError(f"the event's function is a {type(self.function).__name__}; a function is needed.")
-        if self.direction not in (-1, 0, 1):
-            raise InputError(f"the event's direction is {self.direction!r}; it is -1, 0 or 1.")
+        if isinstance(self.function, type) or not callable(self.function):
+            raise InputError(f"the event's function is {shown(self.function)}; a function is needed.")
+        takes(self.function, (3,), "the event's function", "a function of time, motor and twist")
+        if not isinstance(self.direction, int | np.integer) or self.direction not in (-1, 0, 1):
+            raise InputError(f"the event's direction is {shown(self.direction)}; it is -1, 0 or 1.")
+        if not isinstance(self.name, str):
+            raise InputError(f"the event's name is {shown(self.name)}; a text is needed.")
 
     def passes(self, before: float, after: float) -> bool:
         """Whether two values lie on both sides."""
@@ -54,11 +61,50 @@ class Event:
         return rises or falls
 
 
+def given_events(value: Any) -> tuple[Event, ...]:
+    """Events as a user gives them: one or several, also as bare functions.
+
+    Raises
+    ------
+    InputError
+        If one is neither: which.
+    """
+    found = several(value, (Event, FunctionType, MethodType, partial), "the events")
+    events = []
+    for i, event in enumerate(found):
+        if not isinstance(event, Event) and (isinstance(event, type) or not callable(event)):
+            raise InputError(
+                f"events[{i}] is {shown(event)}; an Event, or a function of time, motor and twist, is needed."
+            )
+        events.append(event if isinstance(event, Event) else Event(event))
+    return tuple(events)
+
+
 def first_event(found: Trajectory, events: Sequence[Event]) -> Trajectory:
-    """The trajectory up to the first event, its state stored last."""
+    """The trajectory up to the first event, its state stored last.
+
+    Raises
+    ------
+    SimulationError
+        If the function of an event fails: when; its ``trajectory`` is the whole of it.
+    """
     run = found._run
-    if run.driver.made.size > 1 or run.driver.bodies > 1:
-        raise InputError("events are for one simulation of one body.")
+    try:
+        return _first(found, run, events)
+    except InputError as error:
+        raise SimulationError(error.what, remedy=error.remedy, trajectory=found) from error.__cause__
+
+
+def check_single(simulations: int, bodies: int) -> None:
+    """Raise `InputError` where there is more than one state to look at."""
+    if simulations > 1 or bodies > 1:
+        raise InputError(
+            f"events are for one simulation of one body; here are {simulations} of {bodies}.",
+            remedy="Run them one by one, or look for the time in the trajectory",
+        )
+
+
+def _first(found: Trajectory, run: engine.Run, events: Sequence[Event]) -> Trajectory:
     count = int(run.stored[0])
     hits = [hit for event in events if (hit := _crossing(run, event, count)) is not None]
     if not hits:
@@ -82,10 +128,14 @@ def first_event(found: Trajectory, events: Sequence[Event]) -> Trajectory:
 
 def _value(run: engine.Run, event: Event, time: float, motors: Array, twists: Array) -> float:
     motor, twist = run.driver.made.to_user(0, motors[0].copy(), twists[0].copy())
-    value = float(event.function(time, motor, twist))
-    if not np.isfinite(value):
-        raise InputError(f"{event.name} is {value} at time {time:.6g}.")
-    return value
+    try:
+        value = event.function(time, motor, twist)
+    except Exception as error:  # a user's function may raise anything
+        raise InputError(f"{event.name} failed at time {time:.6g}: {reason(error).rstrip('.')}.") from error
+    found = finite(value, f"{event.name} at time {time:.6g}")
+    if found.ndim:
+        raise InputError(f"{event.name} has shape {found.shape} at time {time:.6g}; one number is needed.")
+    return float(found)
 
 
 def _crossing(run: engine.Run, event: Event, count: int) -> tuple[float, int, Event] | None:

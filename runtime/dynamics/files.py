@@ -19,6 +19,7 @@ from ..codegen.errors import BladesmithError, InputError
 from ..codegen.version import __version__
 from ..files import write_atomically
 from ..loading import stock_algebra
+from .given import shown
 from .record import OF_BODIES, Record, recorded
 from .screws import wrench_parts
 from .shapes import Shape
@@ -77,7 +78,7 @@ def checked_name(path: Any) -> Path:
     try:
         file = Path(os.fsdecode(path))
     except TypeError:
-        raise InputError(f"a trajectory is written to a file, and {path!r} names none.") from None
+        raise InputError(f"a trajectory is written to a file, and {shown(path)} names none.") from None
     if "\0" in str(file):
         raise InputError(f"the name {str(file)!r} has a null character.")
     if file.suffix.lower() not in FORMATS:
@@ -183,6 +184,8 @@ def load_trajectory(path: str | os.PathLike[str]) -> Record:
     InputError
         If the file cannot be read, is damaged, or holds something else.
     """
+    if not isinstance(path, str | bytes | os.PathLike):
+        raise InputError(f"a trajectory is read from a file, and {shown(path)} names none.")
     try:
         file = Path(os.fsdecode(path))
         with np.load(file, allow_pickle=False) as archive_file:

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
+from ..codegen.errors import InputError, ShapeError
 from ..multivector import Multivector
 from . import engine, methods
 from .assembly import assemble
 from .bodies import RigidBody
-from .constraints import Constraint, Incidence, Pin, PinLinear, PinPath, VirtualPower
+from .constraints import Constraint, Incidence, Pin, PinLinear, PinPath, VirtualPower, check_constraints
+from .functions import arity
+from .given import several, shown
 
 Array = NDArray[Any]
 #: Share of a row that counts as rounding.
@@ -39,16 +41,18 @@ def allowed_twists(constraint: Constraint | Sequence[Constraint], body: RigidBod
     Raises
     ------
     InputError
-        If a constraint is none, or between two bodies.
+        If a constraint is none or between two bodies, or nothing says of which algebra twists are.
     """
-    given = list(constraint) if isinstance(constraint, Sequence) else [constraint]
-    for c in given:
-        if not isinstance(c, Constraint):
-            raise InputError(
-                f"a constraint is a {type(c).__name__}; there are Pin, PinPath, PinLinear, Incidence, VirtualPower."
-            )
+    if constraint is None:
+        raise InputError("the constraint is None; a constraint or a list of them is needed.")
+    given = several(constraint, Constraint, "the constraints")
+    check_constraints(given, ["body"])
     if body is None:
         body = RigidBody(1.0, [1.0, 1.0, 1.0], algebra=_algebra(given))
+    if not isinstance(body, RigidBody):
+        raise InputError(f"the body is {shown(body)}; a RigidBody is needed.")
+    if body.shape not in ((), (1,)):
+        raise ShapeError(f"there are {body.shape[0]} bodies; the twists of one are asked for.")
     made = assemble([body], ["body"], [], given, 1.0, False)
     driver = engine.Driver(made, methods.Method("rk4", 1.0, methods.RTOL, 0.0), "exponential", False, 0.0)
     frame = made.frames[0]
@@ -66,14 +70,19 @@ def allowed_twists(constraint: Constraint | Sequence[Constraint], body: RigidBod
 
 
 def _algebra(constraints: Sequence[Constraint]) -> Any:
+    """That of the first object; of functions of the state nothing is known without a body."""
+    unknown = ""
     for c in constraints:
-        match c:
-            case Pin() | PinPath():
-                parts = [c.body_object, c.world_object]
-            case PinLinear() | Incidence():
-                parts = [c.world_object, getattr(c, "body_point", None)]
-            case VirtualPower():
-                parts = list(c.wrenches) if isinstance(c.wrenches, list | tuple) else [c.wrenches]
+        match c.asked():
+            case Pin() | PinPath() as own:
+                parts = [own.body_object, own.world_object]
+            case PinLinear() | Incidence() as own:
+                parts = [own.world_object, getattr(own, "body_point", None)]
+            case VirtualPower() as own if callable(own.wrenches) and arity(own.wrenches, "the wrenches") == 3:
+                unknown = own.label
+                continue
+            case VirtualPower() as own:
+                parts = list(own.wrenches) if isinstance(own.wrenches, tuple) else [own.wrenches]
             case _:
                 parts = []
         for x in parts:
@@ -81,4 +90,9 @@ def _algebra(constraints: Sequence[Constraint]) -> Any:
             x = x[0] if isinstance(x, tuple) else x
             if isinstance(x, Multivector):
                 return x.algebra
+    if unknown:
+        raise InputError(
+            f"{unknown} depends on the state, and no body is given.",
+            remedy="Give one, as in body=RigidBody(1.0, [1, 1, 1])",
+        )
     return None

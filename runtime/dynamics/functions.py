@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
+from ..codegen.errors import BladesmithError, InputError
 
 Array = NDArray[Any]
 #: Coefficients of a motor.
@@ -29,21 +29,69 @@ def arity(function: Callable[..., Any], what: str) -> int:
     InputError
         If it takes neither.
     """
+    return takes(function, (3, 1), what, "a function of time, or of time, motor and twist")
+
+
+def takes(function: Callable[..., Any], counts: tuple[int, ...], what: str, needed: str) -> int:
+    """With how many arguments a function can be called: the first of these counts that it takes.
+
+    Raises
+    ------
+    InputError
+        If it takes none of them.
+    """
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):
-        return 1
+    except (TypeError, ValueError):  # of what is written in C nothing is known
+        return counts[-1]
     places = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    needed = [p for p in signature.parameters.values() if p.kind in places and p.default is p.empty]
-    if len(needed) == 1 and not any(p.kind is p.VAR_POSITIONAL for p in signature.parameters.values()):
-        return 1  # others have values already: lambda t, a=a, b=b
-    for count in (3, 1):
+    named = [p for p in signature.parameters.values() if p.kind in places and p.default is p.empty]
+    if 1 in counts and len(named) == 1 and not any(p.kind is p.VAR_POSITIONAL for p in signature.parameters.values()):
+        counts = (1,)  # others have values already: lambda t, a=a, b=b
+    for count in counts:
         try:
             signature.bind(*[None] * count)
         except TypeError:
             continue
         return count
-    raise InputError(f"{what} takes {signature}; a function of time, or of time, motor and twist, is needed.")
+    raise InputError(f"{what} takes {signature}; {needed} is needed.")
+
+
+def reason(error: BaseException) -> str:
+    """What a user's function raised, on one line."""
+    if isinstance(error, BladesmithError):
+        return error.what
+    return f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+
+
+class Asked:
+    """A user's function, whose failures before a run are told like all bad input.
+
+    Parameters
+    ----------
+    function : callable
+        Of one argument.
+    what : str
+        What it is, for messages.
+    check : callable, optional
+        Raises an `InputError` of a value that is no answer.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], what: str, check: Callable[[Any, str], None] | None = None
+    ) -> None:
+        self.__wrapped__ = function  # its signature is this one's
+        self._what, self._check = what, check
+
+    def __call__(self, *given: Any) -> Any:
+        try:
+            value = self.__wrapped__(*given)
+        except Exception as error:  # a user's function may raise anything
+            time = f" at time {given[0]:.6g}" if isinstance(given[0], float) else ""
+            raise InputError(f"{self._what} failed{time}: {reason(error).rstrip('.')}.") from error
+        if self._check is not None:
+            self._check(value, self._what)
+        return value
 
 
 class Differences:
@@ -107,8 +155,9 @@ class Called:
                 raise InputError(f"it returned {value[~np.isfinite(value)][0]}")
             return value
         except Exception as error:  # a user's function may raise anything
+            cause = (error.__cause__ if isinstance(error, InputError) else None) or error
             told = InputError(
-                f"{self.names[which]} failed at time {t:.6g}: {type(error).__name__}: {error}",
+                f"{self.names[which]} failed at time {t:.6g}: {reason(cause).rstrip('.')}.",
                 where=None if item == 0 else f"simulation {item}",
                 remedy=f"The body was at motor {_rounded(state[:MOTOR])} with twist {_rounded(state[MOTOR:])}",
             )

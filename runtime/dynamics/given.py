@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from reprlib import repr as shortened
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
+from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError, suggest
 from ..multivector import Multivector
 
 if TYPE_CHECKING:
     from ..algebras import Algebra
 
 Array = NDArray[Any]
+#: Larger numbers have squares and cubes that are none; so have lengths that are shorter.
+LARGEST, SHORTEST = 1e60, 1e-60
+#: Coefficients of objects beyond this have no squares.
+LARGEST_COEFFICIENT = 1e100
 #: How far a matrix may be from what it should be: they are often read from text.
 MATRIX_TOLERANCE = 1e-6
 
@@ -27,6 +33,8 @@ def finite(value: Any, name: str) -> Array:
     InputError
         If one is not: which.
     """
+    if isinstance(value, str | bytes | Mapping | None):
+        raise InputError(f"{name} is {shown(value)}; real numbers are needed.")
     found = np.asarray(arrays.real(value, name), np.float64)
     if np.isfinite(found).all():
         return found
@@ -58,6 +66,107 @@ def positive(value: Any, name: str, zero: bool = False) -> Array:
     return found
 
 
+def number(value: Any, name: str, zero: bool = False) -> float:
+    """One number above zero.
+
+    Raises
+    ------
+    InputError, ShapeError
+        If it is something else, or a list.
+    """
+    found = finite(value, name)
+    if found.ndim:
+        raise ShapeError(f"{name} has shape {found.shape}; one number is needed.")
+    return float(positive(found, name, zero))
+
+
+def length(value: Any, name: str) -> float:
+    """A length whose powers are numbers.
+
+    Raises
+    ------
+    InputError, ShapeError
+        If it is none, too long or too short.
+    """
+    found = number(value, name)
+    if not SHORTEST <= found <= LARGEST:
+        raise InputError(f"{name} is {found:.3g}; lengths are from {SHORTEST:g} to {LARGEST:g}.")
+    return found
+
+
+def kept(values: Array) -> Array:
+    """A copy that does not change when the caller's array does, nor by mistake."""
+    own = np.array(values, np.float64)
+    own.setflags(write=False)
+    return own
+
+
+def several(value: Any, single: type[Any] | tuple[type[Any], ...], what: str) -> tuple[Any, ...]:
+    """What may be one thing or many: a tuple of them; None is none.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if value is None:
+        return ()
+    if isinstance(value, single):
+        return (value,)
+    if isinstance(value, str | bytes | Mapping | type) or not isinstance(value, Iterable):
+        raise InputError(f"{what} are {shown(value)}; a list of them is needed.")
+    try:
+        return tuple(value)
+    except TypeError:  # an array without axes says that it can be gone through, and cannot
+        raise InputError(f"{what} are {shown(value)}; a list of them is needed.") from None
+
+
+def shown(value: Any) -> str:
+    """A wrong value as messages repeat it: what it is, shortened, on one line."""
+    if isinstance(value, str | int | float | None):
+        return " ".join(shortened(value).split())
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    name = type(value).__name__
+    return f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
+
+
+def check_body(value: Any, what: str, world: bool = False) -> None:
+    """Check the name or number of a body; None is the world, where that is allowed.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if value is None and world:
+        return
+    if isinstance(value, bool | np.bool_) or not isinstance(value, str | int | np.integer):
+        more = ", or None for the world" if world else ""
+        raise InputError(f"{what} is {shown(value)}; the name or the number of a body is needed{more}.")
+
+
+def body_number(value: Any, names: Sequence[str], what: str) -> int:
+    """The number of a body by its name or number; -1 for the world.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    check_body(value, f"the body of {what}", world=True)
+    if value is None:
+        return -1
+    if isinstance(value, str):
+        if value not in names:
+            known = ", ".join(names)
+            raise InputError(f"{what}: there is no body {value!r}; there are: {known}.{suggest(value, names)}")
+        return list(names).index(value)
+    if not 0 <= value < len(names):
+        raise InputError(f"{what}: there is no body {value}; there are {len(names)}, from 0.")
+    return int(value)
+
+
 def of_algebra(x: Any, algebra: Algebra, name: str) -> Multivector:
     """A multivector of the simulation's algebra, finite, one or a batch.
 
@@ -70,8 +179,24 @@ def of_algebra(x: Any, algebra: Algebra, name: str) -> Multivector:
         raise InputError(f"{name} is a {type(x).__name__}; a multivector of {algebra.name} is needed.")
     if x.algebra is not algebra:
         raise AlgebraMismatchError(f"{name} belongs to {x.algebra.name}, the body to {algebra.name}.")
-    finite(x.values, f"the coefficients of {name}")
+    check_coefficients(x, name)
     return x
+
+
+def check_coefficients(x: Multivector, name: str) -> None:
+    """Check that a multivector is finite.
+
+    Raises
+    ------
+    InputError
+        If it is not: which coefficient, of which item.
+    """
+    if np.isfinite(x.values).all():
+        return
+    *item, i = np.argwhere(~np.isfinite(x.values))[0]
+    value, blade = x.values[(*item, i)], x.algebra.blade_name(x.kind.blades[i])
+    of_item = f" of item {', '.join(map(str, item))}" if item else ""
+    raise InputError(f"{name} is not finite: its coefficient of {blade}{of_item} is {value}.")
 
 
 def coefficients(x: Multivector, kind: str, name: str) -> Array:
@@ -89,5 +214,5 @@ def coefficients(x: Multivector, kind: str, name: str) -> Array:
             found[..., wanted.blades.index(blade)] = values[..., i]
         elif np.any(values[..., i]):
             names = ", ".join(map(x.algebra.blade_name, wanted.blades))
-            raise GradeError(f"{name} has {x.algebra.blade_name(blade)}; a {kind} has: {names}.")
+            raise GradeError(f"{name} has {x.algebra.blade_name(blade)}; the blades of a {kind} are: {names}.")
     return found

@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import arrays
 from ..algebras import Algebra
+from ..arrays import truth
 from ..calls import Numbers, call, finite, merged, raise_first
 from ..codegen.errors import AlgebraMismatchError, InputError, ShapeError
 from ..euclidean import plain
@@ -221,7 +222,7 @@ class Inertia:
         if invalid is not None and status is not None:
             status = merged(np.broadcast_to(invalid, status.shape), status)
         found = finite(value._make(value._type, value._data, value.shape, status))
-        if strict:
+        if truth(strict, "strict"):
             raise_first(found._status, formula.rpartition(".")[2])
         return found
 

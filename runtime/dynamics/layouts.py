@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import GradeError
+from ..codegen.errors import GradeError, ShapeError
 from ..multivector import Multivector
+from .given import of_algebra
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,6 +35,16 @@ def closed_kinds(algebra: Algebra) -> tuple[str, ...]:
 def _commutator(algebra: Algebra, a: int, b: int) -> set[int]:
     one, two = dict(algebra.product(a, b)), dict(algebra.product(b, a))
     return {k for k in {*one, *two} if one.get(k, 0) != two.get(k, 0)}
+
+
+def moves(x: Multivector) -> bool:
+    """Whether some motion moves it: not so scalars, the point at infinity, and the whole space."""
+    algebra = x.algebra
+    if "twist" not in algebra.kinds:
+        return True  # of another geometry: told where objects meet bodies
+    twists = algebra.kind("twist").blades
+    used = (b for b, v in zip(x.kind.blades, np.moveaxis(x.values, -1, 0), strict=True) if np.any(v))
+    return any(_commutator(algebra, b, e) for b in used for e in twists)
 
 
 def layout_of(objects: list[Multivector], what: str) -> str:
@@ -80,7 +91,7 @@ def matrix_of(function: Callable[[Multivector], Any], algebra: Algebra, layout: 
     Raises
     ------
     GradeError
-        If it is not linear, or gives something that is no multivector.
+        If it is not linear, is zero, or gives something that is no multivector.
     """
     kind = algebra.kind(layout)
 
@@ -89,6 +100,9 @@ def matrix_of(function: Callable[[Multivector], Any], algebra: Algebra, layout: 
         y = function(x)
         if not isinstance(y, Multivector):
             raise GradeError(f"{what} gives a {type(y).__name__}; a multivector is needed.")
+        if y.shape:
+            raise ShapeError(f"{what} gives {y.shape} multivectors of one; one is needed.")
+        of_algebra(y, algebra, what)
         found = np.zeros(1 << len(algebra.vectors))
         found[list(y.kind.blades)] = y.values
         return found
@@ -99,4 +113,6 @@ def matrix_of(function: Callable[[Multivector], Any], algebra: Algebra, layout: 
     if not np.allclose(columns @ test, whole, rtol=1e-9, atol=1e-9 * np.abs(columns).max(initial=0)):
         raise GradeError(f"{what} is not linear: of a sum it is not the sum.")
     rows: Array = columns[np.abs(columns).max(1) > 0]
+    if not len(rows):
+        raise GradeError(f"{what} is zero for every {layout}: it holds nothing.")
     return rows

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..codegen.errors import InputError
 from ..multivector import Multivector
-from .given import finite, positive, vectors
+from .functions import arity
+from .given import body_number, check_body, check_coefficients, finite, kept, positive, shown, vectors
 
 Wrench = Multivector | Callable[..., Any]
 
@@ -17,6 +18,16 @@ class Load:
     """Anything that acts on a body; ``body`` is its place in a `System`, 0 where there is but one."""
 
     body: int | str = 0
+
+    @property
+    def label(self) -> str:
+        """For messages."""
+        return type(self).__name__
+
+    def _keep(self, **values: Any) -> None:
+        """Fields as checked arrays; they do not change when the caller's do."""
+        for name, value in values.items():
+            object.__setattr__(self, name, kept(value))
 
 
 @dataclass(frozen=True)
@@ -32,8 +43,7 @@ class Gravity(Load):
     acceleration: Any
 
     def __post_init__(self) -> None:
-        found = vectors(self.acceleration, "gravity's acceleration")
-        object.__setattr__(self, "acceleration", found)
+        self._keep(acceleration=vectors(self.acceleration, "gravity's acceleration"))
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,7 @@ class BodyWrench(Load):
     body: int | str = 0
 
     def __post_init__(self) -> None:
-        _check(self.wrench)
+        _check(self.wrench, "the body wrench", self.body)
 
 
 @dataclass(frozen=True)
@@ -64,7 +74,7 @@ class WorldWrench(Load):
     body: int | str = 0
 
     def __post_init__(self) -> None:
-        _check(self.wrench)
+        _check(self.wrench, "the world wrench", self.body)
 
 
 @dataclass(frozen=True)
@@ -96,11 +106,15 @@ class Spring(Load):
     other: int | str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", vectors(self.point, "the spring's point"))
-        object.__setattr__(self, "anchor", vectors(self.anchor, "the spring's anchor"))
-        object.__setattr__(self, "stiffness", finite(self.stiffness, "the spring's stiffness"))
-        object.__setattr__(self, "length", positive(self.length, "the spring's length", zero=True))
-        object.__setattr__(self, "damping", positive(self.damping, "the spring's damping", zero=True))
+        check_body(self.body, "the spring's body")
+        check_body(self.other, "the spring's other body", world=True)
+        self._keep(
+            point=vectors(self.point, "the spring's point"),
+            anchor=vectors(self.anchor, "the spring's anchor"),
+            stiffness=finite(self.stiffness, "the spring's stiffness"),
+            length=positive(self.length, "the spring's length", zero=True),
+            damping=positive(self.damping, "the spring's damping", zero=True),
+        )
 
 
 @dataclass(frozen=True)
@@ -122,13 +136,41 @@ class Damper(Load):
     body: int | str = 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "angular", positive(self.angular, "the angular damping", zero=True))
-        object.__setattr__(self, "linear", positive(self.linear, "the linear damping", zero=True))
-
-
-def _check(wrench: Any) -> None:
-    if not (callable(wrench) or isinstance(wrench, Multivector)):
-        raise InputError(
-            f"a wrench is a {type(wrench).__name__}; a multivector or a function of time, or of time, motor and twist, "
-            "is needed."
+        check_body(self.body, "the damper's body")
+        self._keep(
+            angular=positive(self.angular, "the angular damping", zero=True),
+            linear=positive(self.linear, "the linear damping", zero=True),
         )
+
+
+def _check(wrench: Any, what: str, body: Any) -> None:
+    if isinstance(wrench, type) or not (callable(wrench) or isinstance(wrench, Multivector)):
+        raise InputError(
+            f"{what} is {shown(wrench)}; a multivector or a function of time, or of time, motor and twist, is needed."
+        )
+    check_body(body, f"the body of {what}")
+    if callable(wrench):
+        arity(wrench, what)
+    else:
+        check_coefficients(wrench, what)
+
+
+def check_loads(loads: Sequence[Any], names: Sequence[str]) -> None:
+    """Check the loads of a simulation of bodies with these names.
+
+    Raises
+    ------
+    InputError
+        If one is no load, acts on a body that is not there, or on nothing: which.
+    """
+    for i, load in enumerate(loads):
+        if not isinstance(load, Load):
+            known = "Gravity, BodyWrench, WorldWrench, Spring, Damper"
+            raise InputError(f"loads[{i}] is {shown(load)}, no load; there are: {known}.")
+        what = f"loads[{i}] ({load.label})"
+        body = body_number(load.body, names, what)
+        if isinstance(load, Spring) and body_number(load.other, names, what) == body:
+            raise InputError(
+                f"{what} is between two points of one body: it moves nothing.",
+                remedy="Name another body with other=, or leave it out for the world",
+            )

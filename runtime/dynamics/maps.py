@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays import truth
 from ..calls import call, finite, merged, raise_first
 from ..multivector import Multivector
 from ..objects.inputs import chosen
@@ -39,7 +40,7 @@ def map_motor(phi: Multivector, map: str = "exponential", strict: bool = False) 
     """
     x = as_screw(phi, "Phi")
     motor = finite(call(x.algebra, f"maps.{chosen(map, MAPS, 'map')}_motor", x).value)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(motor._status, "map_motor")
     return motor
 
@@ -84,7 +85,7 @@ def map_rate(
     rate = outcome.value
     invalid = merged(*(s if s is None else np.broadcast_to(s, rate.shape) for s in (x._status, omega._status)))
     rate = finite(rate._make(rate._type, rate._data, rate.shape, merged(invalid, outcome.status)))
-    if strict:
+    if truth(strict, "strict"):
         raise_first(rate._status, "map_rate")
     return rate
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..codegen.errors import InputError, suggest
 from ..codegen.taylor import HIGHEST_ORDER
 from .assembly import Assembly
+from .given import shown
 from .tableaus import CLASSICAL, COMPOSITIONS, ORDER8, Scheme
 
 Array = NDArray[np.float64]
@@ -87,8 +88,9 @@ def check(value: str, known: tuple[str, ...], what: str) -> str:
     InputError
         If it is not there.
     """
-    if value not in known:
-        raise InputError(f"{value!r} is no {what}; there are: {', '.join(known)}.{suggest(value, known)}")
+    if not isinstance(value, str) or value not in known:
+        near = suggest(value, known) if isinstance(value, str) else ""
+        raise InputError(f"{shown(value)} is no {what}; there are: {', '.join(known)}.{near}")
     return value
 
 

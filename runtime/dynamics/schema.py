@@ -152,7 +152,7 @@ class SimulationTable(Table):
     rtol: Positive | None = None
     atol: Positive | None = None
     interval: Positive | None = None
-    times: list[NotNegative] | None = None
+    times: Annotated[list[NotNegative], Field(min_length=1)] | None = None
     integrator: Integrator = "auto"
     map: Chart = "exponential"
     stabilization: Stabilization | None = None
@@ -165,6 +165,8 @@ class SimulationTable(Table):
     def _once(self) -> SimulationTable:
         one_at_most(self, "interval", "times")
         one_at_most(self, "stabilization", "stabilisation")
+        if self.baumgarte is not None and "baumgarte" not in (self.stabilization, self.stabilisation):
+            raise ValueError('the rate baumgarte goes with stabilization = "baumgarte"')
         return self
 
 

@@ -9,11 +9,10 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from ..tomlread import Table
+from .given import LARGEST, SHORTEST
 from .methods import INTEGRATORS, MAPS, STABILIZATIONS
 from .sketch import COLORS
 
-#: Larger numbers have squares and cubes that are none; so have directions that are shorter.
-LARGEST, SHORTEST = 1e60, 1e-60
 #: Letters of a name, of a label and of a unit.
 MOST_LETTERS, MOST_OF_UNIT = 60, 12
 

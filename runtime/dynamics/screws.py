@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .. import arrays
 from ..algebras import Algebra
+from ..arrays import truth
 from ..calls import Numbers, call, finite, raise_first
 from ..checks import converted
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError
@@ -207,7 +208,7 @@ def _made(formula: str, algebra: Algebra | None, *parts: tuple[str, Any], strict
 
 def _finished(x: Multivector, name: str, strict: bool) -> Multivector:
     found = finite(x)
-    if strict:
+    if truth(strict, "strict"):
         raise_first(found._status, name)
     return found
 

@@ -16,12 +16,9 @@ from ..codegen.errors import InputError, suggest
 from .assembly import Assembly
 from .constraints import VirtualPower
 from .functions import arity
+from .given import several, shown
 from .parameters import Directions, Parameters
 
-REFUSED = (
-    "sensitivities are those of a start that obeys its constraints, at fixed times, computed in this process: they go "
-    "without project, events and executor."
-)
 _COMPONENT = re.compile(r"^(.*)\[(\d+)\]$")
 
 
@@ -33,6 +30,31 @@ class Asked:
     directions: Directions
 
 
+def given_names(value: Any) -> tuple[str, ...]:
+    """Names of parameters as a user gives them: one or several, each once.
+
+    Raises
+    ------
+    InputError
+        If one is no name.
+    """
+    names = several(value, str, "the sensitivities")
+    for i, name in enumerate(names):
+        if not isinstance(name, str):
+            raise InputError(f"sensitivities[{i}] is {shown(name)}; a parameter is asked for by name.")
+    return tuple(dict.fromkeys(names))
+
+
+def check_refused(**options: bool) -> None:
+    """Raise `InputError` for options of a run that do not go with sensitivities."""
+    if given := [name for name, value in options.items() if value]:
+        raise InputError(
+            f"sensitivities do not go together with {' and '.join(given)}: they are those of a start that obeys its "
+            "constraints, at fixed times, computed in this process.",
+            remedy=f"Leave out {' and '.join(f'{name}=' for name in given)}",
+        )
+
+
 def directions_of(made: Assembly, loads: Sequence[Any], names: Sequence[str], duration: float) -> Asked:
     """Directions of parameters by name.
 
@@ -41,15 +63,11 @@ def directions_of(made: Assembly, loads: Sequence[Any], names: Sequence[str], du
     InputError
         If there is no such parameter, or the motion depends on what cannot be differentiated.
     """
-    if isinstance(names, str):
-        names = [names]
     _check_functions(made)
     known = Parameters(made, loads, duration).by_name()
     places: dict[str, slice] = {}
     parts: list[Directions] = []
     for name in names:
-        if not isinstance(name, str):
-            raise InputError(f"a sensitivity is asked for by name, not by a {type(name).__name__}.")
         part = _part(name, known)
         begin = sum(x.count for x in parts)
         places[name] = slice(begin, begin + part.count)
@@ -66,7 +84,8 @@ def _part(name: str, known: Mapping[str, Callable[[], Directions]]) -> Direction
         part, j = known[match[1]](), int(match[2])
         if j < part.count:
             return part.component(j)
-        raise InputError(f"{match[1]} has {part.count} components: {name!r} is none of them.")
+        count = f"{part.count} components, from 0" if part.count > 1 else "one component, 0"
+        raise InputError(f"{match[1]} has {count}: {name!r} is none of them.")
     raise InputError(
         f"{name!r} is no parameter of this simulation.{suggest(name, known)}", remedy=f"There are: {', '.join(known)}"
     )

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
-from .given import positive, vectors
+from ..codegen.errors import InputError, ShapeError
+from .given import length as given_length
+from .given import number, vectors
 
 Array = NDArray[Any]
 #: Sides of what is round, in pictures.
@@ -44,13 +45,16 @@ class Shape:
 
     def inertia(self, mass: float) -> Array:
         """Inertia tensor (3, 3) about the centre of mass."""
-        found: Array = float(positive(mass, "the mass")) * self.gyration
+        found: Array = number(mass, "the mass") * self.gyration
         return found
 
 
 def box(size: Any) -> Shape:
     """A cuboid with sides (a, b, c) along the axes."""
-    sides = positive(vectors(size, "the size"), "the size")
+    given = vectors(size, "the size")
+    if given.shape != (3,):
+        raise ShapeError(f"the size has shape {given.shape}; three sides are needed.")
+    sides = np.array([given_length(side, f"the size[{i}]") for i, side in enumerate(given)])
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * sides / 2
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     edges = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
@@ -60,7 +64,7 @@ def box(size: Any) -> Shape:
 
 def sphere(radius: float) -> Shape:
     """A ball."""
-    r = float(positive(radius, "the radius"))
+    r = given_length(radius, "the radius")
     heights = np.cos(np.linspace(0, np.pi, SIDES // 2 + 1))
     rings = np.sqrt(np.maximum(0, 1 - heights**2))
     vertices, faces, edges = _turned(rings, heights, [SIDES // 4])
@@ -72,7 +76,7 @@ def sphere(radius: float) -> Shape:
 
 def cylinder(radius: float, height: float, axis: Any = (0, 0, 1)) -> Shape:
     """A cylinder about an axis."""
-    r, h = (float(positive(x, name)) for x, name in ((radius, "the radius"), (height, "the height")))
+    r, h = (given_length(x, name) for x, name in ((radius, "the radius"), (height, "the height")))
     vertices, faces, edges = _turned(np.array([0, r, r, 0]), np.array([-h, -h, h, h]) / 2, [1, 2])
     across = (3 * r**2 + h**2) / 12
     return _along(axis, Shape(vertices, faces, np.pi * r**2 * h, np.diag([across, across, r**2 / 2]), edges))
@@ -80,7 +84,7 @@ def cylinder(radius: float, height: float, axis: Any = (0, 0, 1)) -> Shape:
 
 def cone(radius: float, height: float, axis: Any = (0, 0, 1)) -> Shape:
     """A cone; the axis points to its tip, 3/4 of the height from the centre of mass."""
-    r, h = (float(positive(x, name)) for x, name in ((radius, "the radius"), (height, "the height")))
+    r, h = (given_length(x, name) for x, name in ((radius, "the radius"), (height, "the height")))
     vertices, faces, edges = _turned(np.array([0, r, 0]), np.array([-h, -h, 3 * h]) / 4, [1])
     sides = [np.array([(SIDES + k, 2 * SIDES + k) for k in range(0, SIDES, SIDES // 4)])]
     across = 3 * r**2 / 20 + 3 * h**2 / 80
@@ -90,7 +94,7 @@ def cone(radius: float, height: float, axis: Any = (0, 0, 1)) -> Shape:
 
 def rod(length: float, radius: float | None = None, axis: Any = (0, 0, 1)) -> Shape:
     """A thin cylinder; its radius is 1/50 of its length where none is given."""
-    size = float(positive(length, "the length"))
+    size = given_length(length, "the length")
     return cylinder(SLENDER * size if radius is None else radius, size, axis)
 
 
@@ -100,7 +104,7 @@ def mesh(surface: Any, scale: float = 1.0) -> tuple[Shape, Array]:
     from .solids import mass_properties
 
     found = surface if isinstance(surface, Mesh) else load_mesh(surface)
-    vertices = found.vertices * float(positive(scale, "the scale"))
+    vertices = found.vertices * given_length(scale, "the scale")
     mass, center, tensor = mass_properties((vertices, found.faces))
     return Shape(vertices - center, found.faces, float(mass), tensor / mass, _sharp(vertices, found.faces)), center
 
@@ -158,10 +162,12 @@ def _sharp(vertices: Array, faces: Array) -> Array:
 def _along(axis: Any, shape: Shape) -> Shape:
     """A shape about e3, turned to an axis."""
     way = vectors(axis, "the axis")
-    size = float(np.linalg.norm(way))
-    if size == 0:
+    if way.shape != (3,):
+        raise ShapeError(f"the axis has shape {way.shape}; one direction (3,) is needed.")
+    if not way.any():
         raise InputError("the axis is zero; a direction is needed.")
-    turn = _turn(way / size)
+    way = way / np.abs(way).max()  # before it is squared
+    turn = _turn(way / np.linalg.norm(way))
     return Shape(
         shape.vertices @ turn.T, shape.faces, shape.volume, turn @ shape.gyration @ turn.T, shape.edges
     )  # fmt: skip

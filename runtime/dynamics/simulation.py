@@ -9,25 +9,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, SimulationError
+from ..arrays import truth
+from ..codegen.errors import InputError
 from . import engine, methods
 from .assembly import Assembly, assemble
 from .bodies import RigidBody
-from .constraints import Constraint
-from .events import Event, first_event
-from .given import finite, positive
+from .constraints import Constraint, check_constraints
+from .endings import finish, message_of, raise_ending
+from .events import Event, check_single, first_event, given_events
+from .given import number, several, shown
+from .loads import Load, check_loads
 from .parameters import Directions
 from .pins import is_turn
-from .progress import told
-from .sensitivities import REFUSED, directions_of
+from .sensitivities import check_refused, directions_of, given_names
+from .settings import Settings, check_room, settings_of, stored_times
 from .starts import check_pinned_twist, check_start
 from .system import System
 from .trajectory import Trajectory
 
 Array = NDArray[Any]
+#: What ends a run: an event, or its function alone.
+Watched = Event | Callable[..., Any]
 #: What a run begins with: its sensitivities, the driver, motors and twists. Of each simulation the last few are kept.
 Ready = tuple[Any, engine.Driver, Array, Array]
-Settings = tuple[float, float, float | None, float | None]
 MOST_KEPT = 4
 #: Rate at which Baumgarte's terms make errors decay, per second, if none is given.
 BAUMGARTE = 10.0
@@ -40,9 +44,9 @@ class Simulation:
     ----------
     body : RigidBody or System
         One, or a batch of n that differ in their numbers: n simulations side by side.
-    loads : sequence
+    loads : sequence, or a single one
         `Gravity`, `BodyWrench`, `WorldWrench`, `Spring`, `Damper`.
-    constraints : sequence
+    constraints : sequence, or a single one
         `Pin`, `PinPath`, `PinLinear`, `Incidence`, `VirtualPower`.
     integrator : str
         "auto" (see docs/integrators.md), "rk4", "rkmk4", "cf4", "midpoint", "strang", "blanes-moan", "yoshida6",
@@ -61,8 +65,8 @@ class Simulation:
     def __init__(
         self,
         body: RigidBody | System,
-        loads: Sequence[Any] = (),
-        constraints: Sequence[Constraint] = (),
+        loads: Load | Sequence[Load] | None = (),
+        constraints: Constraint | Sequence[Constraint] | None = (),
         integrator: str = "auto",
         map: str = "exponential",
         stabilization: str = "auto",
@@ -72,20 +76,31 @@ class Simulation:
         self._kept: dict[tuple[Any, ...], Ready] = {}
         self.bodies: tuple[RigidBody, ...]
         self.names: tuple[str, ...]
-        self.constraints: tuple[Constraint, ...]
+        held = several(constraints, Constraint, "the constraints")
+        self.loads: tuple[Load, ...] = several(loads, Load, "the loads")
         match body:
             case RigidBody():
-                self.bodies, self.names, self.constraints = (body,), ("body",), tuple(constraints)
+                self.bodies, self.names = (body,), ("body",)
             case System():
                 self.bodies, self.names = tuple(body.bodies.values()), tuple(body.bodies)
-                self.constraints = (*body.constraints(), *constraints)
             case _:
-                raise InputError(f"the body is a {type(body).__name__}; a RigidBody or a System is needed.")
-        self.loads = tuple(loads)
+                raise InputError(f"the body is {shown(body)}; a RigidBody or a System is needed.")
+        check_loads(self.loads, self.names)
+        check_constraints(held, self.names)
+        self.constraints = (*body.constraints(), *held) if isinstance(body, System) else held
         self.integrator = methods.check(integrator, ("auto", *methods.INTEGRATORS), "integrator")
         self.map = methods.check(map, methods.MAPS, "map")
-        self.stabilization = methods.check(stabilisation or stabilization, methods.STABILIZATIONS, "stabilization")
-        self.baumgarte = float(positive(baumgarte, "the rate of Baumgarte's terms"))
+        both = isinstance(stabilization, str) and stabilization != "auto" and stabilisation is not None
+        if both and shown(stabilisation) != shown(stabilization):
+            raise InputError(
+                f"stabilization is {shown(stabilization)} and stabilisation {shown(stabilisation)}; they say the same "
+                "thing: give one of them."
+            )
+        chosen = stabilization if stabilisation is None else stabilisation
+        self.stabilization = methods.check(chosen, methods.STABILIZATIONS, "stabilization")
+        self.baumgarte = number(baumgarte, "the rate of Baumgarte's terms")
+        if self.baumgarte != BAUMGARTE and self.stabilization != "baumgarte":
+            raise InputError("the rate baumgarte goes with stabilization='baumgarte'.", remedy="Give both, or neither")
         self._sealed = True
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -102,11 +117,11 @@ class Simulation:
         atol: float | None = None,
         threads: int | None = None,
         project: bool = False,
-        events: Sequence[Event] = (),
+        events: Watched | Sequence[Watched] | None = (),
         progress: bool | Callable[[float], None] | None = None,
         executor: Executor | None = None,
         strict: bool = True,
-        sensitivities: Sequence[str] = (),
+        sensitivities: str | Sequence[str] | None = (),
     ) -> Trajectory:
         """The motion over some time.
 
@@ -118,8 +133,8 @@ class Simulation:
             Of integrators with a fixed step; and how far apart states are stored where no times are given. 1e-3 if left
             out.
         times : array (stores,)
-            When to store states, rising; 0 is added. Steps are shortened to meet them, by integrators with a fixed
-            step; others interpolate, to the error of a step.
+            When to store states, each after the one before; 0 is added. Steps are shortened to meet them, by
+            integrators with a fixed step; others interpolate, to the error of a step.
         rtol, atol : float
             Error of a step that is allowed to integrators that choose their own: as a share of the body's rates and
             turns (and of ways, in units of its radius of gyration), and in radians. 1e-12 and 0 if left out.
@@ -127,15 +142,15 @@ class Simulation:
             For batches; default: all processors of this process. Functions of users run in one.
         project : bool
             Move the start to the nearest one that obeys the constraints.
-        events : sequence of `Event`
-            Stop where one comes.
+        events : sequence of `Event` or functions, or a single one
+            Stop where one comes; of one simulation of one body.
         progress : bool or callable
             True: a bar on stderr. A function is called with the time reached.
         executor : concurrent.futures.Executor
             Shares a batch over workers; the same bits.
         strict : bool
             Raise if a single simulation cannot go on; of a batch each has its own ``status``.
-        sensitivities : sequence of str
+        sensitivities : sequence of str, or a single one
             Parameters whose gradients the trajectory's ``sensitivities`` hold: see docs/chapter6.md, "Gradients".
 
         Returns
@@ -145,39 +160,46 @@ class Simulation:
 
         Raises
         ------
+        InputError, ShapeError
+            If an argument is none, two of them do not go together, or the states take more memory than there is.
         ConstraintError
             If the start does not obey the constraints, or they contradict each other.
         SimulationError
             If the simulation cannot go on: why and when; its ``trajectory`` holds the states until then.
         """
-        duration = float(positive(duration, "the duration"))
-        step = methods.STEP if step is None else float(positive(step, "the step"))
-        stores = _times(duration, step, times)
-        if sensitivities and (project or events or executor is not None):
-            raise InputError(REFUSED)
-        ready = self._ready((duration, step, rtol, atol), project, sensitivities)
-        asked, driver, motors, twists = ready
+        project, strict = truth(project, "project"), truth(strict, "strict")
+        settings = settings_of(duration, step, rtol, atol, times is None)
+        stores = stored_times(settings, times, len(self.bodies))
+        looked_for, names = given_events(events), given_names(sensitivities)
+        if names:
+            check_refused(project=project, events=bool(looked_for), executor=executor is not None)
         if executor is not None:
-            from .distributed import shared
+            from .distributed import check_executor, shared
 
-            run = shared(self, driver, stores, (duration, step, rtol, atol), project, executor)
+            check_executor(executor)
+        asked, driver, motors, twists = self._ready(settings, project, names)
+        if looked_for:
+            check_single(driver.size, driver.bodies)
+        check_room(driver, len(stores))
+        if executor is not None:
+            run = shared(self, driver, stores, settings, project, executor)
+            message = message_of(run)
         else:
             driver.made.called.error = None  # of a run before, that nobody asked about
             run = engine.Run(driver, stores, motors, twists, threads, project)
-            driver.raise_error()
             check_start(run, project)
-            message = _finish(run, progress, duration)
+            message = finish(run, progress, settings[0])
         found = Trajectory(self, run, places=asked.places if asked else None)
-        found.message = "" if executor is not None else message
-        if events:
-            found = first_event(found, events)
+        found.message = message
+        if looked_for:
+            found = first_event(found, looked_for)
         if strict and driver.made.size == 1:
-            _raise(run, found)
+            raise_ending(run, found)
         return found
 
-    def _ready(self, settings: Settings, project: bool, sensitivities: Sequence[str]) -> Ready:
+    def _ready(self, settings: Settings, project: bool, sensitivities: tuple[str, ...]) -> Ready:
         """What a run begins with; kept, for what a simulation is does not change."""
-        key = (*settings, project, tuple(sensitivities))
+        key = (*settings, project, sensitivities)
         found = self._kept.get(key)
         if found is None:
             duration = settings[0]
@@ -208,8 +230,8 @@ class Simulation:
         name = methods.chosen(integrator, made)
         if integrator == "auto" and self.stabilization == "baumgarte":  # whose terms have no series
             name = "adaptive"
-        tolerance = methods.RTOL if rtol is None else float(positive(rtol, "rtol"))
-        least = 0.0 if atol is None else float(positive(atol, "atol", zero=True))
+        tolerance = methods.RTOL if rtol is None else rtol
+        least = 0.0 if atol is None else atol
         if name == "taylor" and self.stabilization == "baumgarte":
             raise InputError("stabilization='baumgarte' has no Taylor series.", remedy="Use 'projection'")
         adaptive = methods.INTEGRATORS[name] not in methods.FIXED
@@ -242,19 +264,6 @@ class Simulation:
         return f"<Simulation of {', '.join(self.names)}; {loads} loads, {held} constraints>"
 
 
-def _times(duration: float, step: float, times: Any) -> Array:
-    """When states are stored, from 0."""
-    if times is None:
-        count = int(np.ceil(duration / step * (1 - 1e-12)))
-        return np.concatenate([np.arange(count) * step, [duration]])
-    found = finite(times, "times")
-    if found.ndim != 1 or not len(found):
-        raise InputError(f"times have shape {found.shape}; a row of times is needed.")
-    if (np.diff(found) < 0).any() or found[0] < 0 or found[-1] > duration * (1 + 1e-12):
-        raise InputError(f"times do not rise from 0 to the duration, {duration:.6g}.")
-    return found if found[0] == 0 else np.concatenate([[0.0], found])
-
-
 def start_of(made: Assembly) -> tuple[Array, Array]:
     """Motors (n, bodies, 8) and twists (n, bodies, 6) in the driver's frames."""
     motors = np.empty((made.size, len(made.bodies), 8))
@@ -268,43 +277,3 @@ def start_of(made: Assembly) -> tuple[Array, Array]:
             check_pinned_twist(twists[:, i], kept, np.where(is_turn(made.algebra), 1.0, reach))
             twists[:, i] = kept
     return motors, twists
-
-
-def _finish(run: engine.Run, progress: bool | Callable[[float], None] | None, duration: float) -> str:
-    """All states, or those until an interrupt: then why."""
-    with told(progress, duration) as tell:
-        try:
-            while run.go_on(len(run.times)):
-                tell(float(run.reached.min()))
-            tell(float(run.reached.min()))
-            error = run.driver.made.called.error
-            if error is not None and not isinstance(error, Exception):  # it came while a user's function ran
-                run.driver.made.called.error = None
-                run.status[run.status == engine.USER_FAILED] = engine.STOPPED
-                raise error
-        except KeyboardInterrupt:
-            run.stop()
-            return "interrupted"
-    return "" if error is None else str(error)
-
-
-_REASONS = {
-    engine.NOT_FINITE: ("the state is no longer finite", "Take a smaller step, or integrator='adaptive'"),
-    engine.UNDERFLOW: ("steps became too small to go on", "Allow a larger rtol, or look for what is singular there"),
-    engine.RANK_CHANGED: ("the rank of the constraints changed: the mechanism is singular there", None),
-    engine.USER_FAILED: ("a function failed", None),
-    engine.NOT_SOLVED: ("the implicit step was not solved", "Take a smaller step"),
-}
-
-
-def _raise(run: engine.Run, found: Trajectory) -> None:
-    """Raise what ended a single simulation before its time."""
-    error = run.driver.made.called.error
-    run.driver.made.called.error = None
-    if error is not None and not isinstance(error, SimulationError):
-        told_error = SimulationError(str(error), trajectory=found) if isinstance(error, Exception) else error
-        raise told_error from error
-    status = int(run.status[0])
-    if status in _REASONS:
-        what, remedy = _REASONS[status]
-        raise SimulationError(f"{what}, at time {run.reached[0]:.6g}.", remedy=remedy, trajectory=found)

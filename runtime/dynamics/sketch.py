@@ -10,10 +10,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, suggest
+from ..codegen.errors import InputError, ShapeError, suggest
 from ..multivector import Multivector
 from ..plot import palette
-from .given import vectors
+from .given import finite, kept, several, shown, vectors
 from .shapes import Shape
 
 Array = NDArray[Any]
@@ -37,7 +37,8 @@ def color_code(color: str) -> str:
     found = COLORS.get(color, color) if isinstance(color, str) else ""
     if len(found) == 7 and found[0] == "#" and all(c in "0123456789abcdefABCDEF" for c in found[1:]):
         return found
-    raise InputError(f"{color!r} is no colour{suggest(color, COLORS)}; there are {', '.join(COLORS)} and '#rrggbb'.")
+    near = suggest(color, COLORS) if isinstance(color, str) else ""
+    raise InputError(f"{shown(color)} is no colour{near}; there are {', '.join(COLORS)} and '#rrggbb'.")
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,13 @@ class Trace:
     body: str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", vectors(self.point, "a trace's point").reshape(3))
+        point = vectors(self.point, "a trace's point")
+        if point.shape != (3,):
+            raise ShapeError(f"a trace's point has shape {point.shape}; one point (3,) is needed.")
+        object.__setattr__(self, "point", kept(point))
+        for name, value in (("label", self.label), ("body", "" if self.body is None else self.body)):
+            if not isinstance(value, str):
+                raise InputError(f"a trace's {name} is {shown(value)}; a text is needed.")
         if self.color is not None:
             object.__setattr__(self, "color", color_code(self.color))
 
@@ -137,14 +144,40 @@ class Sketch:
 
     def __post_init__(self) -> None:
         given: Any = self.shapes
+        if not isinstance(given, Shape | Mapping):
+            raise InputError(
+                f"the shapes are {shown(given)}; a Shape, or a mapping of bodies' names to them, is needed."
+            )
         shapes = {"": given} if isinstance(given, Shape) else dict(given)
         for name, shape in shapes.items():
             if not isinstance(shape, Shape):
-                raise InputError(f"the shape of {name or 'the body'} is a {type(shape).__name__}; a Shape is needed.")
+                raise InputError(f"the shape of {name or 'the body'} is {shown(shape)}; a Shape is needed.")
         object.__setattr__(self, "shapes", shapes)
-        made = tuple(x if isinstance(x, Trace) else Trace(x) for x in self.traces)
+        made = tuple(x if isinstance(x, Trace) else Trace(x) for x in several(self.traces, Trace, "the traces"))
         object.__setattr__(self, "traces", made)
+        objects = several(self.objects, Multivector, "the objects")
+        for i, x in enumerate(objects):
+            if not isinstance(x, Multivector):
+                raise InputError(f"objects[{i}] is {shown(x)}; a multivector is needed.")
+        object.__setattr__(self, "objects", objects)
+        if not isinstance(self.colors, Mapping):
+            raise InputError(f"the colors are {shown(self.colors)}; a mapping of bodies' names to colours is needed.")
+        if not isinstance(self.units, Units):
+            raise InputError(f"the units are {shown(self.units)}; Units(length, mass, time) are needed.")
+        self._check_view()
         object.__setattr__(self, "colors", {name: color_code(c) for name, c in self.colors.items()})
+
+    def _check_view(self) -> None:
+        """Title, angles and times."""
+        if not isinstance(self.title, str):
+            raise InputError(f"the title is {shown(self.title)}; a text is needed.")
+        angles = finite(self.view, "the view")
+        if angles.shape != (2,):
+            raise ShapeError(f"the view has shape {angles.shape}; elevation and azimuth are needed, in degrees.")
+        if self.shown is not None:
+            times = finite(self.shown, "the shown times")
+            if times.ndim != 1:
+                raise ShapeError(f"the shown times have shape {times.shape}; a row of times is needed.")
 
     def shape_of(self, name: str, alone: bool) -> Shape | None:
         """The shape of a body, if it has one."""

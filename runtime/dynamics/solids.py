@@ -16,7 +16,7 @@ from ..codegen.errors import InputError
 from ..euclidean import parameters_class, plain
 from ..interchange.meshes import Mesh, load_mesh
 from ..loading import stock_algebra
-from .given import positive
+from .given import number
 
 Array = NDArray[Any]
 MassProperties = parameters_class("MassProperties", "mass", "center", "tensor")
@@ -61,11 +61,11 @@ def mass_properties(mesh: Any, density: Any = None, mass: Any = None) -> Any:
     spread = second / volume - np.outer(center, center)  # mean of x x^T about the centre
     if mass is not None and density is not None:
         raise InputError("density and mass are both given; one says it.")
-    total = positive(mass, "the mass") if mass is not None else (
-        positive(1.0 if density is None else density, "the density") * volume * unit**3
+    total = number(mass, "the mass") if mass is not None else (
+        number(1.0 if density is None else density, "the density") * volume * unit**3
     )  # fmt: skip
     tensor = total * unit**2 * (np.trace(spread) * np.eye(3) - spread)
-    return MassProperties(float(total), middle + unit * center, (tensor + tensor.T) / 2)
+    return MassProperties(total, middle + unit * center, (tensor + tensor.T) / 2)
 
 
 def _surface(mesh: Any) -> tuple[Array, Array]:

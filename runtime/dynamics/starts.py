@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from ..codegen.errors import ConstraintError
 from . import engine
-from .assembly import Assembly
+from .assembly import Assembly, Row
 
 Array = NDArray[np.float64]
 #: How far a start may be off its constraints: rounding of what users give.
 ROUNDING = 1e-9
+#: Rates may be off by so much more: those of paths come from differences.
+OF_DIFFERENCES = 10.0
 _REMEDY = "Give project=True, and the start is moved to the nearest one that obeys the constraints"
 
 
@@ -23,7 +25,7 @@ def check_start(run: engine.Run, projected: bool) -> None:
     if not made.rows or run.status.any():
         return
     for kind, what in enumerate(("", "the rate of ")):
-        allowed = ROUNDING if kind else _rounding(made)
+        allowed = _rounding(made) * (OF_DIFFERENCES if kind else 1.0)
         worst = int(np.argmax(run.start[:, kind] / allowed))
         share = float(run.start[worst, kind])
         if not (run.start[:, kind] > allowed).any():
@@ -42,8 +44,19 @@ def check_start(run: engine.Run, projected: bool) -> None:
         )
 
 
+def contradiction(run: engine.Run, item: int) -> str:
+    """Which constraint a simulation that ended stays off, and by how much."""
+    share, row = run.off[item]
+    made = run.driver.made
+    label, unit = _label(made, int(row)), "of the body's size, or in radians"
+    if _row_of(made, int(row)).power:
+        label, unit = f"the rate of {label}", "of the bodies' velocity"
+    return f"the constraints contradict each other: {label} stays violated, by {share:.3g} {unit}"
+
+
 def _rounding(made: Assembly) -> Array:
-    """What the coefficients of an object of the world far from its origin can say: those of CGA hold squares."""
+    """What the coefficients of an object of the world far from its origin can say, and differences of them for rates:
+    those of CGA hold squares."""
     reaches = (np.sqrt(b.moments.max(-1) / b.mass) for b in made.bodies)  # of a system one may be a batch, one not
     reach = reduce(np.minimum, reaches)
     far = np.linalg.norm(made.origin, axis=-1) / reach
@@ -71,9 +84,12 @@ def check_pinned_twist(given: Array, kept: Array, units: Array) -> None:
 
 def _label(made: Assembly, row: int) -> str:
     """Which constraint a row belongs to."""
-    for each in made.rows:
-        if row < each.rows:
-            place = next(i for i, c in enumerate(made.constraints) if c is each.constraint)
-            return f"constraint {place} ({each.constraint.label})"
-        row -= each.rows
-    return "a constraint"
+    own = _row_of(made, row).constraint
+    place = next(i for i, c in enumerate(made.constraints) if c is own)
+    return f"constraint {place} ({own.label})"
+
+
+def _row_of(made: Assembly, row: int) -> Row:
+    """What the driver reads as one that holds this equation."""
+    ends = np.cumsum([each.rows for each in made.rows])
+    return made.rows[int(np.searchsorted(ends, row, side="right"))]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import arrays
+from ..arrays import truth
 from ..calls import Numbers, call, finite, raise_first
 from ..checks import converted
 from ..codegen.errors import GradeError, InputError, ShapeError
@@ -154,7 +155,7 @@ def vector_of_wrench(w: Multivector, strict: bool = False) -> Any:
         raise GradeError(f"forces as vectors are those of cga3d; this wrench belongs to {x.algebra.name}.")
     outcome = call(x.algebra, "twists.vector_of_wrench", x)
     status = outcome.status
-    if strict:
+    if truth(strict, "strict"):
         raise_first(status, "vector_of_wrench")
     result = VectorForce(*(finite(v) for v in outcome.values))
     result.status = statuses(status, x.shape)

@@ -10,6 +10,7 @@ from ..kinematics.joints import Condition, Joint
 from ..multivector import Multivector
 from .bodies import RigidBody
 from .constraints import Constraint, Pin, PinLinear
+from .given import several, shown
 
 
 class System:
@@ -17,9 +18,9 @@ class System:
 
     Parameters
     ----------
-    bodies : mapping of str to RigidBody, or sequence
+    bodies : mapping of str to RigidBody, sequence, or a single one
         By name; those of a sequence are called "body_1", "body_2", ...
-    joints : sequence of joints
+    joints : sequence of joints, or a single one
         Of `bladesmith.kinematics`; their geometry is in the world where the bodies are at the start.
     fixed : str
         What joints call the world.
@@ -31,25 +32,36 @@ class System:
     """
 
     def __init__(
-        self, bodies: Mapping[str, RigidBody] | Sequence[RigidBody], joints: Sequence[Joint] = (), fixed: str = "base"
+        self,
+        bodies: Mapping[str, RigidBody] | Sequence[RigidBody] | RigidBody,
+        joints: Sequence[Joint] | Joint | None = (),
+        fixed: str = "base",
     ) -> None:
-        named = bodies if isinstance(bodies, Mapping) else {f"body_{i + 1}": b for i, b in enumerate(bodies)}
+        if isinstance(bodies, Mapping):
+            named = dict(bodies)
+        else:
+            named = {f"body_{i + 1}": b for i, b in enumerate(several(bodies, RigidBody, "the bodies"))}
         if not named:
             raise InputError("a system has at least one body.")
         for name, body in named.items():
+            if not isinstance(name, str) or not name:
+                raise InputError(f"a body's name is {shown(name)}; a text is needed.")
             if not isinstance(body, RigidBody):
-                raise InputError(f"{name} is a {type(body).__name__}; a dynamics.RigidBody is needed.")
+                raise InputError(f"{name} is {shown(body)}; a dynamics.RigidBody is needed.")
+        if not isinstance(fixed, str) or not fixed:
+            raise InputError(f"fixed is {shown(fixed)}; what joints call the world is a text.")
         if fixed in named:
             raise InputError(f"{fixed!r} is a body, and cannot be the world too; name another with fixed=.")
         if len({body.algebra.name for body in named.values()}) > 1:
             raise InputError("the bodies of a system are of one algebra.")
-        self.bodies, self.joints, self.fixed = dict(named), tuple(joints), fixed
+        self.bodies, self.fixed = named, fixed
+        self.joints: tuple[Joint, ...] = several(joints, Joint, "the joints")
         for joint in self.joints:
             self._check(joint)
 
     def _check(self, joint: Joint) -> None:
         if not isinstance(joint, Joint):
-            raise InputError(f"a joint is a {type(joint).__name__}; one of bladesmith.kinematics is needed.")
+            raise InputError(f"a joint is {shown(joint)}; one of bladesmith.kinematics is needed.")
         for name in (joint.a, joint.b):
             if name not in self.bodies and name != self.fixed:
                 known = [*self.bodies, self.fixed]

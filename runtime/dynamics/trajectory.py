@@ -26,6 +26,7 @@ Array = NDArray[Any]
 #: How a simulation stands, by the driver's number (engine.py).
 STATUSES = (
     "ok", "not finite", "step underflow", "rank changed", "function failed", "stopped", "event", "not solved",
+    "constraints violated",
 )  # fmt: skip
 
 
@@ -51,7 +52,8 @@ class Trajectory(Outlets):
     energy : array (stores,)
         Kinetic, of gravity (zero at the world's origin) and of springs; of other loads there is none.
     violation : array (stores,)
-        Largest error of a constraint's coefficients.
+        Largest error of a constraint's coefficients; of `VirtualPower`, which has none, the power that there should not
+        be, as a share of the most that the bodies' kinetic energy allows.
     sensitivities : dict of str to `gradients.Sensitivity`
         Derivatives with respect to the parameters that the run was asked for.
     steps : int or array (n,)
@@ -222,7 +224,7 @@ class Trajectory(Outlets):
 
     @property
     def violation(self) -> Array:
-        """Largest error of a constraint's coefficients, in the driver's world."""
+        """Largest error of a constraint's coefficients, in the driver's world; of `VirtualPower` a share of rates."""
         return self._array(self._run.violations)
 
     @property

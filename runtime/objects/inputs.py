@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from reprlib import repr as shortened
 from typing import Any
 
 import numpy as np
@@ -126,7 +127,8 @@ def chosen(value: Any, choices: Sequence[str], name: str) -> str:
     """
     if not isinstance(value, str) or value not in choices:
         near = suggest(value, choices) if isinstance(value, str) else ""
-        raise InputError(f"{name} is {value!r}{near}; it is one of {', '.join(choices)}.")
+        told = " ".join(shortened(value).split())
+        raise InputError(f"{name} is {told}{near}; it is one of {', '.join(choices)}.")
     return value
 
 

@@ -7,19 +7,25 @@ typedef struct {
   double matrix[BS_ROWS][BS_SIZE];   /* on twists */
   double right[BS_ROWS], errors[BS_ROWS], rates[BS_ROWS];
   double sizes[BS_ROWS];             /* of what errors are made of */
+  double rounding[BS_ROWS];          /* of errors */
+  double noise[BS_ROWS];             /* rounding of each row, by energy */
   int bodies[BS_ROWS];               /* which body a row is of */
+  int powers[BS_ROWS];               /* whether it is of rates alone */
   double scale[BS_ROWS];             /* of each row, by energy */
+  double largest, made_of;           /* of scale and of sizes */
   double direction[BS_RANK][BS_SIZE];
   double upper[BS_RANK][BS_RANK];
   int order[BS_RANK];                /* which row each direction came from */
 } FN(system);
 
 /* Directions of the rows, `limit` at most unless that is zero; weights are roots of the metric's inverse. Stages of a step
-   are a little off the constraints, where rows that say the same begin to differ: no more directions than there were. */
+   are a little off the constraints, where rows that say the same begin to differ: no more directions than there were.
+   Rows of which much is rounding come last, and what is left of them is none. */
 static void FN(factor)(FN(system) *s, const double *weights, double tolerance, int limit)
 {
   static const int most = BS_SIZE < BS_ROWS ? BS_SIZE : BS_ROWS;
-  double left[BS_ROWS][BS_SIZE], share[BS_ROWS][BS_RANK], norms[BS_ROWS], most_of_all = 0;
+  double left[BS_ROWS][BS_SIZE], share[BS_ROWS][BS_RANK], norms[BS_ROWS], least[BS_ROWS];
+  s->largest = s->made_of = 0;
   for (int i = 0; i < s->rows; i++) {
     double square = 0;
     for (int j = 0; j < BS_SIZE; j++) {
@@ -27,18 +33,26 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance, i
       square += left[i][j] * left[i][j];
     }
     s->scale[i] = sqrt(square);
-    most_of_all = fmax(most_of_all, s->scale[i]);
+    s->largest = fmax(s->largest, s->scale[i]);
+    s->made_of = fmax(s->made_of, s->sizes[i]);
   }
   for (int i = 0; i < s->rows; i++) { /* what is left of a row by rounding is none */
-    norms[i] = s->scale[i] > BS_NO_MOTION * most_of_all;
+    const double rounding = BS_ROUNDINGS * s->noise[i];
+    norms[i] = s->scale[i] > fmax(BS_NO_MOTION * s->largest, rounding);
+    least[i] = norms[i] > 0 ? fmax(tolerance, rounding / s->scale[i]) : 1;
     for (int j = 0; norms[i] > 0 && j < BS_SIZE; j++) left[i][j] /= s->scale[i];
   }
   s->rank = s->excess = 0;
   while (s->rank < most) {
     int best = -1;
+    double clearest = 1;
     const int k = s->rank;
-    for (int i = 0; i < s->rows; i++)
-      if (norms[i] > tolerance * tolerance && (best < 0 || norms[i] > norms[best])) best = i;
+    for (int i = 0; i < s->rows; i++) {
+      const double clear = norms[i] / (least[i] * least[i]); /* of rounding */
+      if (!(clear > clearest)) continue;
+      best = i;
+      clearest = clear;
+    }
     if (best < 0) break;
     double *q = s->direction[k], square = 0;
     for (int j = 0; j < BS_SIZE; j++) q[j] = left[best][j];
@@ -50,7 +64,7 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance, i
     }
     for (int j = 0; j < BS_SIZE; j++) square += q[j] * q[j];
     s->upper[k][k] = sqrt(square);
-    if (!(s->upper[k][k] > tolerance)) {
+    if (!(s->upper[k][k] > least[best])) {
       norms[best] = 0;
       continue;
     }

@@ -62,6 +62,7 @@ typedef struct {
   double *start;             /* (simulations, 2): how far the start is off the constraints: poses, as shares of the bodies'
                                 sizes and distances or in radians, and rates, as shares of the bodies' own */
   int32_t *start_rows;       /* (simulations, 2): and of which row */
+  double *off;               /* (simulations, 2): how far the last state stays off them, and of which row */
   int32_t project_start;     /* bring the start to the constraints */
   const int32_t *stop;       /* not 0: give up */
   const double *start_tangents; /* (simulations, tangents, 2, bodies, 6): of motors, as twists in their frames; of twists */
