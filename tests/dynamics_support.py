@@ -48,6 +48,12 @@ class Wide(Assembly):
         return Needs(self.algebra.name, 1, self.mode, LOADS, self.layouts, ROWS, method, chart, True)
 
 
+def wide_driver(made):
+    """A driver of the wide program for an assembly."""
+    made.__class__ = Wide
+    return engine.Driver(made, methods.Method("rk4", 1.0, 1e-12, 0.0), "exponential", False, 0.0)
+
+
 def states(n, seed, size=2.0, speed=3.0):
     """n random bodies, of shapes that can be, at random places, at random speeds."""
     rng = np.random.default_rng(seed)
@@ -119,9 +125,8 @@ class Looked:
         body = body_of(single(s, 0) if alone else s, algebra)
         self.made = made = assemble([_item(body) if alone else body], ["body"], loads, constraints, 1.0, null_space)
         self.before = before or (lambda i: None)
-        made.__class__ = Wide
         self.mode = made.mode
-        self.driver = engine.Driver(made, methods.Method("rk4", 1.0, 1e-12, 0.0), "exponential", False, 0.0)
+        self.driver = wide_driver(made)
         self.frame = made.frames[0]
         rates, rows = self._all(s, algebra)
         self._to_world(s, algebra, rates, rows)

@@ -93,7 +93,7 @@ def test_everything_that_can_be_asked_for(tmp_path, monkeypatch, capsys):
 )
 def test_bad_input_is_one_line_and_exit_status_2(arguments, says, body, tmp_path, capsys):
     (tmp_path / "broken.toml").write_text(BODY.replace("mass", "mas"))
-    on = '[[constraints]]\nkind = "incidence"\npoint = [0, 0, 0]\n'
+    on = '[[loads]]\nkind = "gravity"\n[[constraints]]\nkind = "incidence"\npoint = [0, 0, 0]\n'
     (tmp_path / "off.toml").write_text(on + 'on = { kind = "sphere", center = [3, 0, 0], radius = 1 }' + BODY)
     (tmp_path / "folder.npz").mkdir()
     os.link(tmp_path / "body.toml", tmp_path / "link.npz")
@@ -129,6 +129,7 @@ def test_an_interrupt_leaves_whole_files(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "bladesmith", "simulate", "body.toml", "-o", "a.npz", "--plot"], cwd=tmp_path,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # tests in the background ignore it
     )  # fmt: skip
     try:
         _running(process.pid)

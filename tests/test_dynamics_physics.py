@@ -162,7 +162,7 @@ def test_springs_dampers_and_functions_of_time_and_state(algebra, held):
         assert worst(found, *ne.motion(s, force, moment, rows), s) < BAR
 
 
-@pytest.mark.parametrize(("name", "algebra"), CASES if FULL else [("circle", "cga"), ("two planes", "pga")])
+@pytest.mark.parametrize(("name", "algebra"), CASES if FULL else [("circle", "cga"), ("two points", "pga")])
 def test_programs_of_their_own_agree(name, algebra):
     """The reactions that a run stores, from the program that has just what the simulation needs."""
     algebra = ALGEBRAS[algebra]

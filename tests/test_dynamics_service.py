@@ -115,7 +115,7 @@ def test_starts_are_checked():
     with pytest.raises(ConstraintError, match="contradict each other"):
         dynamics.Simulation(ball(), [GRAVITY], [pin, other]).run(0.1, project=True)
     with pytest.raises(ConstraintError, match="velocities at the start"):
-        dynamics.Simulation(ball(velocity=(1, 0, 0)), [], [dynamics.Pin(CGA.point((0, 0, 1.0)))]).run(0.1)
+        dynamics.Simulation(ball(velocity=(1, 0, 0)), [GRAVITY], [dynamics.Pin(CGA.point((0, 0, 1.0)))]).run(0.1)
     with pytest.raises(InputError, match="is zero"):
         dynamics.Pin(0 * CGA.point((0, 0, 1.0)))
     with pytest.raises(InputError, match="no wrenches"):

@@ -1,0 +1,229 @@
+"""Taylor coefficients of compiled series against mpmath at 50 digits: every node, and the kernels of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bladesmith.codegen.build import ExtensionSource, load
+from bladesmith.codegen.errors import TraceError
+from bladesmith.codegen.formulas import flows, mechanics
+from bladesmith.codegen.machine import has_wide_vectors
+from bladesmith.codegen.multivector import absolute, atan2, cos, exp, log, select, sin, sqrt, stumpff1
+from bladesmith.codegen.programs.kernels import Declared, traced
+from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.taylor import HIGHEST_ORDER, WIDTHS, series_function
+from bladesmith.codegen.templating import included_headers
+from bladesmith.codegen.trace import Kernel, row
+
+ORDER = 20
+ALGEBRAS = ["cga3d", "pga3d"]
+WIDE = has_wide_vectors()
+#: Of coefficients that are about one: rounding of the inputs and of convolutions.
+ROUNDING = 1e-13
+
+SOURCE = """
+#include "platform.h"
+#define BS_BITS 64
+#define BS_BYTES 0
+#define BS_TAG f64_scalar
+#include "instance.h"
+#include "elementary.h"
+#include "series.h"
+%(begin)s
+%(text)s
+%(declared)s
+{
+  double work[%(work)d];
+  for (int k = 0; k <= order; k++) FN(%(name)s)(k, work, %(arguments)s);
+}
+%(end)s
+#ifndef BS_SOURCE_HASH
+#define BS_SOURCE_HASH ""
+#endif
+const char *bs_source_hash(void) { return BS_SOURCE_HASH; }
+#include "instance_end.h"
+"""
+
+
+class Compiled:
+    """A series function, compiled by itself."""
+
+    def __init__(self, kernels: Sequence[Kernel], still: Sequence[str] = (), tag: str = "base") -> None:
+        self.still = still
+        self.made = made = series_function("series", kernels, still)
+        declared = "void run(int order, " + ", ".join(
+            [f"double *{o}" for o in made.outputs] + [f"const double *{i}" for i in made.inputs]
+        )
+        moving = {**made.outputs, **{i: n for i, n in made.inputs.items() if i not in still}}
+        arguments = [f"{x} + {moving[x]} * k" if x in moving else x for x in (*made.outputs, *made.inputs)]
+        wide = tag == "wide"
+        source = SOURCE % {
+            "text": made.texts[tag], "declared": declared + ")", "work": made.work + 1, "name": f"series_{tag}",
+            "arguments": ", ".join(arguments), "begin": "BS_V3_BEGIN" * wide, "end": "BS_V3_END" * wide,
+        }  # fmt: skip
+        cdef = f"{declared}); const char *bs_source_hash(void);"
+        self.module = load(ExtensionSource(f"series_{kernels[0].name}_{tag}", cdef, source, included_headers([source])))
+
+    def __call__(self, order: int, given: dict[str, Any]) -> dict[str, Any]:
+        """Coefficients (order + 1, size) of the outputs, from those of the inputs."""
+        found = {o: np.full((order + 1, n), np.nan) for o, n in self.made.outputs.items()}
+        arrays = [np.ascontiguousarray(given[i], float) for i in self.made.inputs]
+        ffi = self.module.ffi
+        self.module.lib.run(order, *[ffi.from_buffer("double[]", a) for a in (*found.values(), *arrays)])
+        return found
+
+
+def kernel(formula: Callable[..., Any], kinds: str, algebra: str = "cga3d") -> Kernel:
+    return traced(Declared(formula, tuple(kinds.split(", ")), "", algebra))
+
+
+def series_of(function: Callable[[Any], Sequence[Any]], ring: PrecisionRing, order: int = ORDER) -> Any:
+    """Taylor coefficients (order + 1, size) of a function of time: differences over 2^-100, with digits to spare."""
+    mp, bits = ring.context, 100
+    with mp.workprec(bits * order + 200):
+        step = mp.ldexp(1, -bits)
+        rows = [[mp.mpf(x) for x in function(i * step)] for i in range(order + 1)]
+        found = []
+        for k in range(order + 1):
+            found.append([float(x / (mp.factorial(k) * step**k)) for x in rows[0]])
+            rows = [[b - a for a, b in zip(*pair, strict=True)] for pair in zip(rows, rows[1:], strict=False)]
+    return np.array(found)
+
+
+# -- every node -----------------------------------------------------------------------------------------------
+
+
+def nodes_first(x, y, a):  # type: ignore[no-untyped-def]
+    """Sums, products, squares, quotients, roots."""
+    z = sqrt(x * x + y * y + 1)
+    return row([x * y - 2 * z, a * x * (3 * y) + a, z / (2 + a * x), (x + y) * (x + y) * (x - 3), 1 / (1 + y * y)])
+
+
+def nodes_second(x, y, a):  # type: ignore[no-untyped-def]
+    """Elementary functions."""
+    return row([sin(x * y) + a, cos(x * y) * y, exp(a * x), log(3 + x), atan2(x, 2 + y), sin(y), cos(a) * x])
+
+
+def nodes_third(x, y, a):  # type: ignore[no-untyped-def]
+    """Choices, as they are at the start."""
+    inner = (x < y) & ~(y <= a * x)
+    return row([
+        select(x < y, x * y, y), select(y < x, x, y * y), absolute(x - 2) * y, select(inner, a * y, x),
+        select(a > 0, x, y), select(x > 0, a, a * a), select(a < 0, a, x * 0 + 1), absolute(a) * x,
+    ])  # fmt: skip
+
+
+def nodes_without(x):  # type: ignore[no-untyped-def]
+    """sin(sqrt(x))/sqrt(x)."""
+    return row([stumpff1(x)])
+
+
+@pytest.mark.parametrize("formula", [nodes_first, nodes_second, nodes_third])
+@pytest.mark.parametrize("tag", ["wide" if WIDE else "base"])
+def test_every_node(formula: Callable[..., Any], tag: str) -> None:
+    ring = PrecisionRing()
+    mp = ring.context
+    made = kernel(formula, "number, number, number")
+    a = mp.mpf(3) / 4
+
+    def given(t: Any) -> list[Any]:
+        return [mp.sin(t + mp.mpf(1) / 5) / (t / 3 + 1), mp.mpf(1) / 2 + mp.exp(-t) / 3]
+
+    def wanted(t: Any) -> list[Any]:
+        x, y = given(t)
+        return made.reference(ring, [[x], [y], [a]])[0]
+
+    columns = series_of(given, ring)
+    found = Compiled([made], ("a",), tag)(ORDER, {"x": columns[:, :1], "y": columns[:, 1:], "a": [float(a)]})
+    expected = series_of(wanted, ring)
+    (values,) = found.values()
+    assert np.abs(expected[1:]).max() > 0.1
+    np.testing.assert_allclose(values, expected, rtol=0, atol=ROUNDING * max(1, np.abs(expected).max()))
+
+
+def test_widths_agree_to_the_bit() -> None:
+    made = kernel(mechanics.gyroscopic, "twist, numbers6")
+    rng = np.random.default_rng(1)
+    given = {"omega": rng.normal(size=(HIGHEST_ORDER + 1, 6)), "momentum": rng.normal(size=(HIGHEST_ORDER + 1, 6))}
+    found = [Compiled([made], (), tag)(HIGHEST_ORDER, given) for tag in WIDTHS.values() if tag != "wide" or WIDE]
+    for other in found[1:]:
+        np.testing.assert_array_equal(other["gyroscopic"], found[0]["gyroscopic"])
+
+
+def test_functions_without_recurrence_are_told() -> None:
+    with pytest.raises(TraceError, match="stumpff.* no Taylor recurrence; take another integrator"):
+        series_function("series", [kernel(nodes_without, "number")])
+
+
+# -- the kernels of motion ------------------------------------------------------------------------------------
+
+KERNELS = {
+    "motor_rate": ("layout motor, twist", ()),
+    "gyroscopic": ("twist, numbers6", ()),
+    "pull": ("motor, position, position", ("center", "weight")),
+    "carried": ("motor, twist", ("wrench",)),
+    "drag": ("twist, position, number, number", ("center", "angular", "linear")),
+    "spring": ("motor, twist, position, motor, twist, position, numbers3", ("own", "other", "numbers")),
+    "rotor_rate": ("layout rotor, position", ()),
+    "spin_rate": ("position, position, position", ("moments", "inverse")),
+}
+
+
+class Motion:
+    """Analytic motions at any precision; motors are motors all the time."""
+
+    def __init__(self, algebra: str, ring: PrecisionRing) -> None:
+        self.ring, self.mp = ring, ring.context
+        self._landed = kernel(flows.landed, "layout rotor, position, position, position", algebra)
+        self._rng = np.random.default_rng(3)
+        self._numbers: dict[str, Any] = {}
+        self.motor = cache(self._motor)
+
+    def numbers(self, name: str, size: int) -> list[Any]:
+        if name not in self._numbers:
+            self._numbers[name] = [self.mp.mpf(float(x)) for x in self._rng.uniform(0.5, 1.5, size)]
+        return self._numbers[name]
+
+    def moving(self, name: str, size: int, t: Any) -> list[Any]:
+        rates = self.numbers(name, size)
+        return [self.mp.sin(r * t + 3 * r) + (r - 1) * t for r in rates]
+
+    def _motor(self, name: str, t: Any) -> list[Any]:
+        parts = [self.moving(name + part, n, t) for part, n in (("q", 4), ("x", 3), ("v", 3), ("w", 3))]
+        parts[0][0] += 3  # far from no rotor at all
+        return self._landed.reference(self.ring, parts)[0]
+
+    def argument(self, name: str, kind: Any, still: bool, t: Any) -> list[Any]:
+        if kind.name.startswith("motor") or kind.blades == self._landed.outputs[0].kind.blades:
+            return self.motor(name, t)
+        return self.numbers(name, kind.size) if still else self.moving(name, kind.size, t)
+
+
+@pytest.mark.parametrize("algebra", ALGEBRAS)
+@pytest.mark.parametrize("name", KERNELS)
+def test_coefficients_of_kernels(name: str, algebra: str) -> None:
+    kinds, still = KERNELS[name]
+    made = kernel(getattr(mechanics, name, None) or getattr(flows, name), kinds, algebra)
+    order = ORDER if algebra == "cga3d" and name != "spring" else ORDER // 2  # PGA: the same text but for signs
+    ring = PrecisionRing()
+    motion = Motion(algebra, ring)
+    places = [(i.name, i.kind, i.name in still) for i in made.inputs]
+
+    def wanted(t: Any) -> list[Any]:
+        results = made.reference(ring, [motion.argument(*place, t) for place in places])
+        return [x for values in results for x in values]
+
+    given = {}
+    for place in places:
+        columns = series_of(lambda t, place=place: motion.argument(*place, t), ring, order)
+        given[place[0]] = columns[0] if place[2] else columns
+    found = np.concatenate(list(Compiled([made], still)(order, given).values()), 1)
+    expected = series_of(wanted, ring, order)
+    scale = np.abs(expected).max(1, keepdims=True)
+    assert (scale[:5] > 1e-3).all()
+    np.testing.assert_array_less(np.abs(found - expected) / np.maximum(scale, 1), ROUNDING)
