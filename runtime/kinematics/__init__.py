@@ -20,6 +20,15 @@ _HOMES = {
     "SelfStress": "motions",
     "Analysis": "analysis",
     "Poses": "solving",
+    "Chain": "chains",
+    "revolute_axis": "chains_axes",
+    "prismatic_axis": "chains_axes",
+    "screw_axis": "chains_axes",
+    "Solution": "chains_inverse",
+    "Singularity": "chains_singular",
+    "load_urdf": "urdf",
+    "Robot": "urdf",
+    "urdf_example": "urdf",
 }
 
 __all__ = sorted(_HOMES)

@@ -1,0 +1,154 @@
+"""Serial chains: joints as screws, the turns and places that they add up to, and the twists (thesis 7.2 to 7.14).
+
+A pose of a frame is a rotor q and the place p of its origin, R = (1 - p n/2) q: what is far from the world's origin is
+then never multiplied by a turn. A joint turns about the unit vector a through its place and advances along it, with
+the unit twist S = k (a I3 + (p x a) n) + l a n; it moves what follows by exp(-x S/2). One text for CGA and PGA.
+"""
+
+from __future__ import annotations
+
+from ..multivector import Multivector, cos, select, sin
+from ..status import Status
+from ..trace import Result, named, row
+from .euclidean import attached_part, coordinates, cross, direction_of, euclidean_part, null_vector, space
+from .exponentials import log_motor
+from .flows import nudged
+from .mechanics import screw_of, seen
+from .motions import translation_of, translator
+from .outcome import is_finite, only_if, outcome
+from .screws import along, direction_part
+
+# -- a joint's numbers --------------------------------------------------------------------------------------
+
+
+def joint(twist: Multivector, near: Multivector) -> tuple[Result, Result, Result, Result, Result]:
+    """a, the point of the axis that is nearest to a place, k and l of a twist S.
+
+    Of a translation a is its direction, k is zero and the place the one given. INVALID: zero, or not finite.
+    """
+    m, moment = direction_part(twist), attached_part(twist)
+    about = moment - cross(near, m)
+    a, inverse = direction_of(m)
+    u, slide_inverse = direction_of(moment)
+    turns, slides = inverse > 0, slide_inverse > 0
+    nothing = twist.constant(0)
+    foot = near + select(turns, inverse * cross(a, about), nothing)
+    finite = is_finite(twist) & is_finite(near)
+    known = only_if(finite & (turns | slides), twist.constant(1))
+    advance = select(turns, along(about, a), 1 / only_if(slides, slide_inverse))
+    return (
+        named("direction", select(turns, a, u) * known),
+        named("place", foot * known),
+        named("turn", select(turns, along(m, a), nothing) * known),
+        named("advance", advance * known),
+        outcome(twist, (~finite, Status.INVALID), (~turns & ~slides, Status.INVALID)),
+    )
+
+
+def axis_through(position: Multivector, direction: Multivector) -> tuple[Multivector, Result]:
+    """a I3 + (p x a) n of the unit vector a along a direction: a turn counter-clockwise about a line, dually the line.
+
+    INVALID: no direction.
+    """
+    a, scale = direction_of(direction)
+    return screw_of(a, cross(position, a)), outcome(direction, (~(scale > 0), Status.INVALID))
+
+
+def screw_through(position: Multivector, direction: Multivector, pitch: Multivector) -> tuple[Multivector, Result]:
+    """The same with an advance along the line by ``pitch`` for each radian."""
+    a, scale = direction_of(direction)
+    return screw_of(a, cross(position, a) + pitch * a), outcome(direction, (~(scale > 0), Status.INVALID))
+
+
+def slide_along(direction: Multivector) -> tuple[Multivector, Result]:
+    """a n of the unit vector along a direction. INVALID: no direction."""
+    a, scale = direction_of(direction)
+    return a * null_vector(a), outcome(direction, (~(scale > 0), Status.INVALID))
+
+
+# -- along the chain ----------------------------------------------------------------------------------------
+
+
+def placed(q: Multivector, place: Multivector, offset: Multivector, axis: Multivector, way: Multivector) -> Multivector:
+    """Where a joint is: an offset on, and as far along its axis as it has moved."""
+    return place + (q >> (offset + way * axis)).grade(1)
+
+
+def turned(q: Multivector, axis: Multivector, angle: Multivector) -> Multivector:
+    """q exp(-angle a I3/2)."""
+    return q * (cos(angle / 2) - sin(angle / 2) * axis * space(q))
+
+
+def pointed(q: Multivector, axis: Multivector) -> Multivector:
+    """A direction of a link, in the world."""
+    return (q >> axis).grade(1)
+
+
+def framed(q: Multivector, place: Multivector, offset: Multivector, turn: Multivector) -> tuple[Result, Result]:
+    """Pose of a frame that stands an offset on and turned, its rotor one to rounding."""
+    return named("rotor", nudged(q) * turn), named("place", place + (q >> offset).grade(1))
+
+
+def landed(q: Multivector, place: Multivector, base: Multivector) -> Multivector:
+    """The motor of a pose, place and base added up."""
+    return translator(base + place) * q
+
+
+# -- twists -------------------------------------------------------------------------------------------------
+
+
+def unit_twist(axis: Multivector, place: Multivector, turn: Multivector, advance: Multivector) -> Multivector:
+    """k (a I3 + (p x a) n) + l a n."""
+    return screw_of(turn * axis, turn * cross(place, axis) + advance * axis)
+
+
+def twist_about(turn: Multivector, velocity: Multivector, place: Multivector) -> Multivector:
+    """The twist of a turning, with the velocity of the point at a place."""
+    return screw_of(turn, velocity + cross(place, turn))
+
+
+def column(
+    axis: Multivector, place: Multivector, reference: Multivector, turn: Multivector, advance: Multivector
+) -> Result:
+    """Of a joint's unit twist the turn, and the velocity of the point at a place, along the world's axes."""
+    return _row(unit_twist(axis, place - reference, turn, advance))
+
+
+def seen_column(
+    q: Multivector, axis: Multivector, place: Multivector, reference: Multivector, turn: Multivector,
+    advance: Multivector,
+) -> Result:  # fmt: skip
+    """The same along the axes of a frame."""
+    return _row(seen(q, unit_twist(axis, place - reference, turn, advance)))
+
+
+def _row(screw: Multivector) -> Result:
+    return row([*coordinates(direction_part(screw)), *coordinates(attached_part(screw))], "column")
+
+
+def accumulated(
+    omega: Multivector, rate: Multivector, joint: Multivector, speed: Multivector, push: Multivector
+) -> tuple[Result, Result]:
+    """Twist of a link and its rate, from those of the link before: Omega + S dx (7.13), and dS = S x Omega (7.14)."""
+    carried = joint.commutator(omega).grade(2)
+    return named("omega", omega + speed * joint), named("rate", rate + push * joint + speed * carried)
+
+
+# -- back from a pose ---------------------------------------------------------------------------------------
+
+
+def taken_apart(r: Multivector, base: Multivector) -> tuple[Result, Result]:
+    """Rotor and place of a motor, the place as seen from the base."""
+    return named("rotor", euclidean_part(r)), named("place", translation_of(r) - base)
+
+
+def missing(q: Multivector, place: Multivector, goal: Multivector, goal_place: Multivector) -> Result:
+    """What takes a frame to its goal in a unit of time: w of the shortest turn, and the way of the frame's origin.
+
+    The motor between both as seen from the frame's origin is (1 - d n/2) Q ~q, Q and -Q one goal. Turn and way are
+    taken by themselves, -2 log(Q ~q) and d: then half the square of both together falls along a twist by their plain
+    product with it, at any distance, which of the common logarithm holds at the goal alone.
+    """
+    turn = goal * ~q
+    nearer = select(turn.grade(0) < 0, q.constant(-1), q.constant(1))
+    return _row(-2 * log_motor(nearer * turn)[0] + (goal_place - place) * null_vector(q))
