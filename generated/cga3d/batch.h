@@ -9632,6 +9632,314 @@ static void FN(cga3d_outer_rate_body_twist_twist_batch)(ptrdiff_t begin, ptrdiff
   }
 }
 
+static void FN(cga3d_delta_inverse_numbers3_numbers6_numbers3_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const y_rows = (const S *)ins[0];
+  const ptrdiff_t y_stride = strides[0];
+  V y_in[3];
+  const S *const robot_rows = (const S *)ins[1];
+  const ptrdiff_t robot_stride = strides[1];
+  V robot_in[6];
+  const S *const sides_rows = (const S *)ins[2];
+  const ptrdiff_t sides_stride = strides[2];
+  V sides_in[3];
+  S *const theta_rows = (S *)outs[0];
+  V theta[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(y_in, y_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  FN(load_broadcast)(sides_in, sides_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+      if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
+    } else {
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+      if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
+    }
+    FN(cga3d_delta_inverse_numbers3_numbers6_numbers3)(theta, status, y_in, robot_in, sides_in);
+    if (rows == W) {
+      FN(store_rows)(theta_rows + i * 3, theta, 3);
+    } else {
+      FN(store_tail)(theta_rows + i * 3, theta, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_delta_forward_numbers3_numbers6_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const theta_rows = (const S *)ins[0];
+  const ptrdiff_t theta_stride = strides[0];
+  V theta_in[3];
+  const S *const robot_rows = (const S *)ins[1];
+  const ptrdiff_t robot_stride = strides[1];
+  V robot_in[6];
+  const S *const side_rows = (const S *)ins[2];
+  const ptrdiff_t side_stride = strides[2];
+  V side_in[1];
+  S *const y_rows = (S *)outs[0];
+  V y[3];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(theta_in, theta_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  FN(load_broadcast)(side_in, side_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+      if (side_stride) FN(load_rows)(side_in, side_rows + i * 1, 1);
+    } else {
+      if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+      if (side_stride) FN(load_tail)(side_in, side_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_delta_forward_numbers3_numbers6_number)(y, status, theta_in, robot_in, side_in);
+    if (rows == W) {
+      FN(store_rows)(y_rows + i * 3, y, 3);
+    } else {
+      FN(store_tail)(y_rows + i * 3, y, 3, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const y_rows = (const S *)ins[0];
+  const ptrdiff_t y_stride = strides[0];
+  V y_in[3];
+  const S *const robot_rows = (const S *)ins[1];
+  const ptrdiff_t robot_stride = strides[1];
+  V robot_in[6];
+  const S *const sides_rows = (const S *)ins[2];
+  const ptrdiff_t sides_stride = strides[2];
+  V sides_in[3];
+  S *const codes_rows = (S *)outs[0];
+  V codes[3];
+  if (begin >= end) return;
+  FN(load_broadcast)(y_in, y_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  FN(load_broadcast)(sides_in, sides_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+      if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
+    } else {
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+      if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
+    }
+    FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3)(codes, y_in, robot_in, sides_in);
+    if (rows == W) {
+      FN(store_rows)(codes_rows + i * 3, codes, 3);
+    } else {
+      FN(store_tail)(codes_rows + i * 3, codes, 3, rows);
+    }
+  }
+}
+
+static void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const y_rows = (const S *)ins[0];
+  const ptrdiff_t y_stride = strides[0];
+  V y_in[3];
+  const S *const theta_rows = (const S *)ins[1];
+  const ptrdiff_t theta_stride = strides[1];
+  V theta_in[3];
+  const S *const robot_rows = (const S *)ins[2];
+  const ptrdiff_t robot_stride = strides[2];
+  V robot_in[6];
+  S *const sines_rows = (S *)outs[0];
+  V sines[3];
+  S *const volume_rows = (S *)outs[1];
+  V volume[1];
+  S *const forearms_rows = (S *)outs[2];
+  V forearms[9];
+  if (begin >= end) return;
+  FN(load_broadcast)(y_in, y_rows, 3);
+  FN(load_broadcast)(theta_in, theta_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+      if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+    } else {
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+      if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+    }
+    FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(sines, volume, forearms, y_in, theta_in, robot_in);
+    if (rows == W) {
+      FN(store_rows)(sines_rows + i * 3, sines, 3);
+      FN(store_rows)(volume_rows + i * 1, volume, 1);
+      FN(store_rows)(forearms_rows + i * 9, forearms, 9);
+    } else {
+      FN(store_tail)(sines_rows + i * 3, sines, 3, rows);
+      FN(store_tail)(volume_rows + i * 1, volume, 1, rows);
+      FN(store_tail)(forearms_rows + i * 9, forearms, 9, rows);
+    }
+  }
+}
+
+static void FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const y_rows = (const S *)ins[0];
+  const ptrdiff_t y_stride = strides[0];
+  V y_in[3];
+  const S *const theta_rows = (const S *)ins[1];
+  const ptrdiff_t theta_stride = strides[1];
+  V theta_in[3];
+  const S *const robot_rows = (const S *)ins[2];
+  const ptrdiff_t robot_stride = strides[2];
+  V robot_in[6];
+  const S *const plates_rows = (const S *)ins[3];
+  const ptrdiff_t plates_stride = strides[3];
+  V plates_in[2];
+  S *const shoulders_rows = (S *)outs[0];
+  V shoulders[9];
+  S *const elbows_rows = (S *)outs[1];
+  V elbows[9];
+  S *const wrists_rows = (S *)outs[2];
+  V wrists[9];
+  S *const tops_rows = (S *)outs[3];
+  V tops[18];
+  S *const bottoms_rows = (S *)outs[4];
+  V bottoms[18];
+  if (begin >= end) return;
+  FN(load_broadcast)(y_in, y_rows, 3);
+  FN(load_broadcast)(theta_in, theta_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  FN(load_broadcast)(plates_in, plates_rows, 2);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+      if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+      if (plates_stride) FN(load_rows)(plates_in, plates_rows + i * 2, 2);
+    } else {
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+      if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+      if (plates_stride) FN(load_tail)(plates_in, plates_rows + i * 2, 2, rows);
+    }
+    FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2)(shoulders, elbows, wrists, tops, bottoms, y_in, theta_in, robot_in, plates_in);
+    if (rows == W) {
+      FN(store_rows)(shoulders_rows + i * 9, shoulders, 9);
+      FN(store_rows)(elbows_rows + i * 9, elbows, 9);
+      FN(store_rows)(wrists_rows + i * 9, wrists, 9);
+      FN(store_rows)(tops_rows + i * 18, tops, 18);
+      FN(store_rows)(bottoms_rows + i * 18, bottoms, 18);
+    } else {
+      FN(store_tail)(shoulders_rows + i * 9, shoulders, 9, rows);
+      FN(store_tail)(elbows_rows + i * 9, elbows, 9, rows);
+      FN(store_tail)(wrists_rows + i * 9, wrists, 9, rows);
+      FN(store_tail)(tops_rows + i * 18, tops, 18, rows);
+      FN(store_tail)(bottoms_rows + i * 18, bottoms, 18, rows);
+    }
+  }
+}
+
+static void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const y_rows = (const S *)ins[0];
+  const ptrdiff_t y_stride = strides[0];
+  V y_in[3];
+  const S *const robot_rows = (const S *)ins[1];
+  const ptrdiff_t robot_stride = strides[1];
+  V robot_in[6];
+  const S *const sides_rows = (const S *)ins[2];
+  const ptrdiff_t sides_stride = strides[2];
+  V sides_in[3];
+  S *const jacobian_rows = (S *)outs[0];
+  V jacobian[9];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(y_in, y_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  FN(load_broadcast)(sides_in, sides_rows, 3);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (y_stride) FN(load_rows)(y_in, y_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+      if (sides_stride) FN(load_rows)(sides_in, sides_rows + i * 3, 3);
+    } else {
+      if (y_stride) FN(load_tail)(y_in, y_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+      if (sides_stride) FN(load_tail)(sides_in, sides_rows + i * 3, 3, rows);
+    }
+    FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(jacobian, status, y_in, robot_in, sides_in);
+    if (rows == W) {
+      FN(store_rows)(jacobian_rows + i * 9, jacobian, 9);
+    } else {
+      FN(store_tail)(jacobian_rows + i * 9, jacobian, 9, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
+static void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+    const ptrdiff_t *strides)
+{
+  const S *const theta_rows = (const S *)ins[0];
+  const ptrdiff_t theta_stride = strides[0];
+  V theta_in[3];
+  const S *const robot_rows = (const S *)ins[1];
+  const ptrdiff_t robot_stride = strides[1];
+  V robot_in[6];
+  const S *const side_rows = (const S *)ins[2];
+  const ptrdiff_t side_stride = strides[2];
+  V side_in[1];
+  S *const jacobian_rows = (S *)outs[0];
+  V jacobian[9];
+  unsigned char *const status_rows = (unsigned char *)outs[1];
+  V status[1];
+  if (begin >= end) return;
+  FN(load_broadcast)(theta_in, theta_rows, 3);
+  FN(load_broadcast)(robot_in, robot_rows, 6);
+  FN(load_broadcast)(side_in, side_rows, 1);
+  for (ptrdiff_t i = begin; i < end; i += W) { /* the kernel stands here once: a second copy for the tail doubles the code */
+    const int rows = end - i < W ? (int)(end - i) : W;
+    if (rows == W) {
+      if (theta_stride) FN(load_rows)(theta_in, theta_rows + i * 3, 3);
+      if (robot_stride) FN(load_rows)(robot_in, robot_rows + i * 6, 6);
+      if (side_stride) FN(load_rows)(side_in, side_rows + i * 1, 1);
+    } else {
+      if (theta_stride) FN(load_tail)(theta_in, theta_rows + i * 3, 3, rows);
+      if (robot_stride) FN(load_tail)(robot_in, robot_rows + i * 6, 6, rows);
+      if (side_stride) FN(load_tail)(side_in, side_rows + i * 1, 1, rows);
+    }
+    FN(cga3d_delta_forward_jacobian_numbers3_numbers6_number)(jacobian, status, theta_in, robot_in, side_in);
+    if (rows == W) {
+      FN(store_rows)(jacobian_rows + i * 9, jacobian, 9);
+    } else {
+      FN(store_tail)(jacobian_rows + i * 9, jacobian, 9, rows);
+    }
+    FN(store_status)(status_rows + i, status, rows);
+  }
+}
+
 static const bs_batch FN(bs_table)[] = {
   FN(cga3d_geometric_dense_multivector_multivector_batch),
   FN(cga3d_geometric_motor_motor_batch),
@@ -9916,4 +10224,11 @@ static const bs_batch FN(bs_table)[] = {
   FN(cga3d_outer_motor_twist_batch),
   FN(cga3d_outer_rate_world_twist_twist_batch),
   FN(cga3d_outer_rate_body_twist_twist_batch),
+  FN(cga3d_delta_inverse_numbers3_numbers6_numbers3_batch),
+  FN(cga3d_delta_forward_numbers3_numbers6_number_batch),
+  FN(cga3d_delta_arm_codes_numbers3_numbers6_numbers3_batch),
+  FN(cga3d_delta_singularities_numbers3_numbers3_numbers6_batch),
+  FN(cga3d_delta_points_numbers3_numbers3_numbers6_numbers2_batch),
+  FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3_batch),
+  FN(cga3d_delta_forward_jacobian_numbers3_numbers6_number_batch),
 };

@@ -1,4 +1,4 @@
-"""Joints of mechanisms as shared geometry (thesis chapter 7); each name is loaded when it is first used."""
+"""Joints as shared geometry, mechanisms, chains and robots (thesis chapter 7); each name is loaded when it is used."""
 
 from __future__ import annotations
 
@@ -26,6 +26,9 @@ _HOMES = {
     "screw_axis": "chains_axes",
     "Solution": "chains_inverse",
     "Singularity": "chains_singular",
+    "DeltaRobot": "delta",
+    "Workspace": "delta_space",
+    "Motion": "delta_motion",
     "load_urdf": "urdf",
     "Robot": "urdf",
     "urdf_example": "urdf",

@@ -1,0 +1,138 @@
+"""Motions of the Delta robot: what its motors do while the platform follows a path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import arrays
+from ..codegen.errors import InputError, ShapeError
+from ..dynamics.functions import Asked, Differences
+from ..status import Status
+from . import delta_calls as calls
+
+if TYPE_CHECKING:
+    from .delta import DeltaRobot
+
+Array = NDArray[Any]
+#: Degree of the spline through sampled points: its accelerations bend smoothly.
+DEGREE = 5
+
+
+class Motion(NamedTuple):
+    """A path at some times and what the motors do; NaN where the platform cannot be, or an arm is stretched.
+
+    Attributes
+    ----------
+    time : array (n,)
+    position, velocity, acceleration : array (n, 3)
+        Of the platform.
+    theta, speed, angular_acceleration : array (n, 3)
+        Angles of the motors, their speeds and accelerations. The angles go on beyond pi where a motor does.
+    status : uint8 array (n,)
+        `Status` of each time, as of `DeltaRobot.inverse_jacobian`.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    theta: Array
+    speed: Array
+    angular_acceleration: Array
+    status: NDArray[np.uint8]
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the platform can follow the path at all of its times."""
+        return bool((self.status == Status.OK).all())
+
+
+def trajectory(robot: DeltaRobot, path: Any, times: Any, elbow: Any) -> Motion:
+    """Angles, speeds and accelerations of the motors.
+
+    Parameters
+    ----------
+    path : callable or array (n, 3)
+        Position (3,) of the platform at a time, or (y, dy, ddy) with its derivatives; without them they are taken by
+        differences of order eight. Or positions at ``times``, at least six: a spline of degree five goes through them.
+    times : array (n,)
+        Increasing.
+    elbow
+        As of `DeltaRobot.inverse`.
+
+    Raises
+    ------
+    InputError, ShapeError
+        If the times do not increase, or the path is neither.
+    MissingExtraError
+        For sampled positions without scipy.
+    """
+    t = _times(times)
+    y, dy, ddy = _called(path, t) if callable(path) else _sampled(path, t)
+    sides = calls.signs(elbow, ("outer", "inner"), "elbow")
+    (theta, speed, acceleration), codes = calls.evaluate("delta_rates.inverse_motion", [y, dy, ddy, robot._row, sides])
+    assert codes is not None
+    return Motion(t, y, dy, ddy, _unwrapped(theta), speed, acceleration, codes)
+
+
+def _times(times: Any) -> Array:
+    t = np.asarray(arrays.real(times, "times"), np.float64)
+    if t.ndim != 1 or not len(t):
+        raise ShapeError(f"times has shape {t.shape}; a row of at least one is needed.")
+    if not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+        raise InputError("times are not finite and increasing.")
+    return t
+
+
+def _called(path: Callable[..., Any], t: Array) -> tuple[Array, Array, Array]:
+    asked = Asked(path, "the path", _check)
+    first = asked(float(t[0]))
+    if isinstance(first, tuple):
+        found = [first, *(asked(float(s)) for s in t[1:])]
+        y, dy, ddy = (np.array([np.asarray(each[k], np.float64) for each in found]) for k in range(3))
+        return y, dy, ddy
+    if len(t) == 1:
+        raise InputError("the path gives positions only, and there is one time.", remedy="Return (y, dy, ddy)")
+
+    def position(time: float) -> Array:
+        return np.asarray(asked(float(time)), np.float64)
+
+    smooth = Differences(position, (float(t[0]), float(t[-1])))
+    y, dy, ddy = (np.array(x) for x in zip(*(smooth(float(s)) for s in t), strict=True))
+    return y, dy, ddy
+
+
+def _check(value: Any, what: str) -> None:
+    parts = value if isinstance(value, tuple) and len(value) == 3 and np.ndim(value[0]) else (value,)
+    for each in parts:
+        if np.shape(each) != (3,):
+            raise ShapeError(f"{what} gives shape {np.shape(each)}; a position (3,), or (y, dy, ddy), is needed.")
+
+
+def _sampled(path: Any, t: Array) -> tuple[Array, Array, Array]:
+    y = np.asarray(calls.rows(path, "path"), np.float64)
+    if y.shape != (len(t), 3):
+        raise ShapeError(f"path has shape {y.shape}; ({len(t)}, 3) goes with these times, or a function.")
+    if len(t) <= DEGREE:
+        raise InputError(f"path has {len(t)} positions; a spline needs {DEGREE + 1}.", remedy="Give a function of time")
+    if not np.isfinite(y).all():
+        raise InputError("path is not finite everywhere.")
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(t, y, k=DEGREE)
+    return y, spline(t, 1), spline(t, 2)
+
+
+def _unwrapped(theta: Array) -> Array:
+    """Angles without jumps of a full turn, from each known state to the next."""
+    known = np.isfinite(theta).all(-1)
+    smooth = theta.copy()
+    smooth[known] = np.unwrap(theta[known], axis=0)
+    return smooth
+
+
+__all__ = ["Motion", "trajectory"]

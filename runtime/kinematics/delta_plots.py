@@ -1,0 +1,275 @@
+"""Pictures of a Delta robot: drawn at poses, slices of its workspace, motions. matplotlib comes with the first one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import plot as drawn
+from ..codegen.errors import InputError, SingularError
+from ..dynamics.pictures import surface
+from ..dynamics.plots import check_suffix, save
+from ..objects.inputs import chosen
+from ..plot import backend, pages, palette
+
+if TYPE_CHECKING:
+    from .delta import DeltaRobot
+    from .delta_geometry import Pose
+    from .delta_motion import Motion
+    from .delta_space import Workspace
+
+Array = NDArray[Any]
+#: Widths in points: upper arms, rods, edges of the plates, a path of the platform.
+ARM, ROD, EDGE, PATH = 4.0, 1.5, 1.2, 1.2
+#: Opacity of the plates; of poses other than the last.
+PLATE, FAINT = 0.35, 0.3
+#: Inches of a picture, and of one panel.
+PAGE, PANEL = (7.2, 6.4), (3.9, 3.5)
+#: What a slice shows: its words, whether on a logarithmic scale, and the values at both ends of its colours.
+MEASURES = {
+    "condition": ("condition number of the Jacobian", True, (1.0, 100.0)),
+    "inverse": ("least sine of an arm", False, (0.0, 1.0)),
+    "forward": ("volume of the unit forearms", False, (0.0, 1.0)),
+}
+#: Panels of a page of slices.
+MOST_SLICES = 24
+#: A side of the box around a robot is at least this share of the longest one.
+MARGIN = 0.06
+
+
+def picture(
+    robot: DeltaRobot,
+    theta: Any = None,
+    path: str | PathLike[str] | None = None,
+    *,
+    y: Any = None,
+    elbow: Any = "outer",
+    root: str = "far",
+    view: tuple[float, float] = (14.0, -62.0),
+    size: tuple[float, float] = PAGE,
+    frame: bool = True,
+    dpi: float = pages.DOTS_PER_INCH,
+) -> Any:
+    """The robot at one pose, or at several: the last one strongest, with the path of the platform through all.
+
+    Parameters
+    ----------
+    robot : DeltaRobot
+    theta : array (3,) or (n, 3)
+        Angles; or give ``y``.
+    path : optional
+        Where to save it; the suffix says the format.
+    y : array (3,) or (n, 3), optional
+        Positions of the platform.
+    elbow, root
+        As of `DeltaRobot.inverse` and `forward`.
+    view : (elevation, azimuth)
+        Degrees. e3 points down the page.
+    size : (width, height)
+        Inches.
+    frame : bool
+        Draw the box of coordinates.
+    dpi : float
+
+    Returns
+    -------
+    Axes3D
+        Of matplotlib, to go on with.
+
+    Raises
+    ------
+    InputError
+        If there are both angles and positions or neither, or the picture cannot be saved under this name.
+    SingularError
+        If none of the poses can be taken.
+    MissingExtraError
+        If matplotlib is not installed (extra `plot`).
+    """
+    if (theta is None) == (y is None):
+        raise InputError("a picture is of angles or of positions.", remedy="Give theta, or y=")
+    if path is not None:
+        check_suffix(path)
+    found = robot.pose(theta, root) if y is None else robot.pose_at(y, elbow)
+    rows = [np.reshape(x, (-1, *x.shape[found.position.ndim - 1 :])) for x in found]
+    known = [i for i in range(len(rows[0])) if all(np.isfinite(x[i]).all() for x in rows)]
+    if not known:
+        raise SingularError("the robot cannot take any of these poses.")
+    ax = drawn.axes(view, size, frame)
+    base = -2 * rows[2][known[-1]][[2, 0, 1]]  # a triangle whose sides have the motors in their middles
+    box = _room([base, *(x[known] for x in rows[2:])])
+    _plate(ax, base, palette.GREY, 1.0, box)
+    for i in known:
+        _draw(ax, type(found)(*(x[i] for x in rows)), 1.0 if i == known[-1] else FAINT, box)
+    if len(rows[0]) > 1:
+        drawn.paths(rows[0], ax, palette.GREEN, PATH, box)
+    low, high = box
+    ax.set_zlim3d(float(high[2]), float(low[2]))
+    pages.fill_page(ax)
+    if path is not None:
+        save(path, ax, dpi)
+    return ax
+
+
+def _room(points: Sequence[Array]) -> tuple[Array, Array]:
+    """Corners of a box around all points."""
+    every = np.concatenate([x.reshape(-1, 3) for x in points])
+    low, high = every.min(0), every.max(0)
+    edge = MARGIN * float((high - low).max())
+    return low - edge, high + edge
+
+
+def _plate(ax: Any, corners: Array, color: str, opacity: float, box: tuple[Array, Array]) -> None:
+    middle = np.broadcast_to(corners.mean(0), corners.shape)
+    faces = surface(np.stack([middle, corners, np.roll(corners, -1, 0)], 1), color, PLATE * opacity)
+    ax.add_collection3d(faces)
+    faces.set(clip_on=False)
+    drawn.paths(np.concatenate([corners, corners[:1]]), ax, _faded(color, 1, opacity), EDGE, box)
+
+
+def _draw(ax: Any, pose: Pose, opacity: float, box: tuple[Array, Array]) -> None:
+    """Platform, arms and rods of one pose."""
+    _plate(ax, pose.corners, palette.BLUE, opacity, box)
+    elbow_rods = np.stack([pose.tops[::2], pose.tops[1::2]], 1)
+    upper = np.stack([pose.shoulders, pose.elbows], 1)
+    drawn.paths(elbow_rods, ax, _faded(palette.AMBER, 3, opacity), EDGE, box)
+    drawn.paths(upper, ax, _faded(palette.RED, 3, opacity), ARM, box)
+    drawn.paths(np.stack([pose.tops, pose.bottoms], 1), ax, _faded(palette.INK, 6, opacity), ROD, box)
+    drawn.draw(
+        np.concatenate([pose.tops, pose.corners]), ax=ax, color=palette.INK, size=EDGE, opacity=opacity, extent=box
+    )
+
+
+def _faded(color: str, count: int, opacity: float) -> Array:
+    return np.tile(palette.faded(palette.per_item(color, 1, color), opacity), (count, 1))
+
+
+def slices(
+    workspace: Workspace,
+    path: str | PathLike[str] | None = None,
+    *,
+    show: str = "condition",
+    across: str = "z",
+    at: Sequence[float] | None = None,
+    dpi: float = pages.DOTS_PER_INCH,
+) -> Any:
+    """Slices of a workspace: a measure where the platform can be, nothing where it cannot.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    path : optional
+        Where to save it.
+    show : "condition", "inverse" or "forward"
+        Which measure: see `Workspace`. Colours end at a condition number of 100.
+    across : "x", "y" or "z"
+        The coordinate that is constant in a slice.
+    at : sequence of float, optional
+        Its values, of which the nearest samples are taken; default: six between the ends of what is reached.
+    dpi : float
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+
+    Raises
+    ------
+    InputError
+        If nothing is reached, or an argument is none of its kind.
+    MissingExtraError
+        If matplotlib is not installed (extra `plot`).
+    """
+    words, logarithmic, ends = MEASURES[chosen(show, tuple(MEASURES), "show")]
+    axis = "xyz".index(chosen(across, ("x", "y", "z"), "across"))
+    if path is not None:
+        check_suffix(path)
+    numbers = _slice_numbers(workspace, axis, at)
+    columns = min(len(numbers), 3)
+    rows = -(-len(numbers) // columns)
+    figure = backend.figure_class()(figsize=(columns * PANEL[0], rows * PANEL[1]), dpi=dpi, layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    colors = backend.imported("matplotlib.colors")
+    names = palette.RAMP if show == "condition" else palette.RAMP[::-1]
+    ramp = colors.LinearSegmentedColormap.from_list("ramp", names)
+    scale = (colors.LogNorm if logarithmic else colors.Normalize)(*ends)
+    values = np.where(workspace.reachable, getattr(workspace, show), np.nan)
+    image = None
+    for ax, number in zip(panels, numbers, strict=False):
+        image = _slice(ax, workspace, values.take(number, axis), axis, number, ramp, scale)
+    for ax in panels[len(numbers) :]:
+        ax.set_visible(False)
+    bar = figure.colorbar(image, ax=list(panels), extend="max" if logarithmic else "neither", shrink=0.8, pad=0.01)
+    bar.set_label(words, color=palette.INK, fontsize=9)
+    bar.ax.tick_params(labelsize=8, colors=palette.GREY)
+    bar.outline.set_visible(False)
+    if path is not None:
+        save(path, figure, dpi)
+    return figure
+
+
+def _slice_numbers(workspace: Workspace, axis: int, at: Sequence[float] | None) -> list[int]:
+    """Numbers of the samples along an axis that are shown."""
+    samples = (workspace.x, workspace.y, workspace.z)[axis]
+    others = tuple(i for i in range(3) if i != axis)
+    reached = np.flatnonzero(workspace.reachable.any(others))
+    if not len(reached):
+        raise InputError("nothing of this workspace is reached.", remedy="Sample another box: bounds=")
+    if at is None:
+        return sorted({int(i) for i in np.linspace(reached[0], reached[-1], 8).round()[1:-1]})
+    values = np.atleast_1d(np.asarray(at, float))
+    if values.ndim != 1 or not 1 <= len(values) <= MOST_SLICES or not np.isfinite(values).all():
+        raise InputError(f"at is {at!r}; it has from 1 to {MOST_SLICES} numbers.")
+    return [int(np.abs(samples - v).argmin()) for v in values]
+
+
+def _slice(ax: Any, workspace: Workspace, values: Array, axis: int, number: int, ramp: Any, scale: Any) -> Any:
+    """One panel."""
+    samples = (workspace.x, workspace.y, workspace.z)
+    first, second = (i for i in range(3) if i != axis)
+    image = ax.pcolormesh(samples[first], samples[second], values.T, cmap=ramp, norm=scale, shading="nearest")
+    ax.set_title(f"{'xyz'[axis]} = {samples[axis][number]:.4g}", fontsize=9.5, color=palette.INK, loc="left")
+    ax.set_xlabel("xyz"[first], color=palette.GREY, fontsize=9)
+    ax.set_ylabel("xyz"[second], color=palette.GREY, fontsize=9)
+    ax.set_aspect("equal")
+    ax.tick_params(labelsize=8, colors=palette.GREY)
+    ax.set_facecolor(palette.PALE)
+    if second == 2 and not ax.yaxis_inverted():  # e3 points down
+        ax.invert_yaxis()
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    return image
+
+
+def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = pages.DOTS_PER_INCH) -> Any:
+    """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib."""
+    if path is not None:
+        check_suffix(path)
+    panels = (
+        ("angles of the motors [rad]", motion.theta),
+        ("speeds [rad per time]", motion.speed),
+        ("accelerations [rad per time squared]", motion.angular_acceleration),
+    )
+    figure = backend.figure_class()(figsize=(6.4, 6.6), dpi=dpi, layout="constrained")
+    for ax, (title, values) in zip(figure.subplots(3, 1, sharex=True), panels, strict=True):
+        for column, color, label in zip(values.T, palette.AXES, ("arm 1", "arm 2", "arm 3"), strict=True):
+            ax.plot(motion.time, column, color=color, linewidth=1.1, label=label)
+        ax.set_title(title, fontsize=9.5, color=palette.INK, loc="left")
+        ax.tick_params(labelsize=8, colors=palette.GREY)
+        ax.grid(color=palette.PALE, linewidth=0.8)
+        ax.margins(x=0.01)
+        for name, spine in ax.spines.items():
+            spine.set_visible(name in ("left", "bottom"))
+            spine.set_color(palette.GREY)
+    figure.axes[0].legend(fontsize=8, ncols=3, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.98),
+                          borderaxespad=0, handlelength=1.2, labelcolor=palette.INK)  # fmt: skip
+    figure.axes[-1].set_xlabel("t", color=palette.GREY, fontsize=9)
+    if path is not None:
+        save(path, figure, dpi)
+    return figure
+
+
+__all__ = ["MEASURES", "curves", "picture", "slices"]
