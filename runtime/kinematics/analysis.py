@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..codegen.errors import ConstraintError, InputError, UndeterminedError
-from ..dynamics.given import vectors
+from ..dynamics.given import shown, vectors
 from ..dynamics.screws import velocity_at
 from ..multivector import Multivector
 from .inputs import Known
+from .joints import Joint
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -87,28 +88,71 @@ def analysed(mechanism: Mechanism, inputs: Any, outputs: Any) -> Analysis:
         if joint is not None:
             known.add_joint(joint)
         else:
-            known.add_body(*(x if isinstance(x, tuple) else (x,)))
+            known.add_body(*body_and(x, "twists"))
     found = known.solved()
     asked = [_output(mechanism, x) for x in listed(outputs)]
+    if not asked:
+        raise InputError("there are no outputs; a joint or a body is needed.")
     jacobian, left = (np.concatenate([m @ (rows @ s) for rows, m in asked]) for s in (found.speeds, found.open))
-    size = max(float(np.abs(jacobian).max(initial=0)), np.finfo(float).tiny)
+    unit = mechanism.noise * max(float(np.abs(m).max(initial=0)) for _, m in asked)  # of what a unit speed can do
     ways, values, _ = np.linalg.svd(left)
-    open_ = ways[:, : len(values)][:, values > mechanism.noise * size]
+    open_ = ways[:, : len(values)][:, values > unit]
     ways, values, _ = np.linalg.svd(jacobian)
-    lost = ways[:, int((values > mechanism.noise * size).sum()) :]
+    lost = ways[:, int((values > unit * np.abs(found.speeds).max(initial=0)).sum()) :]
     return Analysis(jacobian, found.residual, open_, lost, found.singular_values, mechanism.noise)
 
 
 def listed(x: Any) -> list[Any]:
-    """One thing or several, as a list."""
+    """One thing or several, as a list.
+
+    Raises
+    ------
+    InputError
+        If several have no order.
+    """
     if isinstance(x, Mapping):
         return list(x.items())
-    return list(x) if isinstance(x, Sequence) and not isinstance(x, str | tuple) else [x]
+    if isinstance(x, Set):
+        raise InputError(f"{shown(x)} has no order.", remedy="Give a list")
+    if isinstance(x, str | tuple | Joint | Multivector | None) or not isinstance(x, Iterable):
+        return [x]
+    return [v.item() if isinstance(v, np.generic) else v for v in x]
+
+
+def body_and(x: Any, what: str) -> tuple[Any, Any]:
+    """A body, and what is given with it, if anything is.
+
+    Raises
+    ------
+    InputError
+        If it is neither a body nor that.
+    """
+    if not isinstance(x, tuple):
+        return x, None
+    if len(x) != 2 or isinstance(x[1], str | Joint):
+        raise InputError(f"{x!r} is no (body, {what}).", remedy="Give several bodies or joints as a list")
+    return x
+
+
+def coordinates_of(point: Multivector, what: str) -> Array:
+    """Coordinates (..., 3) of points.
+
+    Raises
+    ------
+    InputError
+        If they are something else.
+    """
+    found = point.parameters()
+    if not hasattr(found, "xyz"):
+        raise InputError(f"{what} is a {type(found).__name__.lower()}; a point is needed.")
+    return np.asarray(found.xyz)
 
 
 def place_of(point: Any, what: str) -> Array:
     """The coordinates (3,) of a point, given as a multivector or by them."""
-    found = np.asarray(point.parameters().xyz if isinstance(point, Multivector) else vectors(point, what), float)
+    found = np.asarray(coordinates_of(point, what) if isinstance(point, Multivector) else vectors(point, what), float)
+    if not np.isfinite(found).all():
+        raise InputError(f"{what} is at {found}; a finite place is needed.")
     if found.shape != (3,):
         raise InputError(f"{what} has shape {found.shape}; one point is needed.")
     return found
@@ -120,7 +164,7 @@ def _output(mechanism: Mechanism, x: Any) -> tuple[Any, Array]:
     if joint is not None:
         relation = mechanism.loops.relations[joint]
         return mechanism.way_of(joint), relation.speeds[:, None] * np.linalg.pinv(relation.free)
-    name, point = x if isinstance(x, tuple) and len(x) == 2 else (x, None)
+    name, point = body_and(x, "point")
     body = mechanism.number(name)
     rows = sparse.csr_array((6, mechanism.loops.size)) if body < 0 else mechanism.loops.way(body)
     if point is None:

@@ -12,6 +12,8 @@ from scipy import sparse
 
 from ..algebras import Algebra
 from ..codegen.errors import ConstraintError, InputError, suggest
+from ..dynamics.given import number as one_number
+from ..dynamics.given import several, shown
 from ..dynamics.screws import geometry
 from .graph import Tree, spanning_tree
 from .joints import Joint
@@ -34,7 +36,7 @@ class Assembly:
     def __init__(
         self, bodies: Sequence[str], fixed: str, joints: Sequence[Joint] = (), tolerance: float = TOLERANCE
     ) -> None:
-        names = [bodies] if isinstance(bodies, str) else list(bodies)
+        names = list(several(bodies, str, "bodies"))
         for name in names:
             if not isinstance(name, str) or not name:
                 raise InputError(f"a body is named {name!r}; a word is needed.")
@@ -42,14 +44,15 @@ class Assembly:
                 raise InputError(f"there are two bodies {name!r}; each has a name of its own.")
         if fixed not in names:
             raise InputError(f"the fixed body {fixed!r} is none of the bodies.{suggest(str(fixed), names)}")
-        if not 0 < tolerance < 1:
+        if not 0 < one_number(tolerance, "the tolerance") < 1:
             raise InputError(f"the tolerance is {tolerance!r}; a share between 0 and 1 is needed.")
         self.bodies, self.fixed, self.tolerance = tuple(names), fixed, float(tolerance)
         self.moving = tuple(name for name in names if name != fixed)
         self._numbers = {name: i for i, name in enumerate(self.moving)} | {fixed: -1}
         self._joints: list[Joint] = []
         self._names: dict[str, int] = {}
-        for joint in joints:
+        self._held: set[int] = set()
+        for joint in several(joints, Joint, "joints"):
             self.add(joint)
 
     # -- making --------------------------------------------------------------------------------------------
@@ -63,7 +66,13 @@ class Assembly:
             If a body of it is not there, the name is taken, or it is of another algebra than the others.
         """
         if not isinstance(joint, Joint):
-            raise InputError(f"a joint is a {type(joint).__name__}; one of bladesmith.kinematics is needed.")
+            raise InputError(f"a joint is {shown(joint)}; one of bladesmith.kinematics is needed.")
+        if type(joint) is Joint:
+            raise InputError("Joint is what joints have in common; take one of bladesmith.kinematics, as Revolute.")
+        if id(joint) in self._held:
+            raise InputError(f"{joint.label} is a joint of this mechanism already.")
+        if name is not None and (not isinstance(name, str) or not name):
+            raise InputError(f"{joint.label} is named {name!r}; a word is needed.")
         for body in (joint.a, joint.b):
             self.number(body, joint.label)
         if name is not None and (name in self._names or name in self._numbers):
@@ -74,6 +83,7 @@ class Assembly:
         if name is not None:
             self._names[name] = len(self._joints)
         self._joints.append(joint)
+        self._held.add(id(joint))
         for known in [k for k in vars(self) if isinstance(getattr(type(self), k, None), cached_property)]:
             del self.__dict__[known]
         return joint

@@ -59,7 +59,8 @@ class Known:
             given = np.atleast_1d(finite(speeds, f"the speed of {self.mechanism.joint_names[joint]}"))
             if given.shape != relation.speeds.shape:
                 raise InputError(
-                    f"{self.mechanism.joint_names[joint]} has {len(relation.speeds)} speeds; {given.size} are given."
+                    f"{self.mechanism.joint_names[joint]} takes {len(relation.speeds)} numbers for its speed; "
+                    f"{given.size} are given."
                 )
             values = (given / relation.speeds)[:, None]
         body = loops.tree.hung_by.get(joint)
@@ -79,11 +80,7 @@ class Known:
         if body < 0:
             raise InputError(f"{name!r} is fixed, and can not be given a speed.")
         if twists is not None:
-            what = f"the twist of {name!r}"
-            x = of_algebra(twists, self.mechanism.algebra, what).as_kind("twist")
-            if x.ndim > 1:
-                raise InputError(f"{what} has shape {x.shape}; one twist, or (k,) of them, are needed.")
-            matrix = finite(x.values, what).reshape(-1, 6).T
+            matrix = twist_columns(self.mechanism, name, twists)
         self._rows.append((self.mechanism.loops.way(body), self.mechanism.from_world @ matrix, self.count))
         self.count += matrix.shape[1]
 
@@ -102,8 +99,18 @@ class Known:
             at += rows.shape[0]
         if together:
             speeds, right = speeds.sum(1, keepdims=True), right.sum(1, keepdims=True)
-        asked = np.sqrt((right**2).sum(0) + (speeds**2).sum(0))
-        return _least(matrix, right - matrix @ speeds, speeds, np.flatnonzero(~known), asked, self.mechanism.tolerance)
+        left = right - matrix @ speeds
+        asked = np.sqrt(np.maximum((right**2).sum(0) + (speeds**2).sum(0), (left**2).sum(0)))
+        return _least(matrix, left, speeds, np.flatnonzero(~known), asked, self.mechanism.tolerance)
+
+
+def twist_columns(mechanism: Mechanism, name: str, twists: Any) -> Array:
+    """Coefficients (6, k) of one twist of a body, or of several."""
+    what = f"the twist of {name!r}"
+    x = of_algebra(twists, mechanism.algebra, what).as_kind("twist")
+    if x.ndim > 1:
+        raise InputError(f"{what} has shape {x.shape}; one twist, or (k,) of them, are needed.")
+    return finite(x.values, what).reshape(-1, 6).T
 
 
 def _least(matrix: Any, right: Array, speeds: Array, free: Array, asked: Array, tolerance: float) -> Solved:

@@ -13,7 +13,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, suggest
+from ..algebras import Algebra
+from ..calls import call
+from ..codegen.errors import BladesmithError, InputError, ShapeError, suggest
+from ..dynamics.given import LARGEST_COEFFICIENT, check_coefficients, finite, of_algebra, shown
 from ..multivector import Multivector
 
 Array = NDArray[Any]
@@ -62,10 +65,13 @@ class Joint:
     a: str
     b: str
     mobility: int
+    #: Of these freedoms, how many are slides; None where that is not checked.
+    sliding: ClassVar[int | None] = None
     remedy: str = ""
 
-    def axis(self) -> Array | None:
-        """The direction (3,) that its coordinate grows along, or turns about."""
+    def axes(self, objects: list[Multivector]) -> Array | None:
+        """Directions (n, 3) that the coordinates of n joints of this sort grow along, or turn about, of the objects
+        (n,) of their conditions."""
         return None
 
     def conditions(self) -> list[Condition]:
@@ -86,10 +92,19 @@ def _named(joint: Joint, objects: Iterable[tuple[str, Any]]) -> None:
     if joint.a == joint.b:
         raise InputError(f"{joint.label} is between a body and itself.")
     for what, x in objects:
-        if not isinstance(x, Multivector) or x.shape:
-            raise InputError(f"{joint.label}: {what} is a {type(x).__name__}; one multivector is needed.")
-        if not np.isfinite(x.values).all():
-            raise InputError(f"{joint.label}: {what} is not finite.")
+        if not isinstance(x, Multivector):
+            raise InputError(f"{joint.label}: {what} is {shown(x)}; one multivector is needed.")
+        if x.shape:
+            raise InputError(f"{joint.label}: {what} is a batch {x.shape}; one multivector is needed.")
+        if "twist" not in x.algebra.kinds:
+            raise InputError(f"{joint.label}: {what} is of {x.algebra.name}; joints are of cga3d or pga3d.")
+        if np.iscomplexobj(x.values):
+            raise InputError(f"{joint.label}: {what} holds complex numbers; real ones are needed.")
+        check_coefficients(x, f"{joint.label}: {what}")
+        if float(np.abs(x.values).max()) > LARGEST_COEFFICIENT:
+            raise InputError(f"{joint.label}: {what} has coefficients beyond {LARGEST_COEFFICIENT:g}.")
+        if not np.any(x.values):
+            raise InputError(f"{joint.label}: {what} is zero; it holds nothing.")
 
 
 def _one_algebra(joint: Joint, objects: list[Multivector]) -> None:
@@ -109,13 +124,24 @@ def _of_kind(joint: Joint, x: Multivector, kinds: tuple[str, ...], what: str) ->
 
 
 def direction_of(x: Multivector) -> Array | None:
-    """The direction (3,) of an axis, or the normal; None of what has none."""
+    """Directions (..., 3) of axes, or normals; None of what has none. They are not of a length of one."""
     for kind in ("line", "circle", "plane", "point_pair"):  # a line is a circle too
         if kind in x.algebra.kinds and set(x.kind.blades) <= set(x.algebra.kind(kind).blades):
-            p = x.as_kind(kind).parameters()
-            return np.asarray(getattr(p, "normal", None) if hasattr(p, "normal") else
-                              p.direction if hasattr(p, "direction") else p.b - p.a)  # fmt: skip
+            p = x.as_kind(kind, check=False).parameters()
+            found = p.b - p.a if kind == "point_pair" else p.direction if kind == "line" else p.normal
+            if np.isfinite(found).all():
+                return np.asarray(found)
+    if set(x.kind.blades) <= set(x.algebra.kind("twist").blades):  # a screw has an axis too
+        return np.asarray(call(x.algebra, "mechanics.screw_vectors", x).values[0].values)
     return None
+
+
+def _is_line(x: Multivector) -> bool:
+    return "line" in x.algebra.kinds and set(x.kind.blades) <= set(x.algebra.kind("line").blades)
+
+
+def _same(x: Multivector, other: Multivector | None) -> Condition:
+    return Condition(x, x if other is None else other)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,22 +166,24 @@ class _Shared(Joint):
 
     def __post_init__(self) -> None:
         what = f"the {self.kinds[0]}"
-        for x in (self.geometry, self.other):
-            if x is not None:
-                _named(self, [(what, x)])
-                _of_kind(self, x, self.kinds, what)
-        if self.other is not None:
-            _one_algebra(self, [self.geometry, self.other])
+        given = [self.geometry] if self.other is None else [self.geometry, self.other]
+        for x in given:
+            _named(self, [(what, x)])
+            _of_kind(self, x, self.kinds, what)
+        _one_algebra(self, given)
 
     def conditions(self) -> list[Condition]:
-        return [Condition(self.geometry, self.geometry if self.other is None else self.other)]
+        return [_same(self.geometry, self.other)]
 
-    def axis(self) -> Array | None:
-        return direction_of(self.geometry)
+    def axes(self, objects: list[Multivector]) -> Array | None:
+        return direction_of(objects[0])
 
 
 class Spherical(_Shared):
-    """Turning about a shared point (7.5.1): a point, or in CGA a sphere. Mobility 3."""
+    """Turning about a shared point (7.5.1): a point, or in CGA a sphere. Mobility 3.
+
+    Its coordinates are a rotation vector, its speeds those about the world's axes x, y, z, as they are at the start.
+    """
 
     kinds = ("point", "sphere", "flat_point")
     mobility = 3
@@ -201,24 +229,27 @@ class Revolute(Joint):
 
     def __post_init__(self) -> None:
         kinds = ("circle", "point_pair") if self.point is None else ("line", "twist")
-        for x in (self.geometry, self.other):
-            if x is not None:
-                _named(self, [("the geometry", x)])
-                _of_kind(self, x, kinds, "the geometry" if self.point is None else "the axis")
-        for x in (self.point, self.other_point):
-            if x is not None:
-                _named(self, [("the point", x)])
-                _of_kind(self, x, ("point",), "the point")
-        _one_algebra(self, [x for x in (self.geometry, self.point, self.other, self.other_point) if x is not None])
+        what = "the geometry" if self.point is None else "the axis"
+        if self.point is None and self.other_point is not None:
+            raise InputError(f"{self.label}: other_point is given without a point.")
+        lines = [self.geometry] if self.other is None else [self.geometry, self.other]
+        points = [x for x in (self.point, self.other_point) if x is not None]
+        for x in lines:
+            _named(self, [(what, x)])
+            if self.point is None and x.algebra.name == "pga3d":
+                raise InputError(f"{self.label}: in pga3d it is given by a line and a point on it; there is no point.")
+            _of_kind(self, x, kinds, what)
+        for x in points:
+            _named(self, [("the point", x)])
+            _of_kind(self, x, ("point",), "the point")
+        _one_algebra(self, [*lines, *points])
 
     def conditions(self) -> list[Condition]:
-        found = [Condition(self.geometry, self.geometry if self.other is None else self.other)]
-        if self.point is None:
-            return found
-        return [*found, Condition(self.point, self.point if self.other_point is None else self.other_point)]
+        found = [_same(self.geometry, self.other)]
+        return found if self.point is None else [*found, _same(self.point, self.other_point)]
 
-    def axis(self) -> Array | None:
-        return direction_of(self.geometry)
+    def axes(self, objects: list[Multivector]) -> Array | None:
+        return direction_of(objects[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,6 +266,7 @@ class Prismatic(Joint):
     first: Multivector
     second: Multivector
     mobility = 1
+    sliding = 1
     remedy = (
         "Give two distinct parallel lines, a line and a plane along it, a line and another direction, or two planes "
         "that are not parallel"
@@ -250,11 +282,11 @@ class Prismatic(Joint):
     def conditions(self) -> list[Condition]:
         return [Condition(self.first, self.first), Condition(self.second, self.second)]
 
-    def axis(self) -> Array | None:
-        for x in (self.first, self.second):
-            if "line" in x.algebra.kinds and set(x.kind.blades) <= set(x.algebra.kind("line").blades):
+    def axes(self, objects: list[Multivector]) -> Array | None:
+        for x in objects:
+            if _is_line(x):
                 return direction_of(x)
-        normals = [direction_of(x) for x in (self.first, self.second)]
+        normals = [direction_of(x) for x in objects]
         return None if normals[0] is None or normals[1] is None else np.cross(normals[0], normals[1])
 
 
@@ -279,9 +311,16 @@ class Rigid(Joint):
 
     def __post_init__(self) -> None:
         _named(self, [])
-        place = np.asarray(self.place, float)
-        if place.shape != (3,) or not np.isfinite(place).all():
-            raise InputError(f"{self.label}: its place is not three finite numbers.")
+        from ..dynamics.screws import geometry
+
+        if self.algebra is not None and not isinstance(self.algebra, Algebra):
+            raise InputError(
+                f"{self.label}: its algebra is {shown(self.algebra)}; bladesmith.cga3d or pga3d is needed."
+            )
+        geometry(self.algebra)
+        place = finite(self.place, f"{self.label}: its place")
+        if place.shape != (3,):
+            raise ShapeError(f"{self.label}: its place has shape {place.shape}; three numbers are needed.")
 
     def conditions(self) -> list[Condition]:
         from ..dynamics.screws import geometry
@@ -306,8 +345,16 @@ class Universal(Joint):
     mobility = 2
 
     def __post_init__(self) -> None:
-        _named(self, [("the first circle", self.circle_a), ("the second circle", self.circle_b)])
-        circles = [x.parameters() for x in (self.circle_a, self.circle_b)]
+        given = {"the first circle": self.circle_a, "the second circle": self.circle_b}
+        _named(self, given.items())
+        _one_algebra(self, list(given.values()))
+        circles = []
+        for what, x in given.items():
+            _of_kind(self, x, ("circle",), what)
+            found = x.parameters()
+            if not hasattr(found, "radius"):
+                raise InputError(f"{self.label}: {what} is a {type(found).__name__.lower()}, and has no centre.")
+            circles.append(found)
         gap = float(np.linalg.norm(circles[0].center - circles[1].center))
         if gap > 1e-9 * (float(np.abs(circles[0].center).max()) + float(circles[0].radius)):
             raise InputError(f"{self.label}: the centres of the circles are {gap:.3g} apart; they are one.")
@@ -337,7 +384,8 @@ class Bilinear(Joint):
         In the world at the start; x belongs to a, y to b.
     product : {"outer", "inner", "meet", "anticommutator"} or callable
         A function of two multivectors, linear in each. It is taken in the frame of the first body.
-    H : Multivector or float
+    H : Multivector or float, optional
+        Zero; None is what B is at the start.
     """
 
     a: str
@@ -350,12 +398,34 @@ class Bilinear(Joint):
 
     def __post_init__(self) -> None:
         _named(self, [("x", self.x), ("y", self.y)])
+        _one_algebra(self, [self.x, self.y])
         if not callable(self.product) and self.product not in PRODUCTS:
             raise InputError(
                 f"{self.label}: {self.product!r} is no product; there are: {', '.join(PRODUCTS)}, and functions of two "
-                f"objects.{suggest(self.product, PRODUCTS)}"
+                f"objects.{suggest(str(self.product), PRODUCTS)}"
             )
+        if self.H is None:
+            object.__setattr__(self, "H", self._applied(self.x, self.y))
+        elif isinstance(self.H, Multivector):
+            of_algebra(self.H, self.x.algebra, f"{self.label}: H")
+        elif finite(self.H, f"{self.label}: H").shape:
+            raise ShapeError(f"{self.label}: H has shape {np.shape(self.H)}; one multivector or number is needed.")
+        from .local import relations
+
+        relations(self.x.algebra, [self])
+
+    def _applied(self, x: Multivector, y: Multivector) -> Multivector:
+        """B(x, y), of what may be anybody's function."""
+        function = self.product if callable(self.product) else PRODUCTS[self.product]
+        try:
+            found = function(x, y)
+        except BladesmithError:
+            raise
+        except Exception as error:
+            raise InputError(f"{self.label}: its product raises {type(error).__name__}: {error}.") from error
+        if not isinstance(found, Multivector):
+            raise InputError(f"{self.label}: its product gives {shown(found)}; a multivector is needed.")
+        return of_algebra(found, x.algebra, f"{self.label}: its product")
 
     def conditions(self) -> list[Condition]:
-        product = self.product if callable(self.product) else PRODUCTS[self.product]
-        return [Condition(self.x, self.y, product, self.H, equivariant=not callable(self.product))]
+        return [Condition(self.x, self.y, self._applied, self.H, equivariant=not callable(self.product))]

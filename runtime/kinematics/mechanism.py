@@ -12,6 +12,7 @@ from scipy import sparse
 
 from ..calls import raise_first
 from ..codegen.errors import ConstraintError, InputError
+from ..dynamics.given import of_algebra, shown
 from ..multivector import Multivector
 from .analysis import Analysis, analysed
 from .assembly import Assembly
@@ -19,7 +20,7 @@ from .driver import Asked, Driver
 from .inputs import Known
 from .motions import FreeMotion, SelfStress, free_basis, idle_speeds, self_stresses
 from .poses import Placed
-from .solving import Poses, jacobians, scaled_motors, solved_poses
+from .solving import METHODS, Poses, jacobians, scaled_motors, solved_poses
 
 Array = NDArray[Any]
 
@@ -52,7 +53,7 @@ class Mechanism(Assembly):
         -------
         scipy.sparse.csr_array (m, 6 bodies)
             Six columns for each body of `moving`, its twist in the world, in the order of the twist's blades; as many
-            rows for each joint as it takes freedoms, orthonormal at the joint's own place and in its own length.
+            rows for each joint as it takes freedoms, orthonormal in `frame`.
         """
         inverse, at = self.from_world, 0
         rows, columns, values = [], [], []
@@ -175,6 +176,10 @@ class Mechanism(Assembly):
         ConstraintError, UndeterminedError
             If the joints do not allow an input, or outputs can move while all inputs rest: the direction.
         """
+        if method not in METHODS:
+            raise InputError(f"there is no method {method!r}; there are: {', '.join(METHODS)}.")
+        if status and poses is None:
+            raise InputError("a status goes with poses.", remedy="Give poses, or look at analysis(...)")
         if poses is not None:
             values, found, _ = jacobians(self, inputs, outputs, poses, method, threads)
             if strict and not status:
@@ -214,6 +219,8 @@ class Mechanism(Assembly):
         given = Known(self)
         for x, value in known.items():
             joint = self.find_joint(x)
+            if value is None or (joint is None and isinstance(value, Multivector) and value.shape):
+                raise InputError(f"one speed or twist is needed for {x!r}; it is given {shown(value)}.")
             if joint is not None:
                 given.add_joint(joint, value)
             else:
@@ -268,7 +275,8 @@ class Mechanism(Assembly):
         -------
         Poses (...)
         """
-        return solved_poses(self, driven or {}, targets or {}, start, path, threads, strict)
+        given = [{} if x is None else x for x in (driven, targets)]
+        return solved_poses(self, given[0], given[1], start, path, threads, strict)
 
     def driver(self, **asked: Any) -> Driver:
         """The compiled driver for what is asked; kept while the mechanism stays as it is."""
@@ -298,10 +306,15 @@ class Mechanism(Assembly):
         motors : mapping of str to Multivector
             Of bodies, from where they are now; those that are not named stay.
         """
+        if not isinstance(motors, Mapping):
+            raise InputError(f"a pose is a mapping of bodies to motors, not {shown(motors)}.")
         one = self.algebra.multivector({"": 1.0}).as_kind("motor")
-        moved = {name: motors.get(name, one) for name in self.bodies}
-        for name in motors:
+        moved = dict.fromkeys(self.bodies, one)
+        for name, motor in motors.items():
             self.number(name)
+            moved[name] = of_algebra(motor, self.algebra, f"the motor of {name!r}").as_kind("motor")
+            if motor.shape:
+                raise InputError(f"the motor of {name!r} is a batch {motor.shape}; one pose is needed.")
         new = Mechanism(self.bodies, self.fixed, (), self.tolerance)
         named = {j: name for name, j in self._names.items()}
         for j, joint in enumerate(self._joints):

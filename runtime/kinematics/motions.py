@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import block_diag
+from scipy.sparse import csgraph
 
 from .loops import Loops, Part, parts
 
@@ -113,19 +116,35 @@ def free_basis(loops: Loops, split: list[Part], idle: list[Array]) -> list[tuple
     """A basis of all motions, the idle ones first, then one for each coordinate that is free to choose, those near
     the fixed body first: (coordinate, speeds)."""
     made: list[tuple[int, Array]] = []
-    for part in split:
-        null = part.null
-        own = [v[part.columns] for v in idle if np.any(v[part.columns])]
+    for columns, null in _together(split, idle):
+        own = [v[columns] for v in idle if np.any(v[columns])]
         if own:
             basis, _ = np.linalg.qr(np.stack(own, 1))
             null = null - basis @ (basis.T @ null)
             left, sizes, _ = np.linalg.svd(null, full_matrices=False)
             null = left[:, sizes > 0.5]  # of an orthonormal basis less one of its subspaces: ones and zeros
-        for column, values in _reduced(null, np.argsort(_rank_of(loops)[part.columns], kind="stable")):
+        for column, values in _reduced(null, np.argsort(_rank_of(loops)[columns], kind="stable")):
             speeds = np.zeros(loops.size)
-            speeds[part.columns] = values
-            made.append((int(part.columns[column]), speeds))
+            speeds[columns] = values
+            made.append((int(columns[column]), speeds))
     return made
+
+
+def _together(split: list[Part], idle: list[Array]) -> list[tuple[Array, Array]]:
+    """Columns and null spaces of parts, of those that an idle motion moves as one."""
+    of_column = {int(c): k for k, part in enumerate(split) for c in part.columns}
+    links = np.array(
+        [(of_column[int(v.nonzero()[0][0])], of_column[int(c)]) for v in idle for c in v.nonzero()[0]], int
+    )
+    rows, columns = links.reshape(-1, 2).T
+    graph = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(split), len(split)))
+    groups: dict[int, list[Part]] = {}
+    for part, label in zip(split, csgraph.connected_components(graph, directed=False)[1], strict=True):
+        groups.setdefault(int(label), []).append(part)
+    return [
+        (np.concatenate([p.columns for p in own]), block_diag(*(p.null for p in own)) if len(own) > 1 else own[0].null)
+        for own in groups.values()
+    ]
 
 
 def _rank_of(loops: Loops) -> Array:

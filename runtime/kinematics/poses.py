@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebras import Algebra
-from ..lengths import in_units, length_of
+from ..lengths import in_units
 from ..multivector import Multivector
 from .joints import Condition, Joint
-from .local import places_of
+from .places import places_of, spread_of, units_of
 
 Array = NDArray[Any]
 
@@ -57,9 +57,16 @@ class Placed(Joint):
     def label(self) -> str:
         return self.joint.label
 
-    def axis(self) -> Array | None:
-        axis = self.joint.axis()
-        return None if axis is None else np.asarray(self.motor_a.to_matrix()[:3, :3] @ axis)
+    @property
+    def sliding(self) -> int | None:  # type: ignore[override]
+        return self.joint.sliding
+
+    @property
+    def remedy(self) -> str:  # type: ignore[override]
+        return self.joint.remedy
+
+    def axes(self, objects: list[Multivector]) -> Array | None:
+        return self.joint.axes(objects)
 
     def conditions(self) -> list[Condition]:
         return [self._moved(c) for c in self.joint.conditions()]
@@ -74,19 +81,30 @@ class Placed(Joint):
 
 
 def misfit(algebra: Algebra, joints: Sequence[Joint]) -> list[float]:
-    """How far each joint is from holding, in its own length."""
-    return [max((_gap(algebra, c) for c in joint.conditions()), default=0.0) for joint in joints]
+    """How far each joint is from holding, in its own length, or, of those that have none, in that of all."""
+    conditions = [joint.conditions() for joint in joints]
+    moved = [c for own in conditions for c in own if not _as_it_was(c)]
+    if not moved:
+        return [0.0] * len(joints)
+    ends = np.concatenate([places_of([x[None]], 1) for c in moved for x in (c.x, c.y)])
+    spread = spread_of(ends, (ends.min(0) + ends.max(0)) / 2) or 1.0
+    return [max((_gap(algebra, c, spread) for c in own), default=0.0) for own in conditions]
 
 
-def _gap(algebra: Algebra, c: Condition) -> float:
-    if c.x is c.y and c.product is None:
+def _as_it_was(c: Condition) -> bool:
+    return c.x is c.y and c.product is None
+
+
+def _gap(algebra: Algebra, c: Condition, spread: float) -> float:
+    if _as_it_was(c):
         return 0.0
     x, y = c.x, c.y
     if c.product is None or (c.equivariant and not isinstance(c.target, Multivector)):
-        away = ~algebra.translator(places_of([x[None], y[None]], 1)[0])
-        x, y = away >> x, away >> y
-        unit = float(length_of([x, y]))
-        x, y = in_units(x, unit), in_units(y, unit)
+        seen = [x] if c.product is None else [x, y]
+        place = places_of([v[None] for v in seen], 1)
+        away = ~algebra.translator(place[0])
+        unit = units_of([(away >> v)[None] for v in seen], place, spread)[0]
+        x, y = (in_units(away >> v, unit) for v in (x, y))
     if c.product is None:
         return _size(x - y) / max(_size(x), np.finfo(float).tiny)
     value = c.product(x, y)

@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 
 from .. import arrays
 from ..calls import call, raise_first
-from ..codegen.errors import InputError, ShapeError
-from ..dynamics.given import finite, of_algebra
+from ..codegen.errors import InputError, ShapeError, suggest
+from ..dynamics.given import shown
 from ..dynamics.screws import velocity_at
 from ..lengths import length_powers
 from ..multivector import Multivector
 from ..status import Status
 from ..text import statuses
-from .analysis import listed, place_of
+from .analysis import body_and, coordinates_of, listed, place_of
 from .driver import DONE, LATE, NOT_ALLOWED, NOT_FINITE, OPEN, STUCK, Driver
+from .inputs import twist_columns
+from .ways import common_shape, filled, motors_of, way_to
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 _OF_POSES = {DONE: Status.OK, STUCK: Status.UNREACHABLE, LATE: Status.NOT_CONVERGED, NOT_FINITE: Status.INVALID}
 _OF_JACOBIANS = {DONE: Status.OK, OPEN: Status.SINGULAR, NOT_ALLOWED: Status.UNREACHABLE, NOT_FINITE: Status.INVALID}
+#: How Jacobians at many poses are found.
+METHODS = ("elimination", "general")
 #: Joints that share so little, in the mechanism's unit, are closed.
 CLOSED = 1e-6
 
@@ -92,48 +96,56 @@ def solved_poses(
     threads: int | None, strict: bool,
 ) -> Poses:  # fmt: skip
     """See `Mechanism.solve_pose`."""
-    joints = _driven(mechanism, driven)
-    aims = _targets(mechanism, targets)
+    joints, aims = _driven(mechanism, driven), _targets(mechanism, targets)
     driver = mechanism.driver(
         driven=tuple(joints), targets=tuple((body, None if p is None else tuple(p)) for body, p, _ in aims)
     )
-    begin = start if start is None or isinstance(start, Poses) else _given_poses(mechanism, start)
-    shape = np.broadcast_shapes(
-        () if begin is None else begin.shape, *(v.shape[:-1] for v in joints.values()),
-        *(v.shape[:-1] for _, _, v in aims),
-    )  # fmt: skip
+    begin = None if start is None else _poses_of(mechanism, start, "start")
+    shape = common_shape(
+        {} if begin is None else {"start": begin.shape},
+        {f"the coordinates of {mechanism.joint_names[j]}": v.shape[:-1] for j, v in joints.items()},
+        {f"the target of {mechanism.moving[b]!r}": v.shape[:-1] for b, _, v in aims},
+    )
     if path and not shape:
         raise ShapeError("a path has an axis of steps: values (..., steps).")
     count = int(np.prod(shape))
-    links = _links(mechanism, driver, begin, shape)
-    ways = [
-        np.broadcast_to(v, (*shape, v.shape[-1])) - (0 if begin is None else begin.coordinates(mechanism.joints[j]))
-        for j, v in joints.items()
-    ]
-    gone = [w / mechanism.loops.relations[j].speeds for w, j in zip(ways, joints, strict=True)]
-    order = sorted(range(len(gone)), key=lambda k: driver.order.index(mechanism.tree.hung_by[list(joints)[k]]))
-    to_go = np.concatenate([np.zeros((*shape, 0)), *(gone[k] for k in order)], -1)
-    if path:
-        to_go[..., 1:, :] = np.diff(to_go, axis=-2)
-    wanted = np.concatenate([np.zeros((*shape, 0)), *(np.broadcast_to(v, (*shape, v.shape[-1])) for *_, v in aims)], -1)
-    rows = [np.array(x.reshape(count, -1), order="C") for x in (to_go, wanted)]
+    links, bad = _links(mechanism, driver, begin, shape)
+    given = [np.broadcast_to(v, (*shape, v.shape[-1])) for v in (*joints.values(), *(v for *_, v in aims))]
+    bad = bad.reshape(shape) | np.any([~np.isfinite(v).all(-1) for v in given], 0)
+    given = [filled(v, bad, path) for v in given]
+    ways = {j: way_to(mechanism, j, begin, v, path) for j, v in zip(joints, given, strict=False)}
+    order = sorted(ways, key=lambda j: driver.order.index(mechanism.tree.hung_by[j]))
+    to_go = np.concatenate([np.zeros((*shape, 0)), *(ways[j] for j in order)], -1)
+    wanted = np.concatenate([np.zeros((*shape, 0)), *given[len(joints) :]], -1)
+    rows = [np.array(x.reshape(count, x.shape[-1]), order="C") for x in (to_go, wanted)]
     motors, residual, code = driver.poses(links, rows[0], rows[1], threads, shape[-1] if path and count else 1)
     status = np.array([_OF_POSES[int(c)] for c in code], np.uint8).reshape(shape)
     found = np.empty((count, len(mechanism.moving), 8))
     found[:, driver.order] = mechanism.motors_to_world(motors)
-    found[code == NOT_FINITE] = np.nan
-    poses = Poses(mechanism, found.reshape(*shape, -1, 8), residual.reshape(shape), status)
+    found[(code == NOT_FINITE) | bad.ravel()] = np.nan
+    status[bad], residual[bad.ravel()] = Status.INVALID, np.nan
+    poses = Poses(mechanism, found.reshape(*shape, *found.shape[1:]), residual.reshape(shape), status)
     if strict:
         raise_first(status, "pose")
     return poses
 
 
+def _named(x: Any, what: str) -> Mapping[Any, Any]:
+    if not isinstance(x, Mapping):
+        raise InputError(f"{what} is {shown(x)}; a mapping is needed.")
+    return x
+
+
 def _driven(mechanism: Mechanism, driven: Mapping[Any, Any]) -> dict[int, Array]:
     found: dict[int, Array] = {}
-    for x, values in driven.items():
+    for x, values in _named(driven, "driven").items():
         j = mechanism.find_joint(x)
         if j is None:
-            raise InputError(f"{x!r} is no joint of this mechanism; joints can be driven.")
+            raise InputError(
+                f"{x!r} is no joint of this mechanism; joints can be driven.{suggest(str(x), mechanism.joint_names)}"
+            )
+        if j in found:
+            raise InputError(f"{mechanism.joint_names[j]} is driven twice.")
         name, count = mechanism.joint_names[j], len(mechanism.loops.relations[j].speeds)
         given = np.asarray(arrays.real(values, f"the coordinate of {name}"), float)
         given = given[..., None] if count == 1 else given
@@ -158,21 +170,32 @@ def _targets(mechanism: Mechanism, targets: Mapping[Any, Any]) -> list[tuple[int
     """(body, point or None, numbers): motors, or places, in the mechanism's frame."""
     found: list[tuple[int, Any, Array]] = []
     frame = mechanism.frame
-    for name, given in targets.items():
+    for name, given in _named(targets, "targets").items():
         point, value = given if isinstance(given, tuple) and len(given) == 2 else (None, given)
         body = mechanism.number(name)
         if body < 0:
             raise InputError(f"{name!r} is fixed, and has no target.")
         if point is None:
-            motor = of_algebra(value, mechanism.algebra, f"the target of {name!r}").as_kind("motor")
-            found.append((body, None, mechanism.motors_from_world(motor.values)))
+            found.append(
+                (body, None, mechanism.motors_from_world(motors_of(mechanism, value, f"the target of {name!r}")))
+            )
         else:
             at = place_of(point, f"the point of {name!r}")
-            to = value.parameters().xyz if isinstance(value, Multivector) else np.asarray(arrays.real(value, "a place"))
+            what = f"the place of a point of {name!r}"
+            to = np.asarray(coordinates_of(value, what) if isinstance(value, Multivector) else arrays.real(value, what))
             if to.shape[-1:] != (3,):
                 raise ShapeError(f"the place of a point of {name!r} has shape {to.shape}; it ends in 3.")
             found.append((body, at, (to - frame.center) / frame.unit))
     return found
+
+
+def _poses_of(mechanism: Mechanism, x: Any, what: str) -> Poses:
+    """Poses of this mechanism, or motors of bodies by name."""
+    if not isinstance(x, Poses):
+        return _given_poses(mechanism, x)
+    if x.mechanism is not mechanism:
+        raise InputError(f"{what} is of another mechanism.", remedy="Give motors by body, as dict(poses) has them")
+    return x
 
 
 def _given_poses(mechanism: Mechanism, motors: Mapping[str, Multivector]) -> Poses:
@@ -183,46 +206,47 @@ def _given_poses(mechanism: Mechanism, motors: Mapping[str, Multivector]) -> Pos
     given = {}
     for name, motor in motors.items():
         if mechanism.number(name) >= 0:
-            given[name] = of_algebra(motor, algebra, f"the motor of {name!r}").as_kind("motor")
-            finite(given[name].values, f"the motor of {name!r}")
-    shape = np.broadcast_shapes((), *(x.shape for x in given.values()))
+            given[name] = motors_of(mechanism, motor, f"the motor of {name!r}")
+    shape = common_shape({f"the motor of {name!r}": x.shape[:-1] for name, x in given.items()})
     values = np.zeros((*shape, len(mechanism.moving), 8))
     values[..., algebra.kind("motor").blades.index(0)] = 1
-    for name, motor in given.items():
-        values[..., mechanism.number(name), :] = motor.values
+    for name, own in given.items():
+        values[..., mechanism.number(name), :] = own
     return Poses(mechanism, values, np.zeros(shape), np.zeros(shape, np.uint8))
 
 
-def _links(mechanism: Mechanism, driver: Driver, begin: Poses | None, shape: tuple[int, ...]) -> Array:
+def _links(mechanism: Mechanism, driver: Driver, begin: Poses | None, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """Links (items, bodies, 8) to begin with, and which items (items,) have none."""
     count, bodies = int(np.prod(shape)), len(mechanism.moving)
-    if begin is None:
-        links = np.zeros((count, bodies, 8))
-        links[..., mechanism.algebra.kind("motor").blades.index(0)] = 1
-        return links
+    links, bad = np.zeros((count, bodies, 8)), np.zeros(count, bool)
+    links[..., mechanism.algebra.kind("motor").blades.index(0)] = 1
+    if begin is None or not bodies:
+        return links, bad
     motors = np.broadcast_to(begin._motors, (*shape, bodies, 8)).reshape(count, bodies, 8)
-    return driver.links(np.ascontiguousarray(mechanism.motors_from_world(motors)[:, driver.order]))
+    bad = ~np.isfinite(motors).all((-1, -2))
+    motors = np.where(bad[:, None, None], links, motors)
+    return driver.links(np.ascontiguousarray(mechanism.motors_from_world(motors)[:, driver.order])), bad
 
 
 def jacobians(
     mechanism: Mechanism, inputs: Any, outputs: Any, poses: Any, method: str, threads: int | None
 ) -> tuple[Array, Array, Array]:
     """Jacobians (..., outputs, inputs) at poses, their status and residual; see `Mechanism.jacobian`."""
-    if method not in ("elimination", "general"):
-        raise InputError(f"there is no method {method!r}; there are: elimination, general.")
-    at = poses if isinstance(poses, Poses) else _given_poses(mechanism, poses)
+    at = _poses_of(mechanism, poses, "poses")
     driven, target, speeds = _inputs(mechanism, inputs)
     bodies, coordinates, parts = _outputs(mechanism, outputs)
     driver = mechanism.driver(
         driven=tuple(driven), targets=() if target is None else ((target[0], None),),
         inputs=None if target is None else target[1], outputs=tuple(bodies), coordinates=tuple(coordinates),
     )  # fmt: skip
-    links = _links(mechanism, driver, at, at.shape)
+    links, bad = _links(mechanism, driver, at, at.shape)
     raw, residual, code = driver.jacobians(links, method == "general", threads)
     raw = raw * np.concatenate([1 / speeds, np.ones(raw.shape[-1] - len(speeds))])
     found = [_read(mechanism, at, raw, part) for part in parts]
-    values = np.concatenate(found, -2).reshape(*at.shape, -1, raw.shape[-1])
-    values = values[..., _order(mechanism, driver, driven, raw.shape[-1])]
+    values = np.concatenate(found, -2)[..., _order(mechanism, driver, driven, raw.shape[-1])]
     code = np.where((code == DONE) & (residual > CLOSED), NOT_ALLOWED, code)
+    code[bad], values[bad], residual[bad] = NOT_FINITE, np.nan, np.nan
+    values = values.reshape(*at.shape, *values.shape[-2:])
     status = np.array([_OF_JACOBIANS[int(c)] for c in code], np.uint8).reshape(at.shape)
     return values, status, residual.reshape(at.shape)
 
@@ -248,15 +272,19 @@ def _inputs(mechanism: Mechanism, inputs: Any) -> tuple[list[int], tuple[int, Ar
                 raise InputError(
                     f"{mechanism.joint_names[j]} closes a loop, or has no coordinates: it is no input here."
                 )
+            if j in driven:
+                raise InputError(f"{mechanism.joint_names[j]} is given twice.")
             driven.append(j)
             continue
         if target is not None:
             raise InputError("one body at most is an input at many poses; others are joints.")
-        name, twists = x if isinstance(x, tuple) else (x, None)
-        matrix = np.eye(6)
-        if twists is not None:
-            matrix = of_algebra(twists, mechanism.algebra, "the twists").as_kind("twist").values.reshape(-1, 6).T
+        name, twists = body_and(x, "twists")
+        matrix = np.eye(6) if twists is None else twist_columns(mechanism, name, twists)
         target = (mechanism.number(name), matrix)
+        if target[0] < 0:
+            raise InputError(f"{name!r} is fixed, and can not be given a speed.")
+    if not driven and (target is None or not target[1].size):
+        raise InputError("there are no inputs; a joint or a body is needed.")
     order = sorted(driven, key=lambda j: mechanism.tree.order.index(mechanism.tree.hung_by[j]))
     speeds = [mechanism.loops.relations[j].speeds for j in order]
     return driven, target, np.concatenate([np.zeros(0), *speeds])
@@ -277,7 +305,7 @@ def _outputs(mechanism: Mechanism, outputs: Any) -> tuple[list[int], list[int], 
             joints.append(j)
             parts.append(("joint", len(joints) - 1, joints))
             continue
-        name, point = x if isinstance(x, tuple) else (x, None)
+        name, point = body_and(x, "point")
         body = mechanism.number(name)
         if body < 0:
             raise InputError(f"{name!r} is fixed, and no output.")
@@ -285,6 +313,8 @@ def _outputs(mechanism: Mechanism, outputs: Any) -> tuple[list[int], list[int], 
             bodies.append(body)
         place = None if point is None else place_of(point, f"the point of {name!r}")
         parts.append(("body", bodies.index(body), (bodies, name, place)))
+    if not parts:
+        raise InputError("there are no outputs; a joint or a body is needed.")
     return bodies, joints, parts
 
 
