@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError, SimulationError
-from ..kinematics import joints
+from ..kinematics import bilinear, joints
 from ..multivector import Multivector
 from ..tomlread import read_document
 from . import constraints, loads, schema, schema_values
@@ -213,7 +213,7 @@ class _Reader(Ground):
                 if home.is_degenerate:
                     raise self.document.error(path, f"is universal, which {home.name} has not; use cga3d")
                 circles = [home.circle(table.point, axis, 1.0, strict=True) for axis in (table.axis_a, table.axis_b)]
-                return self.made(path, partial(joints.Universal, *ends, *circles))
+                return self.made(path, partial(bilinear.Universal, *ends, *circles))
 
     def _times(self) -> Array:
         run = self.table.simulation

@@ -15,19 +15,11 @@ from numpy.typing import NDArray
 
 from ..algebras import Algebra
 from ..calls import call
-from ..codegen.errors import BladesmithError, InputError, ShapeError, suggest
-from ..dynamics.given import LARGEST_COEFFICIENT, check_coefficients, finite, of_algebra, shown
+from ..codegen.errors import InputError, ShapeError
+from ..dynamics.given import LARGEST_COEFFICIENT, check_coefficients, finite, shown
 from ..multivector import Multivector
 
 Array = NDArray[Any]
-
-#: Products of `Bilinear` by name.
-PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
-    "outer": lambda x, y: x ^ y,
-    "inner": lambda x, y: x | y,
-    "meet": lambda x, y: x.meet(y),
-    "anticommutator": lambda x, y: x.anticommutator(y),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +76,7 @@ class Joint:
         return f"{type(self).__name__}({self.a!r}, {self.b!r})"
 
 
-def _named(joint: Joint, objects: Iterable[tuple[str, Any]]) -> None:
+def check_named(joint: Joint, objects: Iterable[tuple[str, Any]]) -> None:
     """Check the names and objects of a joint."""
     for name in (joint.a, joint.b):
         if not isinstance(name, str) or not name:
@@ -107,13 +99,13 @@ def _named(joint: Joint, objects: Iterable[tuple[str, Any]]) -> None:
             raise InputError(f"{joint.label}: {what} is zero; it holds nothing.")
 
 
-def _one_algebra(joint: Joint, objects: list[Multivector]) -> None:
+def check_one_algebra(joint: Joint, objects: list[Multivector]) -> None:
     names = {x.algebra.name for x in objects}
     if len(names) > 1:
         raise InputError(f"{joint.label}: its objects are of {' and '.join(sorted(names))}; one algebra is needed.")
 
 
-def _of_kind(joint: Joint, x: Multivector, kinds: tuple[str, ...], what: str) -> None:
+def check_kind(joint: Joint, x: Multivector, kinds: tuple[str, ...], what: str) -> None:
     """Check the kind of an object, by what it is and not by how it was made."""
     for kind in kinds:
         if kind in x.algebra.kinds:
@@ -168,9 +160,9 @@ class _Shared(Joint):
         what = f"the {self.kinds[0]}"
         given = [self.geometry] if self.other is None else [self.geometry, self.other]
         for x in given:
-            _named(self, [(what, x)])
-            _of_kind(self, x, self.kinds, what)
-        _one_algebra(self, given)
+            check_named(self, [(what, x)])
+            check_kind(self, x, self.kinds, what)
+        check_one_algebra(self, given)
 
     def conditions(self) -> list[Condition]:
         return [_same(self.geometry, self.other)]
@@ -235,14 +227,14 @@ class Revolute(Joint):
         lines = [self.geometry] if self.other is None else [self.geometry, self.other]
         points = [x for x in (self.point, self.other_point) if x is not None]
         for x in lines:
-            _named(self, [(what, x)])
+            check_named(self, [(what, x)])
             if self.point is None and x.algebra.name == "pga3d":
                 raise InputError(f"{self.label}: in pga3d it is given by a line and a point on it; there is no point.")
-            _of_kind(self, x, kinds, what)
+            check_kind(self, x, kinds, what)
         for x in points:
-            _named(self, [("the point", x)])
-            _of_kind(self, x, ("point",), "the point")
-        _one_algebra(self, [*lines, *points])
+            check_named(self, [("the point", x)])
+            check_kind(self, x, ("point",), "the point")
+        check_one_algebra(self, [*lines, *points])
 
     def conditions(self) -> list[Condition]:
         found = [_same(self.geometry, self.other)]
@@ -273,8 +265,8 @@ class Prismatic(Joint):
     )
 
     def __post_init__(self) -> None:
-        _named(self, [("the first object", self.first), ("the second object", self.second)])
-        _one_algebra(self, [self.first, self.second])
+        check_named(self, [("the first object", self.first), ("the second object", self.second)])
+        check_one_algebra(self, [self.first, self.second])
         from .local import relations
 
         relations(self.first.algebra, [self])
@@ -310,7 +302,7 @@ class Rigid(Joint):
     mobility = 0
 
     def __post_init__(self) -> None:
-        _named(self, [])
+        check_named(self, [])
         from ..dynamics.screws import geometry
 
         if self.algebra is not None and not isinstance(self.algebra, Algebra):
@@ -328,104 +320,3 @@ class Rigid(Joint):
         algebra, place = geometry(self.algebra), np.asarray(self.place, float)
         planes = [algebra.plane(normal, place @ normal) for normal in np.eye(3)[:2]]
         return [Condition(x, x) for x in (algebra.point(place), *planes)]
-
-
-@dataclass(frozen=True, eq=False)
-class Universal(Joint):
-    """Two circles about one centre, one in each body, whose planes stay at right angles (7.5.6). Mobility 2.
-
-    The printed condition, that <X Y>_4 = 0, only keeps them on one sphere: here the centre is shared, and
-    (X ^ n_inf) . (Y ^ n_inf) = 0.
-    """
-
-    a: str
-    b: str
-    circle_a: Multivector
-    circle_b: Multivector
-    mobility = 2
-
-    def __post_init__(self) -> None:
-        given = {"the first circle": self.circle_a, "the second circle": self.circle_b}
-        _named(self, given.items())
-        _one_algebra(self, list(given.values()))
-        circles = []
-        for what, x in given.items():
-            _of_kind(self, x, ("circle",), what)
-            found = x.parameters()
-            if not hasattr(found, "radius"):
-                raise InputError(f"{self.label}: {what} is a {type(found).__name__.lower()}, and has no centre.")
-            circles.append(found)
-        gap = float(np.linalg.norm(circles[0].center - circles[1].center))
-        if gap > 1e-9 * (float(np.abs(circles[0].center).max()) + float(circles[0].radius)):
-            raise InputError(f"{self.label}: the centres of the circles are {gap:.3g} apart; they are one.")
-        cosine = float(circles[0].normal @ circles[1].normal)
-        if abs(cosine) > 1e-9:
-            raise InputError(f"{self.label}: the circles' planes are not at right angles; the cosine is {cosine:.3g}.")
-
-    def conditions(self) -> list[Condition]:
-        algebra = self.circle_a.algebra
-        center = algebra.point(self.circle_a.parameters().center)
-        infinity = algebra.multivector({"ni": 1.0})
-
-        def cosine(x: Multivector, y: Multivector) -> Multivector:
-            return (x ^ infinity) | (y ^ infinity)
-
-        return [Condition(center, center), Condition(self.circle_a, self.circle_b, cosine, 0.0)]
-
-
-@dataclass(frozen=True, eq=False)
-class Bilinear(Joint):
-    """Any bilinear condition B(X, Y) = H of an object of each body (7.5).
-
-    Parameters
-    ----------
-    a, b : str
-    x, y : Multivector
-        In the world at the start; x belongs to a, y to b.
-    product : {"outer", "inner", "meet", "anticommutator"} or callable
-        A function of two multivectors, linear in each. It is taken in the frame of the first body.
-    H : Multivector or float, optional
-        Zero; None is what B is at the start.
-    """
-
-    a: str
-    b: str
-    x: Multivector
-    y: Multivector
-    product: str | Callable[[Multivector, Multivector], Any] = "outer"
-    H: Any = 0
-    mobility = -1
-
-    def __post_init__(self) -> None:
-        _named(self, [("x", self.x), ("y", self.y)])
-        _one_algebra(self, [self.x, self.y])
-        if not callable(self.product) and self.product not in PRODUCTS:
-            raise InputError(
-                f"{self.label}: {self.product!r} is no product; there are: {', '.join(PRODUCTS)}, and functions of two "
-                f"objects.{suggest(str(self.product), PRODUCTS)}"
-            )
-        if self.H is None:
-            object.__setattr__(self, "H", self._applied(self.x, self.y))
-        elif isinstance(self.H, Multivector):
-            of_algebra(self.H, self.x.algebra, f"{self.label}: H")
-        elif finite(self.H, f"{self.label}: H").shape:
-            raise ShapeError(f"{self.label}: H has shape {np.shape(self.H)}; one multivector or number is needed.")
-        from .local import relations
-
-        relations(self.x.algebra, [self])
-
-    def _applied(self, x: Multivector, y: Multivector) -> Multivector:
-        """B(x, y), of what may be anybody's function."""
-        function = self.product if callable(self.product) else PRODUCTS[self.product]
-        try:
-            found = function(x, y)
-        except BladesmithError:
-            raise
-        except Exception as error:
-            raise InputError(f"{self.label}: its product raises {type(error).__name__}: {error}.") from error
-        if not isinstance(found, Multivector):
-            raise InputError(f"{self.label}: its product gives {shown(found)}; a multivector is needed.")
-        return of_algebra(found, x.algebra, f"{self.label}: its product")
-
-    def conditions(self) -> list[Condition]:
-        return [Condition(self.x, self.y, self._applied, self.H, equivariant=not callable(self.product))]

@@ -1,0 +1,123 @@
+"""Joints as bilinear conditions on an object of each body: the universal joint, and any other (thesis 7.4, 7.5.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..codegen.errors import BladesmithError, InputError, ShapeError, suggest
+from ..dynamics.given import finite, of_algebra, shown
+from ..multivector import Multivector
+from .joints import Condition, Joint, check_kind, check_named, check_one_algebra
+
+#: Products of `Bilinear` by name.
+PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
+    "outer": lambda x, y: x ^ y,
+    "inner": lambda x, y: x | y,
+    "meet": lambda x, y: x.meet(y),
+    "anticommutator": lambda x, y: x.anticommutator(y),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Universal(Joint):
+    """Two circles about one centre, one in each body, whose planes stay at right angles (7.5.6). Mobility 2.
+
+    The printed condition, that <X Y>_4 = 0, only keeps them on one sphere: here the centre is shared, and
+    (X ^ n_inf) . (Y ^ n_inf) = 0.
+    """
+
+    a: str
+    b: str
+    circle_a: Multivector
+    circle_b: Multivector
+    mobility = 2
+
+    def __post_init__(self) -> None:
+        given = {"the first circle": self.circle_a, "the second circle": self.circle_b}
+        check_named(self, given.items())
+        check_one_algebra(self, list(given.values()))
+        circles = []
+        for what, x in given.items():
+            check_kind(self, x, ("circle",), what)
+            found = x.parameters()
+            if not hasattr(found, "radius"):
+                raise InputError(f"{self.label}: {what} is a {type(found).__name__.lower()}, and has no centre.")
+            circles.append(found)
+        gap = float(np.linalg.norm(circles[0].center - circles[1].center))
+        if gap > 1e-9 * (float(np.abs(circles[0].center).max()) + float(circles[0].radius)):
+            raise InputError(f"{self.label}: the centres of the circles are {gap:.3g} apart; they are one.")
+        cosine = float(circles[0].normal @ circles[1].normal)
+        if abs(cosine) > 1e-9:
+            raise InputError(f"{self.label}: the circles' planes are not at right angles; the cosine is {cosine:.3g}.")
+
+    def conditions(self) -> list[Condition]:
+        algebra = self.circle_a.algebra
+        center = algebra.point(self.circle_a.parameters().center)
+        infinity = algebra.multivector({"ni": 1.0})
+
+        def cosine(x: Multivector, y: Multivector) -> Multivector:
+            return (x ^ infinity) | (y ^ infinity)
+
+        return [Condition(center, center), Condition(self.circle_a, self.circle_b, cosine, 0.0)]
+
+
+@dataclass(frozen=True, eq=False)
+class Bilinear(Joint):
+    """Any bilinear condition B(X, Y) = H of an object of each body (7.5).
+
+    Parameters
+    ----------
+    a, b : str
+    x, y : Multivector
+        In the world at the start; x belongs to a, y to b.
+    product : {"outer", "inner", "meet", "anticommutator"} or callable
+        A function of two multivectors, linear in each. It is taken in the frame of the first body.
+    H : Multivector or float, optional
+        Zero; None is what B is at the start.
+    """
+
+    a: str
+    b: str
+    x: Multivector
+    y: Multivector
+    product: str | Callable[[Multivector, Multivector], Any] = "outer"
+    H: Any = 0
+    mobility = -1
+
+    def __post_init__(self) -> None:
+        check_named(self, [("x", self.x), ("y", self.y)])
+        check_one_algebra(self, [self.x, self.y])
+        if not callable(self.product) and self.product not in PRODUCTS:
+            raise InputError(
+                f"{self.label}: {self.product!r} is no product; there are: {', '.join(PRODUCTS)}, and functions of two "
+                f"objects.{suggest(str(self.product), PRODUCTS)}"
+            )
+        if self.H is None:
+            object.__setattr__(self, "H", self._applied(self.x, self.y))
+        elif isinstance(self.H, Multivector):
+            of_algebra(self.H, self.x.algebra, f"{self.label}: H")
+        elif finite(self.H, f"{self.label}: H").shape:
+            raise ShapeError(f"{self.label}: H has shape {np.shape(self.H)}; one multivector or number is needed.")
+        from .local import relations
+
+        relations(self.x.algebra, [self])
+
+    def _applied(self, x: Multivector, y: Multivector) -> Multivector:
+        """B(x, y), of what may be anybody's function."""
+        function = self.product if callable(self.product) else PRODUCTS[self.product]
+        try:
+            found = function(x, y)
+        except BladesmithError:
+            raise
+        except Exception as error:
+            raise InputError(f"{self.label}: its product raises {type(error).__name__}: {error}.") from error
+        if not isinstance(found, Multivector):
+            raise InputError(f"{self.label}: its product gives {shown(found)}; a multivector is needed.")
+        return of_algebra(found, x.algebra, f"{self.label}: its product")
+
+    def conditions(self) -> list[Condition]:
+        return [Condition(self.x, self.y, self._applied, self.H, equivariant=not callable(self.product))]
