@@ -93,15 +93,28 @@ def _kept(x: Multivector, layout: str, t: float, what: str) -> Array:
     return on_layout(x, layout)
 
 
-def _path(value: Any, made: Assembly, what: str, frame: Multivector) -> Callable[[float], list[Multivector]]:
-    """A function of time, moved to a frame: the object, or it and its derivatives."""
+def _path(
+    value: Any, made: Assembly, what: str, frame: Multivector, blades: bool = False
+) -> Callable[[float], list[Multivector]]:
+    """A function of time, moved to a frame: the object, if asked for a blade still, or it and its derivatives."""
 
     def at(t: float) -> list[Multivector]:
         given = value(t) if callable(value) else value
         parts = given if isinstance(given, tuple) else (given,)
-        return [~frame >> _single(of_algebra(x, made.algebra, what), what, made.size) for x in parts]
+        moved = [~frame >> _single(of_algebra(x, made.algebra, what), what, made.size) for x in parts]
+        return [_blade(moved[0]), *moved[1:]] if blades else moved
 
     return at
+
+
+def _blade(x: Multivector) -> Multivector:
+    """A line or a circle anew from its parameters: moved from far away it is none by the rounding of its distance, and
+    that a point lies on it would take a row more than it should."""
+    if x.kind.name not in ("line", "circle"):
+        return x
+    anew: Multivector = getattr(x.algebra, x.kind.name)(*x.parameters()).as_kind(x.kind.name)
+    weight = (anew.values * x.values).sum(-1) / (anew.values**2).sum(-1)
+    return anew * weight if np.isfinite(weight).all() and (weight != 0).all() else x
 
 
 def _derivatives(
@@ -121,9 +134,8 @@ def _store_linear(
         raise InputError(
             f"{c.label} has functions of time; those are for one simulation, not for a batch of {made.size}."
         )
-    path = _path(
-        world, made, "the world's object", frame_of(made, other, 0) if callable(world) else frame_of(made, other)
-    )
+    there = frame_of(made, other, 0) if callable(world) else frame_of(made, other)
+    path = _path(world, made, "the world's object", there, blades=isinstance(c, Incidence))
     layout = layout_of([path(0.0)[0], path(duration)[0]], c.label)
     algebra = made.algebra
     if function is None:

@@ -39,7 +39,11 @@ def driver(needs: Needs) -> Any:
     module = load(dynamics_program(needs).extension())
     if needs.callbacks:
 
-        @module.ffi.def_extern(name="bs_dynamics_user")  # type: ignore[untyped-decorator, unused-ignore]
+        def lost(_: Any, error: BaseException, traceback: Any) -> None:
+            # An interrupt may come before the first line of what is called, or between two of them.
+            module.ffi.from_handle(traceback.tb_frame.f_locals["handle"]).keep(error)
+
+        @module.ffi.def_extern(name="bs_dynamics_user", error=1, onerror=lost)  # type: ignore[untyped-decorator, unused-ignore]
         def called(handle: Any, which: int, item: int, t: float, state: Any, out: Any) -> int:
             functions: Called = module.ffi.from_handle(handle)
             given = np.frombuffer(module.ffi.buffer(state, 14 * 8), np.float64)

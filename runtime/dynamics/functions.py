@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
+from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,11 +17,14 @@ from ..codegen.errors import BladesmithError, InputError
 Array = NDArray[Any]
 #: Coefficients of a motor.
 MOTOR = 8
-#: Weights of central differences of order eight: of the first derivative at 1..4 steps, of the second at 0..4.
-FIRST = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-SECOND = (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560)
-#: Steps that are tried, in seconds.
-STEPS = tuple(10.0**k for k in np.arange(-6, 0.1, 0.5))
+#: Places, in steps, that derivatives of order eight are made of, and what is in the middle where both sides are there.
+PLACES, MIDDLE = 9, 4
+#: Steps that are tried: powers of ten from this to one second, and for short runs to this share of the run.
+LEAST, LEAST_SHARE = -6, -4
+#: A step is compared with this share of it: no fraction, for a path looks the same at all multiples of its period.
+GOLDEN = (math.sqrt(5) - 1) / 2
+#: Derivatives that differ by more than this share have nothing in common, or are rounding of zero.
+ALIKE = 1e-3
 
 
 def arity(function: Callable[..., Any], what: str) -> int:
@@ -94,34 +100,86 @@ class Asked:
         return value
 
 
+@cache
+def weights(behind: int) -> tuple[Array, Array]:
+    """Of the first and of the second derivative, for values at -behind, .. steps; from the polynomial through them."""
+    places = [Fraction(k - behind) for k in range(PLACES)]
+    first, second = np.zeros(PLACES), np.zeros(PLACES)
+    for j, own in enumerate(places):
+        polynomial = [Fraction(1)]  # one at its own place and zero at all others, constant first
+        for other in places[:j] + places[j + 1 :]:
+            raised, kept = [Fraction(0), *polynomial], [*polynomial, Fraction(0)]
+            polynomial = [(r - other * k) / (own - other) for r, k in zip(raised, kept, strict=True)]
+        first[j], second[j] = float(polynomial[1]), 2 * float(polynomial[2])
+    return first, second
+
+
 class Differences:
-    """A function of time with its first two derivatives by differences, at a step that is found once."""
+    """A function of time with its first two derivatives by differences, at a step that is found once.
+
+    They look at both sides of a time, so that the function is asked a little before and after the run. Of one that
+    fails there derivatives near the ends are those from inside.
+    """
 
     def __init__(self, function: Callable[[float], Array], times: tuple[float, float]) -> None:
-        self._function = function
-        self._step = self._best(times)
+        self._function, self._times = function, times
+        self._bounded = False
+        self._step = self._best()
 
     def __call__(self, t: float) -> tuple[Array, Array, Array]:
         return self._at(t, self._step)
 
     def _at(self, t: float, h: float) -> tuple[Array, Array, Array]:
+        behind = self._behind(t, h) if self._bounded else MIDDLE
         middle = self._function(t)
-        ahead = [self._function(t + k * h) for k in range(1, 5)]
-        behind = [self._function(t - k * h) for k in range(1, 5)]
-        pairs = list(zip(ahead, behind, strict=True))
-        first = sum((w * (a - b) for w, (a, b) in zip(FIRST, pairs, strict=True)), 0 * middle) / h
-        second = sum((w * (a + b - 2 * middle) for w, (a, b) in zip(SECOND[1:], pairs, strict=True)), 0 * middle) / h**2
-        return middle, first, second
+        offsets = [k - behind for k in range(PLACES)]
+        changes = [self._function(t + k * h) - middle if k else 0 * middle for k in offsets]
+        first, second = (np.tensordot(w, np.array(changes), 1) for w in weights(behind))
+        return middle, first / h, second / h**2
 
-    def _best(self, times: tuple[float, float]) -> float:
-        """The step at which estimates differ least from those at half of it."""
-        begin, end = times
+    def _behind(self, t: float, h: float) -> int:
+        """How many places lie before a time, so that all of them are in the run."""
+        begin, end = self._times
+        before, after = (int((side + h * 1e-9) / h) for side in (t - begin, end - t))
+        return max(min(MIDDLE, before), PLACES - 1 - after)
+
+    def _best(self) -> float:
+        begin, end = self._times
+        low = LEAST if end == begin else min(LEAST, math.floor(math.log10(end - begin)) + LEAST_SHARE)
+        steps: list[float] = [10.0 ** (k / 2) for k in range(2 * low, 1)]
+        errors: list[tuple[float, float]] = []
+        for h in steps:
+            try:
+                errors.append(self._error(h))
+            except InputError:  # perhaps only so far outside
+                errors.append((np.inf, np.inf))
+        best = steps[_least(errors)]
+        try:
+            if np.isfinite(errors).any():
+                for outside in (begin - MIDDLE * best, end + MIDDLE * best):
+                    self._function(outside)
+                return best
+        except InputError:
+            pass
+        self._bounded = True  # and what fails inside is told
+        most = (end - begin) / (PLACES + 1)
+        inside = [h for h in steps if h < most] or [most]
+        return inside[_least([self._error(h) for h in inside])]
+
+    def _error(self, h: float) -> tuple[float, float]:
+        """How much the second derivative at a step differs from that at a smaller one, and as a share of it."""
+        begin, end = self._times
         samples = [begin + share * (end - begin) for share in (0.13, 0.51, 0.87)]
-        errors = []
-        for h in STEPS:
-            pairs = [(self._at(t, h)[2], self._at(t, h / 2)[2]) for t in samples]
-            errors.append(max(float(np.abs(a - b).max()) for a, b in pairs))
-        return float(STEPS[int(np.argmin(errors))])
+        pairs = [(self._at(t, h)[2], self._at(t, GOLDEN * h)[2]) for t in samples]
+        error = max(float(np.abs(a - b).max()) for a, b in pairs)
+        size = max(float(np.abs(a).max()) for a, _ in pairs)
+        return error, error / size if size else np.inf
+
+
+def _least(errors: list[tuple[float, float]]) -> int:
+    """Which error is least: as a share where one is small, for long steps see little of what is fast; else as it is."""
+    own, shares = np.array(errors).T
+    return int(np.argmin(shares if shares.min() < ALIKE else own))
 
 
 class Called:
@@ -164,8 +222,13 @@ class Called:
             told.__cause__ = error
             self.error = self.error or told
         except BaseException as error:  # an interrupt inside the function
-            self.error = error
+            self.keep(error)
         return None
+
+    def keep(self, error: BaseException) -> None:
+        """What ends the run: the first error, unless an interrupt comes."""
+        if self.error is None or not isinstance(error, Exception):
+            self.error = error
 
 
 def _rounded(values: Array) -> str:

@@ -83,7 +83,10 @@ def check_target(value: Any, what: str) -> None:
 def check_wrenches(value: Any, what: str) -> None:
     for part in _with_derivatives(value, 2, what):
         if not isinstance(part, Multivector):
-            raise InputError(f"{what} are {shown(part)} where their function should give a multivector.")
+            raise InputError(
+                f"{what} are {shown(part)} where their function should give a multivector.",
+                remedy="Several are one multivector of shape (n,), as wrench(forces, points) gives them",
+            )
 
 
 def _with_derivatives(value: Any, count: int, what: str) -> tuple[Any, ...]:

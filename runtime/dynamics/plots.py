@@ -160,7 +160,7 @@ def _draw_curve(ax: Any, record: Record, curve: Curve) -> None:
         ax.plot(time, column, color=color, linewidth=1.1, label=label)
     unit = f" [{plain(curve.unit)}]" if curve.unit else ""
     ax.set_title(curve.title + unit, fontsize=9.5, color=palette.INK, loc="left")
-    ax.tick_params(labelsize=8, colors=palette.GREY)
+    ax.tick_params(which="both", labelsize=8, colors=palette.GREY)
     ax.grid(color=palette.PALE, linewidth=0.8)
     ax.set_axisbelow(True)
     ax.margins(x=0.01)
