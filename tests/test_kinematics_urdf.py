@@ -359,3 +359,13 @@ def test_without_the_parser(monkeypatch):
     monkeypatch.setitem(sys.modules, "yourdfpy", None)
     with pytest.raises(MissingExtraError, match=r"bladesmith\[urdf\]"):
         load_urdf(urdf_example("arm"))
+
+
+def test_a_robot_answers_as_its_mechanism_does():
+    robot = load_urdf(urdf_example("arm"))
+    made = robot.mechanism()
+    assert robot.mobility() == made.mobility() == 6 and robot.residual() == 0
+    names = list(robot.joint_names)
+    assert np.array_equal(robot.jacobian(names, robot.links[-1]), made.jacobian(names, robot.links[-1]))
+    with pytest.raises(AttributeError):
+        robot.mobilty  # noqa: B018

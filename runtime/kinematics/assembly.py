@@ -119,12 +119,17 @@ class Assembly:
         return self._numbers[body]
 
     def find_joint(self, x: Any) -> int | None:
-        """Which joint is meant, by itself or by its name; None for anything else."""
+        """Which joint is meant, by itself or by its name of `joint_names`; None for anything else."""
         if isinstance(x, Joint):
             if id(x) in self._places:
                 return self._places[id(x)]
             raise InputError(f"{x.label} is no joint of this mechanism.")
-        return self._names.get(x) if isinstance(x, str) else None
+        if not isinstance(x, str) or x in self._names or x in self._numbers:
+            return self._names.get(x) if isinstance(x, str) else None
+        found = [j for j, name in enumerate(self.joint_names) if name == x]
+        if len(found) > 1:
+            raise InputError(f"{len(found)} joints are {x}.", remedy="Name them where they are added, or give the joint")
+        return found[0] if found else None
 
     # -- what the joints say -------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 _OF_POSES = {DONE: Status.OK, STUCK: Status.UNREACHABLE, LATE: Status.NOT_CONVERGED, NOT_FINITE: Status.INVALID}
 _OF_JACOBIANS = {DONE: Status.OK, OPEN: Status.SINGULAR, NOT_ALLOWED: Status.UNREACHABLE, NOT_FINITE: Status.INVALID}
+#: The same by code.
+_POSES, _JACOBIANS = (np.array([x[c] for c in sorted(x)], np.uint8) for x in (_OF_POSES, _OF_JACOBIANS))
 #: How Jacobians at many poses are found.
 METHODS = ("elimination", "general")
 #: Joints that share so little, in the mechanism's unit, are closed.
@@ -40,15 +43,21 @@ class Poses(Mapping[str, Multivector]):
     Attributes
     ----------
     mechanism : Mechanism
+    own : array (..., bodies, 8)
+        Motors of the bodies of `moving`, in the mechanism's frame.
     residual : array (...)
         The largest error of a joint or target, in the mechanism's unit of length.
     status : array of Status (...)
         OK; UNREACHABLE: no pose nearby has the targets; NOT_CONVERGED; INVALID: input is not finite.
     """
 
-    def __init__(self, mechanism: Mechanism, motors: Array, residual: Array, status: Array) -> None:
-        self.mechanism, self._motors, self.residual = mechanism, motors, residual
+    def __init__(self, mechanism: Mechanism, own: Array, residual: Array, status: Array) -> None:
+        self.mechanism, self.own, self.residual = mechanism, own, residual
         self.status = statuses(status, status.shape)
+
+    @cached_property
+    def _motors(self) -> Array:
+        return self.mechanism.motors_to_world(self.own)
 
     def __getitem__(self, body: str) -> Multivector:
         b, algebra = self.mechanism.number(body), self.mechanism.algebra
@@ -67,7 +76,7 @@ class Poses(Mapping[str, Multivector]):
     @property
     def shape(self) -> tuple[int, ...]:
         """Of the batch."""
-        return self._motors.shape[:-2]
+        return self.own.shape[:-2]
 
     def __repr__(self) -> str:
         bad = int(np.count_nonzero(self.status))
@@ -109,7 +118,7 @@ def solved_poses(
     if path and not shape:
         raise ShapeError("a path has an axis of steps: values (..., steps).")
     count = int(np.prod(shape))
-    links, bad = _links(mechanism, driver, begin, shape)
+    links, bad = _links(mechanism, driver, begin, shape, threads)
     given = [np.broadcast_to(v, (*shape, v.shape[-1])) for v in (*joints.values(), *(v for *_, v in aims))]
     bad = bad.reshape(shape) | np.any([~np.isfinite(v).all(-1) for v in given], 0)
     given = [filled(v, bad, path) for v in given]
@@ -119,9 +128,9 @@ def solved_poses(
     wanted = np.concatenate([np.zeros((*shape, 0)), *given[len(joints) :]], -1)
     rows = [np.array(x.reshape(count, x.shape[-1]), order="C") for x in (to_go, wanted)]
     motors, residual, code = driver.poses(links, rows[0], rows[1], threads, shape[-1] if path and count else 1)
-    status = np.array([_OF_POSES[int(c)] for c in code], np.uint8).reshape(shape)
+    status = _POSES[code].reshape(shape)
     found = np.empty((count, len(mechanism.moving), 8))
-    found[:, driver.order] = mechanism.motors_to_world(motors)
+    found[:, driver.order] = motors
     found[(code == NOT_FINITE) | bad.ravel()] = np.nan
     status[bad], residual[bad.ravel()] = Status.INVALID, np.nan
     poses = Poses(mechanism, found.reshape(*shape, *found.shape[1:]), residual.reshape(shape), status)
@@ -212,20 +221,23 @@ def _given_poses(mechanism: Mechanism, motors: Mapping[str, Multivector]) -> Pos
     values[..., algebra.kind("motor").blades.index(0)] = 1
     for name, own in given.items():
         values[..., mechanism.number(name), :] = own
-    return Poses(mechanism, values, np.zeros(shape), np.zeros(shape, np.uint8))
+    return Poses(mechanism, mechanism.motors_from_world(values), np.zeros(shape), np.zeros(shape, np.uint8))
 
 
-def _links(mechanism: Mechanism, driver: Driver, begin: Poses | None, shape: tuple[int, ...]) -> tuple[Array, Array]:
+def _links(
+    mechanism: Mechanism, driver: Driver, begin: Poses | None, shape: tuple[int, ...], threads: int | None
+) -> tuple[Array, Array]:
     """Links (items, bodies, 8) to begin with, and which items (items,) have none."""
     count, bodies = int(np.prod(shape)), len(mechanism.moving)
     links, bad = np.zeros((count, bodies, 8)), np.zeros(count, bool)
     links[..., mechanism.algebra.kind("motor").blades.index(0)] = 1
     if begin is None or not bodies:
         return links, bad
-    motors = np.broadcast_to(begin._motors, (*shape, bodies, 8)).reshape(count, bodies, 8)
+    motors = np.broadcast_to(begin.own, (*shape, bodies, 8)).reshape(count, bodies, 8)
     bad = ~np.isfinite(motors).all((-1, -2))
-    motors = np.where(bad[:, None, None], links, motors)
-    return driver.links(np.ascontiguousarray(mechanism.motors_from_world(motors)[:, driver.order])), bad
+    if bad.any():
+        motors = np.where(bad[:, None, None], links, motors)
+    return driver.links(np.ascontiguousarray(motors[:, driver.order]), threads), bad
 
 
 def jacobians(
@@ -239,7 +251,7 @@ def jacobians(
         driven=tuple(driven), targets=() if target is None else ((target[0], None),),
         inputs=None if target is None else target[1], outputs=tuple(bodies), coordinates=tuple(coordinates),
     )  # fmt: skip
-    links, bad = _links(mechanism, driver, at, at.shape)
+    links, bad = _links(mechanism, driver, at, at.shape, threads)
     raw, residual, code = driver.jacobians(links, method == "general", threads)
     raw = raw * np.concatenate([1 / speeds, np.ones(raw.shape[-1] - len(speeds))])
     found = [_read(mechanism, at, raw, part) for part in parts]
@@ -247,7 +259,7 @@ def jacobians(
     code = np.where((code == DONE) & (residual > CLOSED), NOT_ALLOWED, code)
     code[bad], values[bad], residual[bad] = NOT_FINITE, np.nan, np.nan
     values = values.reshape(*at.shape, *values.shape[-2:])
-    status = np.array([_OF_JACOBIANS[int(c)] for c in code], np.uint8).reshape(at.shape)
+    status = _JACOBIANS[code].reshape(at.shape)
     return values, status, residual.reshape(at.shape)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,8 +67,32 @@ def load_urdf(
     return Robot(text, home)
 
 
+#: What a robot answers as its mechanism does.
+_OF_MECHANISM = frozenset(
+    {
+        "allowed_twists",
+        "analysis",
+        "at",
+        "constraint_matrix",
+        "free_motions",
+        "jacobian",
+        "mobility",
+        "moving",
+        "rank",
+        "redundant",
+        "residual",
+        "residuals",
+        "solve",
+        "solve_pose",
+    }  # fmt: skip
+)
+
+
 class Robot:
     """A tree of links. All is in the frame of the root link.
+
+    What a `Mechanism` answers (`mobility`, `jacobian`, `solve`, `solve_pose`, ...) a robot does too: as its
+    `mechanism()`, where all coordinates are zero.
 
     Attributes
     ----------
@@ -91,6 +116,15 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {len(self.links)} links, {len(self.joint_names)} moving joints>"
+
+    def __getattr__(self, name: str) -> Any:
+        if name in _OF_MECHANISM:
+            return getattr(self._at_zero, name)
+        raise AttributeError(f"a Robot has no {name!r}.")
+
+    @cached_property
+    def _at_zero(self) -> Mechanism:
+        return self.mechanism()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
