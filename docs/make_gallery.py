@@ -1,4 +1,4 @@
-"""Makes the pictures of gallery.md (from its examples), and of chapters 4, 5 and 6 (from their examples), shrunk.
+"""Makes the pictures of gallery.md (from its examples), and of chapters 4 to 7 (from their examples), shrunk.
 
 python docs/make_gallery.py [--only NAME ...]
 """
@@ -20,9 +20,11 @@ FOLDER = PAGE.parent / "images" / "gallery"
 CHAPTER4 = PAGE.parent / "images" / "chapter4"
 CHAPTER5 = PAGE.parent / "images" / "chapter5"
 CHAPTER6 = PAGE.parent / "images" / "chapter6"
+CHAPTER7 = PAGE.parent / "images" / "chapter7"
 SCENES = PAGE.parent.parent / "examples" / "chapter4" / "render.py"
 FIGURES = PAGE.parent.parent / "examples" / "chapter5" / "figures.py"
 MOTIONS = PAGE.parent.parent / "examples" / "chapter6" / "figures.py"
+ROBOTS = PAGE.parent.parent / "examples" / "chapter7" / "figures.py"
 #: A page of many pictures should load quickly.
 MOST_BYTES = 120 * 1024
 COLORS = 256
@@ -69,7 +71,7 @@ def main() -> None:
     only = parser.parse_args().only
     with tempfile.TemporaryDirectory() as folder:
         places = {}
-        for script, target in ((SCENES, CHAPTER4), (FIGURES, CHAPTER5), (MOTIONS, CHAPTER6)):
+        for script, target in ((SCENES, CHAPTER4), (FIGURES, CHAPTER5), (MOTIONS, CHAPTER6), (ROBOTS, CHAPTER7)):
             made = Path(folder, target.name)
             subprocess.run([sys.executable, str(script), "--out", str(made)], check=True)
             places[target] = sorted(made.glob("*.png"))

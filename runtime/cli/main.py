@@ -25,6 +25,7 @@ COMMANDS = {
     "view": "Write a scene as an interactive page.",
     "register": "Lay a model of points, lines, planes, .. on another one.",
     "simulate": "Simulate rigid bodies with loads and constraints.",
+    "kinematics": "Say what a robot can do, draw it, move it.",
     "generate": "Write an algebra's sources, or check that they are up to date.",
     "report": "Measure error against run time, with plots.",
     "doctor": "Say what this machine has: compiler, targets, cache, threads.",

@@ -128,7 +128,7 @@ class Assembly:
             return self._names.get(x) if isinstance(x, str) else None
         found = [j for j, name in enumerate(self.joint_names) if name == x]
         if len(found) > 1:
-            raise InputError(f"{len(found)} joints are {x}.", remedy="Name them where they are added, or give the joint")
+            raise InputError(f"{len(found)} joints are {x}.", remedy="Name them when adding them, or give the joint")
         return found[0] if found else None
 
     # -- what the joints say -------------------------------------------------------------------------------

@@ -1,0 +1,223 @@
+"""`bladesmith kinematics`: a file of a robot into what it can do: a report, pictures, motions, workspaces."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from ..kinematics.record import Motion
+    from ..kinematics.setup import Setup
+
+#: Seconds without a sign of life, after which the command says what it is doing.
+PATIENCE = 1.5
+NOTICE = "preparing: what such a mechanism needs is compiled once, and kept"
+
+
+@click.command(
+    epilog="Example: bladesmith kinematics delta.toml -o robot.png --motion motion.csv --workspace slices.png",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+@click.argument("robot", type=click.Path(path_type=Path))
+@click.option("--output", "-o", "picture", type=click.Path(path_type=Path),
+              help="The robot at its pose, with its path if it has one: PNG, PDF, SVG. (Extra: plot.)")  # fmt: skip
+@click.option("--motion", "motions", type=click.Path(path_type=Path), multiple=True,
+              help="What the driven joints do along the path: .csv or .npz, may be repeated.")  # fmt: skip
+@click.option("--workspace", "slices", type=click.Path(path_type=Path),
+              help="What the tool reaches, and how well, in slices: PNG, PDF, SVG. (Extra: plot.)")  # fmt: skip
+@click.option("--joint", "-j", "joints", multiple=True, metavar="NAME=VALUE", help="Coordinate of a driven joint.")
+@click.option("--degrees", is_flag=True, help="Angles of --joint are degrees, not radians.")
+@click.option("--position", type=float, nargs=3, metavar="X Y Z", help="Where the tool is, in place of joints.")
+@click.option(
+    "--to", type=float, nargs=3, metavar="X Y Z", help="A path: the tool goes straight from its pose to here."
+)
+@click.option("--duration", type=float, help="Of the path; default: the file's, or 1.")
+@click.option("--samples", type=int, help="Times of the path; default: the file's, or 101.")
+@click.option("--box", type=float, nargs=6, metavar="X X Y Y Z Z", help="Of the workspace: least and greatest.")
+@click.option("--tip", help="Of a URDF: the link that is moved; default: the one behind most joints.")
+@click.option("--root", help="Of a URDF: the link that is fixed; default: the root of the file.")
+@click.option("--json", "as_json", is_flag=True, help="The report as JSON.")
+@click.option("--progress/--quiet", default=None, help="Show a bar; default: on a terminal.")
+def command(
+    robot: Path,
+    picture: Path | None,
+    motions: tuple[Path, ...],
+    slices: Path | None,
+    joints: tuple[str, ...],
+    degrees: bool,
+    position: tuple[float, float, float] | None,
+    to: tuple[float, float, float] | None,
+    duration: float | None,
+    samples: int | None,
+    box: tuple[float, ...] | None,
+    tip: str | None,
+    root: str | None,
+    as_json: bool,
+    progress: bool | None,
+) -> int:
+    """Say what a mechanism can do, draw it, move it.
+
+    ROBOT is a .toml file that describes a Delta robot, a mechanism of bodies and joints or names a URDF file, or a
+    .urdf file itself. The report on stdout has bodies, joints, mobility, free motions, redundant constraints, and the
+    Jacobian with its condition number at the pose. The exit status is 1 if the robot cannot take the pose, or not all
+    of its path: what there is of that goes to motion.partial.csv, beside the file that was asked for.
+    """
+    from ..kinematics.document import load_mechanism
+
+    _check(robot, motions, [x for x in (picture, slices) if x is not None])
+    setup = load_mechanism(robot, tip, root)
+    setup = _changed(setup, joints, degrees, position, to, duration, samples, box)
+    shown = sys.stderr.isatty() if progress is None else progress
+    with _noticed(shown):
+        report = setup.report()
+        moved = setup.moved() if motions or (picture and setup.way is not None) else None
+    click.echo(json.dumps(report.data, indent=1, allow_nan=False) if as_json else report.text())
+    trouble = _short(moved[0], setup) if moved is not None else ""
+    kept = [place.with_name(f"{place.stem}.partial{place.suffix}") if trouble else place for place in motions]
+    for place in kept:
+        assert moved is not None
+        moved[0].save(place)
+    if picture is not None:
+        setup.picture(picture, moved)
+    if slices is not None:
+        with _bar(slices.name, shown) as tell:
+            space = setup.workspace(tell)
+        setup.slices(slices, space)
+    if progress is not False:
+        for file in (*kept, picture, slices):
+            if file is not None:
+                click.echo(f"wrote {file}", err=True)
+    if trouble:
+        click.echo(trouble, err=True)
+        return 1
+    return 0
+
+
+def _check(robot: Path, motions: tuple[Path, ...], pictures: list[Path]) -> None:
+    """Refuse what could not be written, before any work."""
+    from ..dynamics.plots import check_suffix
+    from ..errors import InputError
+    from ..kinematics.record import checked_name
+
+    for place in motions:
+        checked_name(place)
+    for place in pictures:
+        check_suffix(place)
+    every = [*motions, *pictures]
+    for i, place in enumerate(every):
+        if place.is_dir() or not place.absolute().parent.is_dir():
+            what = "it is a folder" if place.is_dir() else f"there is no folder {place.parent}"
+            raise InputError(f"{what}.", where=str(place))
+        if not os.access(place if place.exists() else place.absolute().parent, os.W_OK):
+            raise InputError("cannot be written: no permission.", where=str(place))
+        if place.exists() and robot.exists() and place.samefile(robot):
+            raise InputError("the result would take the place of the robot's file.", where=str(place))
+        if place.absolute() in [other.absolute() for other in every[:i]]:
+            raise InputError("two results have this name.", where=str(place))
+
+
+def _changed(
+    setup: Setup, joints: tuple[str, ...], degrees: bool, position: Any, to: Any, duration: float | None,
+    samples: int | None, box: Any,
+) -> Setup:  # fmt: skip
+    """What the options say, in place of what the file says."""
+    import math
+
+    import numpy as np
+
+    from ..errors import InputError
+    from ..kinematics.paths import Way
+    from ..kinematics.schema import MOST_SAMPLES
+    from ..kinematics.setup import Box, Stand
+
+    for name, numbers in (("--position", position), ("--to", to), ("--box", box), ("--duration", duration)):
+        if numbers is not None and not np.isfinite(numbers).all():
+            raise InputError(f"{name} is {numbers}; finite numbers are needed.")
+    stand = setup.stand
+    values = dict(stand.joints)
+    for text in joints:
+        name, _, value = text.rpartition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not name or not math.isfinite(number):
+            raise InputError(f"--joint is {text!r}; it is NAME=VALUE, such as {_example(setup)}=0.5.")
+        turns = name in setup.model.inputs and setup.model.turning[setup.model.inputs.index(name)]
+        values[name] = math.radians(number) if degrees and turns else number
+    if joints or position is not None:
+        place = None if position is None else np.array(position)
+        stand = Stand(values, place, stand.turn if place is not None else None)
+    way = setup.way
+    if to is not None:
+        known = way or Way("line")
+        way = replace(known, kind="line", numbers={"start": None, "end": np.array(to)})
+    if duration is not None or samples is not None:
+        if way is None:
+            raise InputError(
+                "--duration and --samples are of a path, and there is none.", remedy="Give --to, or [path]"
+            )
+        if duration is not None and not duration > 0:
+            raise InputError(f"--duration is {duration:g}; a positive number is needed.")
+        if samples is not None and not 2 <= samples <= MOST_SAMPLES:
+            raise InputError(f"--samples is {samples}; from 2 to {MOST_SAMPLES} are needed.")
+        way = replace(way, duration=duration or way.duration, samples=samples or way.samples)
+    room = setup.box
+    if box is not None:
+        room = replace(room or Box(), bounds=np.array(box).reshape(3, 2))
+    return replace(setup, stand=stand, way=way, box=room)
+
+
+def _example(setup: Setup) -> str:
+    return setup.model.inputs[0] if setup.model.inputs else "motor"
+
+
+def _short(motion: Motion, setup: Setup) -> str:
+    """What is wrong with a motion, if something is."""
+    from ..status import Status
+
+    missed = ~motion.reached
+    if not missed.any():
+        return ""
+    first = int(missed.argmax())
+    code, share = Status(int(motion.status[first])).name, f"{int(missed.sum())} of {len(missed)}"
+    return f"the path is not reached at {share} times, first at t = {motion.time[first]:.6g} {setup.units.time}: {code}"
+
+
+@contextmanager
+def _noticed(shown: bool) -> Iterator[None]:
+    """Say that something is prepared, if it takes long."""
+    notice = threading.Timer(PATIENCE, click.echo, (NOTICE,), {"err": True})
+    notice.daemon = True
+    if shown:
+        notice.start()
+    try:
+        yield
+    finally:
+        notice.cancel()
+
+
+@contextmanager
+def _bar(name: str, shown: bool) -> Iterator[Callable[[int, int], None] | None]:
+    """What `workspace` is to tell."""
+    if not shown:
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(desc=name, unit=" positions", leave=False) as bar:
+
+        def tell(done: int, total: int) -> None:
+            bar.total, bar.n = total, done
+            bar.refresh()
+
+        yield tell

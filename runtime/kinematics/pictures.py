@@ -1,0 +1,261 @@
+"""Mechanisms drawn at poses: bodies as sticks and plates between their joints, joints as marks with their axes.
+
+matplotlib is imported by the first picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from .. import plot as drawn
+from ..dynamics.pictures import surface
+from ..dynamics.plots import check_suffix, plain, save
+from ..errors import InputError
+from ..plot import backend, drawing, pages, palette
+from .sketch import Mark, Sketch, sketched
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+
+Array = NDArray[Any]
+#: Widths in points: of sticks, of a plate's edges, of marks, of the tool's path.
+STICK, EDGE, THIN, PATH = 3.2, 1.6, 1.1, 1.3
+#: Sizes of points: ball joints, other places.
+BALL, SPOT = 1.7, 1.0
+#: Opacity of plates; of poses other than the last.
+PLATE, FAINT = 0.3, 0.28
+#: Inches.
+PAGE = (7.2, 6.0)
+#: Of a mark, as a share of the picture's longest side: radius of a ring, half an axis.
+RING, AXIS = 0.022, 0.045
+#: Half sides of the box of a sliding joint, across and along, in rings; half a side of a planar joint's square.
+SLEEVE, TILE = (0.55, 1.7), 1.8
+#: The same of the tile below a fixed body.
+GROUND = 2.5
+#: Length of the world's axes in the corner, as a share of the longest side.
+WORLD = 0.09
+#: Corners of a ring.
+CORNERS = 25
+#: More bodies than this have no legend.
+MOST_NAMES = 12
+#: Room around a picture's contents; the shortest side of a view as a share of the longest.
+MARGIN, LEAST_SIDE = 0.07, 0.22
+#: Spread of points across a line or plane, relative to the widest, below which they are in it.
+FLAT = 1e-6
+
+
+def picture(
+    mechanism: Mechanism | Sequence[Mechanism],
+    path: str | PathLike[str] | None = None,
+    *,
+    tool: str = "",
+    place: Any = None,
+    trace: Any = None,
+    view: tuple[float, float] = (20.0, -60.0),
+    size: tuple[float, float] = PAGE,
+    title: str = "",
+    legend: bool = True,
+    frame: bool = True,
+    dpi: float = pages.DOTS_PER_INCH,
+) -> Any:
+    """A mechanism at its pose, or at several: the last one strongest.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or several
+        The same at several poses: see `Mechanism.at`.
+    path : optional
+        Where to save it; the suffix says the format.
+    tool : str, optional
+        A body whose point ``place`` (3,), or (n, 3) for several poses, is shown, too.
+    trace : array (m, 3), optional
+        The path of that point.
+    view : (elevation, azimuth)
+        Degrees.
+    size : (width, height)
+        Inches.
+    title : str
+    legend : bool
+        Say which colour is which body, of twelve at most.
+    frame : bool
+        Draw the box of coordinates.
+    dpi : float
+
+    Returns
+    -------
+    Axes3D
+        Of matplotlib, to go on with.
+
+    Raises
+    ------
+    InputError
+        If there is no mechanism, or the picture cannot be saved under this name.
+    MissingExtraError
+        If matplotlib is not installed (extra `plot`).
+    """
+    several = list(mechanism) if isinstance(mechanism, Sequence) else [mechanism]
+    if not several:
+        raise InputError("a picture shows at least one pose.")
+    if path is not None:
+        check_suffix(path)
+    places: list[Any] = [None] * len(several) if place is None else list(np.asarray(place, float).reshape(-1, 3))
+    poses = [sketched(m, tool, p) for m, p in zip(several, places, strict=True)]
+    line = np.zeros((0, 3)) if trace is None else np.asarray(trace, float)
+    box, span = _room(poses, line)
+    ax = drawn.axes(view, size, frame)
+    colors = _colors(poses[-1])
+    for pose in poses:
+        last = pose is poses[-1]
+        _bodies(ax, pose, colors, 1.0 if last else FAINT, box)
+        if last:
+            _ground(ax, pose, span)
+            _marks(ax, pose.marks, span, box)
+    if len(line):
+        drawn.paths(line, ax, palette.GREEN, PATH, box)
+    if tool and place is not None:
+        drawn.draw(places[-1][None], ax=ax, color=palette.GREEN, size=SPOT, extent=box)
+    drawn.paths(np.zeros((0, 2, 3)), ax, palette.INK, THIN, box)
+    if frame:
+        _axes(ax, box, span)
+    if legend and len(colors) <= MOST_NAMES:
+        new = backend.line_class()
+        drawing.picture_of(ax).handles.extend(
+            new([], [], color=color, linewidth=STICK, label=plain(name)) for name, color in colors.items()
+        )
+        pages.show_legend(ax, drawing.picture_of(ax).handles)
+    if title:
+        figure: Any = ax.figure
+        figure.text(0.98, 0.965, plain(title), ha="right", fontsize=10, color=palette.INK)
+    if path is not None:
+        save(path, ax, dpi)
+    return ax
+
+
+def _colors(pose: Sketch) -> dict[str, str]:
+    """Of bodies: the fixed one grey, the others in turn."""
+    moving = [name for name in pose.bodies if name != pose.fixed]
+    series = palette.SERIES
+    found = {pose.fixed: palette.GREY}
+    return found | {name: series[i % len(series)] for i, name in enumerate(moving)}
+
+
+def _room(poses: Sequence[Sketch], line: Array) -> tuple[tuple[Array, Array], float]:
+    """Corners of a box around all poses, and its longest side."""
+    every = [points for pose in poses for points in pose.bodies.values()]
+    points = np.concatenate([*every, line[np.isfinite(line).all(-1)]])
+    if not len(points):
+        points = np.zeros((1, 3))
+    low, high = points.min(0), points.max(0)
+    span = max(float((high - low).max()), poses[-1].span if not (high > low).any() else 0.0)
+    middle, half = (low + high) / 2, np.maximum((high - low) / 2, span * LEAST_SIDE / 2) + span * MARGIN
+    return (middle - half, middle + half), span
+
+
+def _bodies(ax: Any, pose: Sketch, colors: dict[str, str], opacity: float, box: tuple[Array, Array]) -> None:
+    for name, points in pose.bodies.items():
+        corners, flat = outline(points)
+        row = np.tile(palette.faded(palette.per_item(colors[name], 1, colors[name]), opacity), (1, 1))
+        if flat:
+            middle = np.broadcast_to(corners.mean(0), corners.shape)
+            faces = surface(np.stack([middle, corners, np.roll(corners, -1, 0)], 1), colors[name], PLATE * opacity)
+            ax.add_collection3d(faces)
+            faces.set(clip_on=False)
+            drawn.paths(np.concatenate([corners, corners[:1]]), ax, row, EDGE, box)
+        elif len(corners) > 1:
+            drawn.paths(corners, ax, row, STICK, box)
+
+
+def _axes(ax: Any, box: tuple[Array, Array], span: float) -> None:
+    """The directions x, y and z in the least corner of the box."""
+    corner, ends = box[0], box[0] + WORLD * span * np.eye(3)
+    drawn.paths(np.stack([np.broadcast_to(corner, (3, 3)), ends], 1), ax, list(palette.AXES), EDGE, box)
+    for end, color, name in zip(ends + (ends - corner) / 3, palette.AXES, "xyz", strict=True):
+        ax.text(*end, name, color=color, fontsize=8, ha="center", va="center")
+
+
+def _ground(ax: Any, pose: Sketch, span: float) -> None:
+    """A tile for a fixed body with a single joint, which has neither stick nor plate."""
+    if len(outline(pose.bodies[pose.fixed])[0]) != 1:
+        return
+    place = pose.bodies[pose.fixed][0]
+    ways = [m.axes[0] for m in pose.marks if len(m.axes) and np.array_equal(m.place, place)]
+    one, two = _across(ways[0] if ways else np.array([0.0, 0.0, 1.0]))
+    side = GROUND * RING * span
+    corners = np.array([place + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))])
+    faces = surface(np.stack([corners[[0, 1, 2]], corners[[0, 2, 3]]]), palette.GREY, PLATE)
+    ax.add_collection3d(faces)
+    faces.set(clip_on=False)
+
+
+def outline(points: Array) -> tuple[Array, bool]:
+    """Corners of a body, and whether they bound a plate: two and those in a line make a stick, others their hull."""
+    apart = np.ptp(points, axis=0).max(initial=0.0) if len(points) else 0.0
+    kept: list[Array] = []
+    for x in points:  # joints that share a place are one corner
+        if all(np.abs(x - y).max() > FLAT * apart for y in kept):
+            kept.append(x)
+    corners = np.array(kept).reshape(-1, 3)
+    if len(corners) < 3:
+        return corners, False
+    away = corners - corners.mean(0)
+    _, sizes, ways = np.linalg.svd(away, full_matrices=False)
+    if sizes[1] <= FLAT * sizes[0]:
+        return corners[np.argsort(away @ ways[0])], False
+    return corners[ConvexHull(away @ ways[:2].T).vertices], True
+
+
+# -- marks -----------------------------------------------------------------------------------------------------
+
+
+def _marks(ax: Any, marks: Sequence[Mark], span: float, box: tuple[Array, Array]) -> None:
+    lines = [line for mark in marks for line in mark_lines(mark, span)]
+    longest = max((len(x) for x in lines), default=0)
+    if lines:
+        rows = np.stack([np.concatenate([x, np.full((longest - len(x), 3), np.nan)]) for x in lines])
+        drawn.paths(rows, ax, palette.INK, THIN, box)
+    balls = [m.place for m in marks if m.kind in ("spherical", "universal", "bilinear")]
+    if balls:
+        drawn.draw(np.array(balls), ax=ax, color=palette.INK, size=BALL, extent=box)
+
+
+def mark_lines(mark: Mark, span: float) -> list[Array]:
+    """Polylines (m, 3) of a joint's mark."""
+    ring, axis = RING * span, AXIS * span
+    if not len(mark.axes) or mark.kind in ("spherical", "rigid", "bilinear"):
+        return []
+    way = mark.axes[0]
+    one, two = _across(way)
+    turn = np.linspace(0, 2 * np.pi, CORNERS)[:, None]
+    round_ = mark.place + ring * (np.cos(turn) * one + np.sin(turn) * two)
+    match mark.kind:
+        case "universal":
+            return [mark.place + np.outer([-axis, axis], x) for x in mark.axes]
+        case "planar":
+            side = TILE * ring
+            square = [mark.place + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1))]
+            return [np.array(square), mark.place + np.outer([0, axis], way)]
+        case "prismatic":
+            wide, long = SLEEVE[0] * ring, SLEEVE[1] * ring
+            ends = [np.array([mark.place + s * long * way + wide * (a * one + b * two)
+                              for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1))]) for s in (-1, 1)]  # fmt: skip
+            return [*ends, *(np.stack([ends[0][k], ends[1][k]]) for k in range(4))]
+        case "cylindrical":
+            return [round_, mark.place + np.outer([-2 * axis, 2 * axis], way)]
+        case _:
+            return [round_, mark.place + np.outer([-axis, axis], way)]
+
+
+def _across(way: Array) -> tuple[Array, Array]:
+    """Two unit vectors at right angles to a third, and to each other."""
+    one = np.cross(way, np.eye(3)[np.abs(way).argmin()])
+    one = one / np.linalg.norm(one)
+    return one, np.cross(way, one)
+
+
+__all__ = ["mark_lines", "outline", "picture"]

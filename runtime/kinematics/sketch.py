@@ -1,0 +1,164 @@
+"""What pictures show of a mechanism at a pose: where each joint is and which way, and the joints of each body.
+
+Plain data: no picture is made here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import BladesmithError
+from ..dynamics.screws import screw_coordinates
+from .joints import Joint, direction_of
+from .poses import Placed
+
+if TYPE_CHECKING:
+    from ..multivector import Multivector
+    from .mechanism import Mechanism
+
+Array = NDArray[Any]
+#: Two directions whose cross product is shorter are one.
+PARALLEL = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A joint.
+
+    Attributes
+    ----------
+    name, kind : str
+        The kind in lower case: "revolute".
+    place : array (3,)
+    axes : array (m, 3)
+        Unit vectors: along which it slides or about which it turns, or the normal; of a universal joint both.
+    """
+
+    name: str
+    kind: str
+    place: Array
+    axes: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Sketch:
+    """A mechanism at a pose.
+
+    Attributes
+    ----------
+    marks : tuple of Mark
+    bodies : dict of str to array (m, 3)
+        Places of each body's joints, and of the tool where that is its own.
+    fixed : str
+    """
+
+    marks: tuple[Mark, ...]
+    bodies: dict[str, Array]
+    fixed: str
+
+    @property
+    def span(self) -> float:
+        """Of all places, the longest side of a box around them; 1 if they are one."""
+        points = np.concatenate(list(self.bodies.values()))
+        side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+        return side if side > 0 else 1.0
+
+
+def sketched(mechanism: Mechanism, tool: str = "", place: Any = None) -> Sketch:
+    """Where the joints of a mechanism are.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    tool : str, optional
+        A body, and ``place`` (3,) a point of it in the world, which its stick goes to.
+    """
+    parts = [_seen(joint) for joint in mechanism.joints]
+    own: dict[str, list[Array]] = {name: [] for name in mechanism.bodies}
+    for joint, (at, _) in zip(mechanism.joints, parts, strict=True):
+        if at is not None:
+            own[joint.a].append(at)
+            own[joint.b].append(at)
+    if tool and place is not None:
+        own[tool].append(np.asarray(place, float))
+    every = [x for points in own.values() for x in points]
+    middle = np.mean(every, 0) if every else np.zeros(3)
+    marks = []
+    for name, joint, (at, flats) in zip(mechanism.joint_names, mechanism.joints, parts, strict=True):
+        found = at
+        if found is None:  # on a line or in a plane: beside what its bodies have
+            near = [np.mean(own[body], 0) for body in (joint.a, joint.b) if own[body]]
+            found = _nearest(np.mean(near, 0) if near else middle, flats)
+            own[joint.a].append(found)
+            own[joint.b].append(found)
+        marks.append(Mark(name, kind_of(joint), found, _axes(joint)))
+    return Sketch(tuple(marks), {n: np.array(p).reshape(-1, 3) for n, p in own.items()}, mechanism.fixed)
+
+
+def kind_of(joint: Joint) -> str:
+    """The kind of a joint, in lower case."""
+    return type(joint.joint if isinstance(joint, Placed) else joint).__name__.lower()
+
+
+def _seen(joint: Joint) -> tuple[Array | None, list[tuple[Array, Array]]]:
+    """The place of a joint, if its objects have one; and else lines and planes, (point, projector) that they lie in."""
+    flats = []
+    for c in joint.conditions():
+        for x in (c.x, c.y):
+            place, flat = _where(x)
+            if place is not None:
+                return place, []
+            flats += [] if flat is None else [flat]
+    return None, flats
+
+
+def _where(x: Multivector) -> tuple[Array | None, tuple[Array, Array] | None]:
+    """The place of an object, or the line or plane that it is."""
+    try:
+        p: Any = x.parameters()
+    except BladesmithError:  # a screw, by its axis
+        if not set(x.kind.blades) <= set(x.algebra.kind("twist").blades):
+            return None, None
+        turn, way = np.split(np.asarray(screw_coordinates(x), float), 2)
+        square = float(turn @ turn)
+        return None, (np.cross(turn, way) / square, np.outer(turn, turn) / square) if square > 0 else None
+    for name in ("xyz", "center"):
+        if hasattr(p, name):
+            return np.asarray(getattr(p, name), float), None
+    if hasattr(p, "b"):
+        return np.asarray((p.a + p.b) / 2, float), None
+    if hasattr(p, "offset"):
+        return None, (p.offset * np.asarray(p.normal), np.eye(3) - np.outer(p.normal, p.normal))
+    return None, (np.asarray(p.point), np.outer(p.direction, p.direction)) if hasattr(p, "point") else None
+
+
+def _nearest(place: Array, flats: Sequence[tuple[Array, Array]]) -> Array:
+    """The point of the first line or plane that is nearest to a place."""
+    if not flats:
+        return place
+    point, along = flats[0]
+    return np.asarray(point + along @ (place - point))
+
+
+def _axes(joint: Joint) -> Array:
+    """Directions of a joint, unit vectors; that of its coordinate first."""
+    conditions = joint.conditions()
+    own = joint.axes([c.x for c in conditions])
+    if own is not None:
+        found = [own]
+    elif kind_of(joint) == "universal":
+        found = [x for c in conditions[1:] for x in (direction_of(c.x), direction_of(c.y)) if x is not None]
+    else:
+        found = []
+    rows = np.array(found, float).reshape(-1, 3)
+    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+    kept = sizes[:, 0] > PARALLEL
+    return np.asarray(rows[kept] / sizes[kept])
+
+
+__all__ = ["Mark", "Sketch", "kind_of", "sketched"]
