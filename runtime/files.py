@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from .errors import InputError
+
 
 def write_atomically(path: Path, data: str | bytes) -> None:
     """Write a file under a temporary name and rename it into place, so that no reader sees half of it.
@@ -52,6 +54,33 @@ def replacing(path: Path) -> Iterator[Path]:
         if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from None
         raise
+
+
+@contextmanager
+def replacing_by_suffix(path: Path) -> Iterator[Path]:
+    """As `replacing`, for a library that goes by the suffix: there is no file of the temporary name yet."""
+    with replacing(path) as temporary:
+        named = temporary.with_name(temporary.name + path.suffix)
+        try:
+            yield named
+            named.replace(temporary)
+        finally:
+            named.unlink(missing_ok=True)
+
+
+@contextmanager
+def failures_named(path: str | os.PathLike[str]) -> Iterator[None]:
+    """What the system says while a file is written, as an error of bad input.
+
+    Raises
+    ------
+    InputError
+        For every OSError.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}.", where=str(path)) from None
 
 
 @contextmanager

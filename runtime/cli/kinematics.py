@@ -104,9 +104,9 @@ def command(
 
 def _check(robot: Path, motions: tuple[Path, ...], pictures: list[Path]) -> None:
     """Refuse what could not be written, before any work."""
-    from ..dynamics.plots import check_suffix
     from ..errors import InputError
     from ..kinematics.record import checked_name
+    from ..plot.figures import check_suffix
 
     for place in motions:
         checked_name(place)

@@ -110,7 +110,7 @@ def _check_places(output: Path | None, picture: Path | None, *inputs: Path) -> N
     if len(places) == 2 and places[0].absolute() == places[1].absolute():
         raise InputError("result and picture have one name.", where=str(output))
     if picture is not None:
-        from ..reform.picture import check_suffix
+        from ..plot.figures import check_suffix
 
         check_suffix(picture)
 

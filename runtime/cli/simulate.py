@@ -94,13 +94,14 @@ def _check(
     body: Path, places: list[Path], pictures: list[Path], films: tuple[Path, ...], speed: float | None, rate: float
 ) -> None:
     """Refuse what could not be written, before any work."""
-    from ..dynamics import animation, files, plots
+    from ..dynamics import animation, files
     from ..errors import InputError
+    from ..plot.figures import check_suffix
 
     for place in places:
         files.checked_name(place)
     for place in pictures:
-        plots.check_suffix(place)
+        check_suffix(place)
     for place in films:
         animation.checked_name(place)
     every = [*places, *pictures, *films]

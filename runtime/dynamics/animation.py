@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from .. import plot as drawn
 from ..errors import InputError, MissingExtraError
-from ..files import replacing
-from ..plot import backend, drawing, pages, palette
+from ..files import failures_named, replacing_by_suffix
+from ..plot import backend, drawing, figures, pages, palette
 from ..plot import checks as given
 from ..plot.outlines import Faces, Strokes
 from . import pictures, plots
@@ -103,15 +103,8 @@ def animate(
     write: Any = _write_gif if place.suffix.lower() == ".gif" else _write_mp4
     shots = _told(frames(record, numbers, _even(size), angles), len(numbers), progress)
     try:
-        with replacing(place) as temporary:
-            named = temporary.with_name(temporary.name + place.suffix)  # writers go by the suffix
-            try:
-                write(named, shots, rate, _even(size), [color for _, color, _ in pictures.paths(record)])
-                named.replace(temporary)
-            finally:
-                named.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}.", where=str(place)) from None
+        with failures_named(place), replacing_by_suffix(place) as temporary:  # writers go by the suffix
+            write(temporary, shots, rate, _even(size), [color for _, color, _ in pictures.paths(record)])
     finally:
         shots.close()
 
@@ -218,20 +211,20 @@ class _Stage:
             line.set(zorder=drawing.ORDER[Strokes], clip_on=False)
             self.lines.append(ax.add_line(line))
             if label:
-                handle = backend.line_class()([], [], color=color, label=plots.plain(label))
+                handle = backend.line_class()([], [], color=color, label=figures.plain(label))
                 drawing.picture_of(ax).handles.append(handle)
         if drawing.picture_of(ax).handles:
             pages.show_legend(ax, drawing.picture_of(ax).handles)
         pages.fill_page(ax)
         self.bodies = [self._body(name, own) for name, own in record.bodies.items()]
         self.clock = ax.figure.text(0.98, 0.955, "", ha="right", fontsize=10, color=palette.INK)
-        self.title = plots.plain(record.sketch.title)
+        self.title = figures.plain(record.sketch.title)
 
     def _body(self, name: str, own: Record) -> tuple[Record, Shape | None, str, Any, Any]:
         shape, color = own.sketch.shape_of(name, len(own.rows) == 1), pictures.body_color(own, name)
         art = backend.collections()
         triangles = np.zeros((1, 3, 3)) if shape is None else pictures.placed(own, shape, 0)[shape.faces]
-        faces = pictures.surface(triangles, color, pictures.SOLID)
+        faces = figures.surface(triangles, color, pictures.SOLID)
         edges = art.Line3DCollection(
             np.zeros((1, 2, 3)), colors=color, linewidths=pictures.TRACE if shape is None else pictures.THIN
         )
@@ -254,9 +247,9 @@ class _Stage:
                 continue
             vertices = pictures.placed(own, shape, number)
             faces.set_verts(vertices[shape.faces])
-            faces.set_facecolor(pictures.shaded(vertices[shape.faces], color, pictures.SOLID))
+            faces.set_facecolor(figures.shaded(vertices[shape.faces], color, pictures.SOLID))
             edges.set_segments(vertices[shape.edges])
-        time = f"t = {self.record.time[number]:.2f} {plots.plain(self.record.sketch.units.time)}"
+        time = f"t = {self.record.time[number]:.2f} {figures.plain(self.record.sketch.units.time)}"
         self.clock.set_text(f"{self.title}    {time}" if self.title else time)
 
 

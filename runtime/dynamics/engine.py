@@ -185,7 +185,10 @@ class Run:
         self._stop = np.zeros(1, np.int32)
         self._memory = np.zeros((n, driver._lib.bs_dynamics_memory(driver._method)))
         self._run = self._new_run(project)
-        start = [np.ascontiguousarray(np.broadcast_to(x, (n, bodies, x.shape[-1]))) for x in (motors, twists)]
+        start = [
+            x if x.shape[:-1] == (n, bodies) else np.broadcast_to(x, (n, bodies, x.shape[-1])) for x in (motors, twists)
+        ]
+        start = [np.ascontiguousarray(x) for x in start]
         given = [driver._ffi.from_buffer("double[]", x) for x in start]
         self._share(lambda a, b: driver._lib.bs_dynamics_start(driver._model, driver._method, self._run, *given, a, b))
 
@@ -225,7 +228,11 @@ class Run:
     def _share(self, part: Callable[[int, int], None]) -> None:
         threads = 1 if self.driver.made.called.functions else self._threads
         try:
-            parallel.run(part, self.driver.size, threads)
+            if self.driver.size == 1:  # what a pool costs counts beside a short run
+                parallel.thread_count(threads)
+                part(0, 1)
+            else:
+                parallel.run(part, self.driver.size, threads)
         except BaseException:
             self._stop[0] = 1
             raise

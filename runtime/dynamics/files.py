@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from ..codegen.errors import BladesmithError, InputError
 from ..codegen.version import __version__
-from ..files import write_atomically
+from ..files import failures_named, write_atomically
 from ..loading import stock_algebra
-from .given import shown
+from .given import output_file, shown
 from .record import OF_BODIES, Record, recorded
 from .screws import wrench_parts
 from .shapes import Shape
@@ -61,10 +61,8 @@ def save(trajectory: Trajectory | Record, path: str | os.PathLike[str], sketch: 
     file = checked_name(path)
     record = recorded(trajectory, sketch)
     data: str | bytes = table_text(record) if file.suffix.lower() == ".csv" else archive(record)
-    try:
+    with failures_named(file):
         write_atomically(file, data)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}.", where=str(file)) from None
 
 
 def checked_name(path: Any) -> Path:
@@ -75,15 +73,7 @@ def checked_name(path: Any) -> Path:
     InputError
         If it is none, or ends in no known format.
     """
-    try:
-        file = Path(os.fsdecode(path))
-    except TypeError:
-        raise InputError(f"a trajectory is written to a file, and {shown(path)} names none.") from None
-    if "\0" in str(file):
-        raise InputError(f"the name {str(file)!r} has a null character.")
-    if file.suffix.lower() not in FORMATS:
-        raise InputError(f"trajectories are written as {' or '.join(FORMATS)}.", where=str(file))
-    return file
+    return output_file(path, "a trajectory", "trajectories", FORMATS)
 
 
 def archive(record: Record) -> bytes:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from reprlib import repr as shortened
 from typing import TYPE_CHECKING, Any
 
@@ -129,6 +131,32 @@ def shown(value: Any) -> str:
         return f"the class {value.__name__}"
     name = type(value).__name__
     return f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
+
+
+def output_file(path: Any, one: str, many: str, formats: Sequence[str]) -> Path:
+    """A path that something can be written to.
+
+    Parameters
+    ----------
+    one, many : str
+        What is written, such as "a trajectory" and "trajectories".
+    formats : sequence of str
+        Endings of names.
+
+    Raises
+    ------
+    InputError
+        If it is none, or ends in no known format.
+    """
+    try:
+        file = Path(os.fsdecode(path))
+    except TypeError:
+        raise InputError(f"{one} is written to a file, and {shown(path)} names none.") from None
+    if "\0" in str(file):
+        raise InputError(f"the name {str(file)!r} has a null character.")
+    if file.suffix.lower() not in formats:
+        raise InputError(f"{many} are written as {' or '.join(formats)}.", where=str(file))
+    return file
 
 
 def check_body(value: Any, what: str, world: bool = False) -> None:

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from .. import plot as drawn
 from ..errors import InputError
 from ..plot import backend, drawing, pages, palette
-from ..plot.outlines import LIGHT, SHADE, Drawable, Faces
+from ..plot.figures import check_suffix, faded, plain, save, show_title, surface
+from ..plot.outlines import Drawable, Faces
 from ..plot.things import sorted_out
-from .plots import MOST, check_suffix, plain, save, single
+from .plots import MOST, single
 from .record import Record, recorded
 from .shapes import Shape
 from .sketch import Sketch
@@ -104,8 +105,7 @@ def picture(
     if drawing.picture_of(ax).handles:
         pages.show_legend(ax, drawing.picture_of(ax).handles)
     if record.sketch.title:
-        figure: Any = ax.figure
-        figure.text(0.98, 0.965, plain(record.sketch.title), ha="right", fontsize=10, color=palette.INK)
+        show_title(ax, record.sketch.title)
     if path is not None:
         save(path, ax, dpi)
     return ax
@@ -183,27 +183,7 @@ def _draw_body(ax: Axes3D, own: Record, name: str, number: int, opacity: float) 
     ax.add_collection3d(faces)
     faces.set(zorder=drawing.ORDER[Faces], clip_on=False)
     if len(shape.edges):
-        rows = np.tile(palette.faded(palette.per_item(color, 1, color), EDGE * opacity / SOLID), (len(shape.edges), 1))
-        drawn.paths(vertices[shape.edges], ax, rows, THIN)
-
-
-def surface(triangles: Array, color: str, opacity: float) -> Any:
-    """A collection of shaded triangles (f, 3, 3)."""
-    made = backend.collections().Poly3DCollection(triangles, edgecolors="none", linewidths=0)
-    made.set_facecolor(shaded(triangles, color, opacity))
-    return made
-
-
-def shaded(triangles: Array, color: str, opacity: float) -> Array:
-    """A colour for each triangle: what faces the light is brighter."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    sizes = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0)
-    bright = SHADE + (1 - SHADE) * (1 + normals @ LIGHT) / 2
-    rows = np.tile(palette.per_item(color, 1, color), (len(triangles), 1))
-    rows[:, :3] *= bright[:, None]
-    rows[:, 3] = opacity
-    return rows
+        drawn.paths(vertices[shape.edges], ax, faded(color, len(shape.edges), EDGE * opacity / SOLID), THIN)
 
 
 def placed(own: Record, shape: Shape, number: int) -> Array:
@@ -211,4 +191,4 @@ def placed(own: Record, shape: Shape, number: int) -> Array:
     return np.asarray(shape.vertices @ own.orientation[number].T + own.position[number])
 
 
-__all__ = ["body_color", "paths", "picture", "placed", "room", "shaded", "states_at", "surface"]
+__all__ = ["body_color", "paths", "picture", "placed", "room", "states_at"]

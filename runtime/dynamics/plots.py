@@ -1,19 +1,17 @@
-"""Curves of a trajectory over time, and how its pictures are saved. matplotlib is imported by the first picture."""
+"""Curves of a trajectory over time. matplotlib is imported by the first picture."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import plot as drawn
 from ..errors import InputError
-from ..files import replacing
 from ..plot import backend, pages, palette
+from ..plot.figures import check_suffix, dress_panel, plain, save, show_curve_names
 from .record import Record, recorded
 from .screws import moment_about, wrench_parts
 from .sketch import Sketch
@@ -159,20 +157,9 @@ def _draw_curve(ax: Any, record: Record, curve: Curve) -> None:
     for column, label, color in zip(values.T, curve.labels, colors, strict=True):
         ax.plot(time, column, color=color, linewidth=1.1, label=label)
     unit = f" [{plain(curve.unit)}]" if curve.unit else ""
-    ax.set_title(curve.title + unit, fontsize=9.5, color=palette.INK, loc="left")
-    ax.tick_params(which="both", labelsize=8, colors=palette.GREY)
-    ax.grid(color=palette.PALE, linewidth=0.8)
-    ax.set_axisbelow(True)
-    ax.margins(x=0.01)
-    for name, spine in ax.spines.items():
-        spine.set_visible(name in ("left", "bottom"))
-        spine.set_color(palette.GREY)
+    dress_panel(ax, curve.title + unit)
     if len(curve.labels) > 1:
-        ax.legend(fontsize=8, ncols=3, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0,
-                  handlelength=1.2, columnspacing=1.0, labelcolor=palette.INK)  # fmt: skip
-
-
-# -- files -----------------------------------------------------------------------------------------------------
+        show_curve_names(ax)
 
 
 def single(record: Record) -> Record:
@@ -191,39 +178,4 @@ def single(record: Record) -> Record:
     return record
 
 
-def plain(text: str) -> str:
-    """A text that matplotlib takes for no formula."""
-    return text.replace("$", r"\$")
-
-
-def check_suffix(path: str | PathLike[str]) -> None:
-    """Refuse a name that no picture can be saved under, before there is one.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix.
-    MissingExtraError
-        If matplotlib is not installed.
-    """
-    from ..reform.picture import check_suffix as known
-
-    known(path)
-
-
-def save(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_INCH) -> None:
-    """Write a picture, whole or not at all."""
-    place = Path(path)
-    try:
-        with replacing(place) as temporary:
-            named = temporary.with_name(temporary.name + place.suffix)  # matplotlib goes by the suffix
-            try:
-                drawn.save(named, figure, dpi)
-                named.replace(temporary)
-            finally:
-                named.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}.", where=str(place)) from None
-
-
-__all__ = ["PANELS", "check_suffix", "plain", "plot", "save", "single"]
+__all__ = ["PANELS", "plot", "single"]

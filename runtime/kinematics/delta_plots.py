@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from .. import plot as drawn
 from ..codegen.errors import InputError, SingularError
-from ..dynamics.pictures import surface
-from ..dynamics.plots import check_suffix, save
 from ..objects.inputs import chosen
 from ..plot import backend, pages, palette
+from ..plot.figures import add_plate, check_suffix, dress_panel, faded, save, show_curve_names
 
 if TYPE_CHECKING:
     from .delta import DeltaRobot
@@ -101,7 +100,7 @@ def picture(
     ax = drawn.axes(view, size, frame)
     base = -2 * rows[2][known[-1]][[2, 0, 1]]  # a triangle whose sides have the motors in their middles
     box = _room([base, *(x[known] for x in rows[2:])])
-    _plate(ax, base, palette.GREY, 1.0, box)
+    add_plate(ax, base, palette.GREY, PLATE, 1.0, EDGE, box)
     for i in known:
         _draw(ax, type(found)(*(x[i] for x in rows)), 1.0 if i == known[-1] else FAINT, box)
     if len(rows[0]) > 1:
@@ -122,29 +121,17 @@ def _room(points: Sequence[Array]) -> tuple[Array, Array]:
     return low - edge, high + edge
 
 
-def _plate(ax: Any, corners: Array, color: str, opacity: float, box: tuple[Array, Array]) -> None:
-    middle = np.broadcast_to(corners.mean(0), corners.shape)
-    faces = surface(np.stack([middle, corners, np.roll(corners, -1, 0)], 1), color, PLATE * opacity)
-    ax.add_collection3d(faces)
-    faces.set(clip_on=False)
-    drawn.paths(np.concatenate([corners, corners[:1]]), ax, _faded(color, 1, opacity), EDGE, box)
-
-
 def _draw(ax: Any, pose: Pose, opacity: float, box: tuple[Array, Array]) -> None:
     """Platform, arms and rods of one pose."""
-    _plate(ax, pose.corners, palette.BLUE, opacity, box)
+    add_plate(ax, pose.corners, palette.BLUE, PLATE * opacity, opacity, EDGE, box)
     elbow_rods = np.stack([pose.tops[::2], pose.tops[1::2]], 1)
     upper = np.stack([pose.shoulders, pose.elbows], 1)
-    drawn.paths(elbow_rods, ax, _faded(palette.AMBER, 3, opacity), EDGE, box)
-    drawn.paths(upper, ax, _faded(palette.RED, 3, opacity), ARM, box)
-    drawn.paths(np.stack([pose.tops, pose.bottoms], 1), ax, _faded(palette.INK, 6, opacity), ROD, box)
+    drawn.paths(elbow_rods, ax, faded(palette.AMBER, 3, opacity), EDGE, box)
+    drawn.paths(upper, ax, faded(palette.RED, 3, opacity), ARM, box)
+    drawn.paths(np.stack([pose.tops, pose.bottoms], 1), ax, faded(palette.INK, 6, opacity), ROD, box)
     drawn.draw(
         np.concatenate([pose.tops, pose.corners]), ax=ax, color=palette.INK, size=EDGE, opacity=opacity, extent=box
     )
-
-
-def _faded(color: str, count: int, opacity: float) -> Array:
-    return np.tile(palette.faded(palette.per_item(color, 1, color), opacity), (count, 1))
 
 
 def slices(
@@ -257,15 +244,8 @@ def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: floa
     for ax, (title, values) in zip(figure.subplots(3, 1, sharex=True), panels, strict=True):
         for column, color, label in zip(values.T, palette.AXES, ("arm 1", "arm 2", "arm 3"), strict=True):
             ax.plot(motion.time, column, color=color, linewidth=1.1, label=label)
-        ax.set_title(title, fontsize=9.5, color=palette.INK, loc="left")
-        ax.tick_params(labelsize=8, colors=palette.GREY)
-        ax.grid(color=palette.PALE, linewidth=0.8)
-        ax.margins(x=0.01)
-        for name, spine in ax.spines.items():
-            spine.set_visible(name in ("left", "bottom"))
-            spine.set_color(palette.GREY)
-    figure.axes[0].legend(fontsize=8, ncols=3, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.98),
-                          borderaxespad=0, handlelength=1.2, labelcolor=palette.INK)  # fmt: skip
+        dress_panel(ax, title)
+    show_curve_names(figure.axes[0])
     figure.axes[-1].set_xlabel("t", color=palette.GREY, fontsize=9)
     if path is not None:
         save(path, figure, dpi)

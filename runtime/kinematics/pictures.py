@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from .. import plot as drawn
-from ..dynamics.pictures import surface
-from ..dynamics.plots import check_suffix, plain, save
 from ..errors import InputError
 from ..plot import backend, drawing, pages, palette
+from ..plot.figures import add_plate, add_surface, check_suffix, faded, plain, save, show_title
 from .sketch import Mark, Sketch, sketched
 
 if TYPE_CHECKING:
@@ -130,8 +129,7 @@ def picture(
         )
         pages.show_legend(ax, drawing.picture_of(ax).handles)
     if title:
-        figure: Any = ax.figure
-        figure.text(0.98, 0.965, plain(title), ha="right", fontsize=10, color=palette.INK)
+        show_title(ax, title)
     if path is not None:
         save(path, ax, dpi)
     return ax
@@ -160,15 +158,10 @@ def _room(poses: Sequence[Sketch], line: Array) -> tuple[tuple[Array, Array], fl
 def _bodies(ax: Any, pose: Sketch, colors: dict[str, str], opacity: float, box: tuple[Array, Array]) -> None:
     for name, points in pose.bodies.items():
         corners, flat = outline(points)
-        row = np.tile(palette.faded(palette.per_item(colors[name], 1, colors[name]), opacity), (1, 1))
         if flat:
-            middle = np.broadcast_to(corners.mean(0), corners.shape)
-            faces = surface(np.stack([middle, corners, np.roll(corners, -1, 0)], 1), colors[name], PLATE * opacity)
-            ax.add_collection3d(faces)
-            faces.set(clip_on=False)
-            drawn.paths(np.concatenate([corners, corners[:1]]), ax, row, EDGE, box)
+            add_plate(ax, corners, colors[name], PLATE * opacity, opacity, EDGE, box)
         elif len(corners) > 1:
-            drawn.paths(corners, ax, row, STICK, box)
+            drawn.paths(corners, ax, faded(colors[name], 1, opacity), STICK, box)
 
 
 def _axes(ax: Any, box: tuple[Array, Array], span: float) -> None:
@@ -188,9 +181,7 @@ def _ground(ax: Any, pose: Sketch, span: float) -> None:
     one, two = _across(ways[0] if ways else np.array([0.0, 0.0, 1.0]))
     side = GROUND * RING * span
     corners = np.array([place + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))])
-    faces = surface(np.stack([corners[[0, 1, 2]], corners[[0, 2, 3]]]), palette.GREY, PLATE)
-    ax.add_collection3d(faces)
-    faces.set(clip_on=False)
+    add_surface(ax, np.stack([corners[[0, 1, 2]], corners[[0, 2, 3]]]), palette.GREY, PLATE)
 
 
 def outline(points: Array) -> tuple[Array, bool]:

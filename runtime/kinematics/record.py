@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
 from ..codegen.version import __version__
-from ..dynamics.given import shown
+from ..dynamics.given import output_file
 from ..dynamics.sketch import Units
-from ..files import write_atomically
+from ..files import failures_named, write_atomically
 from ..status import Status
 
 Array = NDArray[Any]
@@ -83,10 +82,8 @@ class Motion:
             If the name ends in neither, or the file cannot be written.
         """
         file = checked_name(path)
-        try:
+        with failures_named(file):
             write_atomically(file, self.table() if file.suffix.lower() == ".csv" else self.archive())
-        except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror or error}.", where=str(file)) from None
 
     def archive(self) -> bytes:
         """The bytes of an NPZ file."""
@@ -129,15 +126,7 @@ def checked_name(path: Any) -> Path:
     InputError
         If it is none, or ends in no known format.
     """
-    try:
-        file = Path(os.fsdecode(path))
-    except TypeError:
-        raise InputError(f"a motion is written to a file, and {shown(path)} names none.") from None
-    if "\0" in str(file):
-        raise InputError(f"the name {str(file)!r} has a null character.")
-    if file.suffix.lower() not in FORMATS:
-        raise InputError(f"motions are written as {' or '.join(FORMATS)}.", where=str(file))
-    return file
+    return output_file(path, "a motion", "motions", FORMATS)
 
 
 __all__ = ["FORMATS", "Motion", "checked_name"]

@@ -262,8 +262,8 @@ class Setup:
     def _delta_picture(self, found: Found, row: int, trace: Any, path: Any) -> Any:
         """A Delta robot has a picture of its own."""
         from .. import plot as drawn
-        from ..dynamics.plots import check_suffix, save
         from ..plot import palette
+        from ..plot.figures import check_suffix, save
         from . import delta_plots
 
         assert isinstance(self.model, DeltaModel)
@@ -287,7 +287,7 @@ class Setup:
 
     def slices(self, path: str | PathLike[str] | None = None, space: Any = None) -> Any:
         """Slices of the workspace: condition numbers where the tool can be, nothing where it cannot."""
-        from ..dynamics.plots import check_suffix, save
+        from ..plot.figures import check_suffix, save
         from .delta_plots import slices
 
         box = self.box or Box()

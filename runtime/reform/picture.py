@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,9 +13,8 @@ from numpy.typing import NDArray
 
 from .. import plot
 from ..errors import InputError
-from ..files import replacing
 from ..multivector import Multivector
-from ..plot import backend, drawing, pages, palette
+from ..plot import backend, drawing, figures, pages, palette
 from ..plot.outlines import Faces, Marks, Strokes
 from .given import check_belongs
 from .model import Model
@@ -88,7 +86,7 @@ def picture(
     """
     shown = _panels(show)
     if path is not None:
-        check_suffix(path)
+        figures.check_suffix(path)
     for name, value in (("query", query), ("reference", reference)):
         if value is None:
             raise InputError(f"the {name} is None; a reform.Model is needed.")
@@ -104,47 +102,8 @@ def picture(
     text = _title(result, query) if title is None else title
     figure.text(0.5, 0.02, text, ha="center", fontsize=11, color=palette.INK)
     if path is not None:
-        save(path, figure, dpi)
+        figures.write(path, figure, dpi)
     return figure
-
-
-def save(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_INCH) -> None:
-    """Write a picture, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix.
-    OSError
-        If it cannot be written.
-    """
-    place = Path(path)
-    with replacing(place) as temporary:
-        named = temporary.with_name(temporary.name + place.suffix)  # matplotlib goes by the suffix
-        try:
-            plot.save(named, figure, dpi)
-            named.replace(temporary)
-        finally:
-            named.unlink(missing_ok=True)
-
-
-def check_suffix(path: str | PathLike[str]) -> None:
-    """Refuse a name that no picture can be saved under, before there is one.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix.
-    MissingExtraError
-        If matplotlib is not installed.
-    """
-    known = backend.figure_class()().canvas.get_supported_filetypes()
-    suffix = Path(path).suffix.removeprefix(".").lower()
-    if suffix not in known:
-        what = (
-            f"{suffix!r} is no format of pictures" if suffix else "a picture's format is its suffix, and there is none"
-        )
-        raise InputError(f"{what}.", where=str(path), remedy=f"Use one of {', '.join(sorted(known))}")
 
 
 def draw_model(
@@ -314,4 +273,4 @@ def _panels(show: Any) -> list[str]:
     return names
 
 
-__all__ = ["check_suffix", "draw_model", "picture", "save"]
+__all__ = ["draw_model", "picture"]
