@@ -13,7 +13,6 @@ also checks, assembles and hands back; of 1000 bodies at once each bears a thous
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -22,14 +21,11 @@ from typing import Any
 import dynamics_peers as peers
 import numpy as np
 from dynamics_peers import GRAVITY, Top
+from timing import REPEATS, Row, arguments, run_parts, seconds
 
 from bladesmith import cga3d, dynamics
 from bladesmith.report.studies import exact_motions
 
-Row = dict[str, Any]
-REPEATS = 7
-#: A run is repeated within a timing until it takes so long, in seconds.
-LEAST = 0.01
 #: Free and heavy: no two moments equal.
 FREE = Top((1.0, 2.0, 2.5), (1.5, 1.0, 2.0), (1.0, 0.0, 0.0, 0.0), 20.0)
 HEAVY = Top((0.2, 0.3, 0.15), (0.3, 0.2, 15.0), (np.cos(0.3), np.sin(0.3), 0.0, 0.0), 5.0, 1.0, 0.5)
@@ -38,21 +34,6 @@ STEP_BAR, RHS_BAR, RATE_BAR, HEYOKA_BAR, ENGINES_BAR = 47.0, 250.0, 1e7, 3.0, 50
 ERRORS = (1e-6, 1e-9, 1e-12)
 BODIES, STEPS = 1000, 1000
 OURS = (("taylor", (1e-4, 1e-6, 1e-9, 1e-12, 1e-15)), ("adaptive", (1e-6, 1e-9, 1e-11, 1e-13)), ("auto", (None,)))
-
-
-def seconds(run: Callable[[], Any], repeats: int = REPEATS) -> float:
-    """Processor time of one run: the least of several."""
-    run()
-    start = time.process_time()
-    run()
-    rounds = max(1, int(LEAST / max(time.process_time() - start, 1e-7)))
-    found = []
-    for _ in range(repeats):
-        start = time.process_time()
-        for _ in range(rounds):
-            run()
-        found.append((time.process_time() - start) / rounds)
-    return min(found)
 
 
 def rotation(quaternion: Any) -> Any:
@@ -276,23 +257,10 @@ def told(row: Row) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser = arguments(__doc__, PARTS)
     parser.add_argument("--steps", type=int, default=10_000, help="of long runs, up to 1000000")
-    parser.add_argument("--skip-clifford", action="store_true")
-    parser.add_argument("--json", help="write the rows to this file")
     options = parser.parse_args()
-    rows, before = [], ""
-    for name in options.only:
-        for row in PARTS[name](options):
-            rows.append(row)
-            if row["what"] != before:
-                before = row["what"]
-                print(f"-- {before}")
-            print(told(row), flush=True)
-    if options.json:
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump(rows, file, indent=1)
+    run_parts(options, PARTS, told)
 
 
 if __name__ == "__main__":

@@ -11,9 +11,7 @@ relative, the largest of some poses. Poses of a batch share a thousandth and les
 from __future__ import annotations
 
 import argparse
-import json
 import os
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -23,36 +21,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: processor ti
 
 import kinematics_peers as peers
 import numpy as np
+from timing import Row, arguments, run_parts, seconds
 
 from bladesmith.kinematics.delta import DeltaRobot
 from bladesmith.report.studies import chains, delta, mechanisms
 from bladesmith.report.studies.delta_exact import ExactDelta, floats
 
-Row = dict[str, Any]
-REPEATS = 9
-#: A run is repeated within a timing until it takes so long, in seconds.
-LEAST = 0.01
 #: Poses of a batch; of one of mechanisms; those whose errors are looked at.
 BATCH, MECHANISMS, LOOKED_AT = 100_000, 2000, 20
 #: Bars in nanoseconds, for one pose, or for the whole chain of bodies.
 BARS = {"inverse": 40.0, "forward": 40.0, "inverse_jacobian": 120.0, "forward_jacobian": 120.0}
 ELIMINATION_BAR, GENERAL_BAR, CHAIN_BAR = 5e3, 200e3, 1e9
 BODIES, CELLS = 1000, 100
-
-
-def seconds(run: Callable[[], Any], repeats: int = REPEATS) -> float:
-    """Processor time of one run: the least of several."""
-    run()
-    start = time.process_time()
-    run()
-    rounds = max(1, int(LEAST / max(time.process_time() - start, 1e-7)))
-    found = []
-    for _ in range(repeats):
-        start = time.process_time()
-        for _ in range(rounds):
-            run()
-        found.append((time.process_time() - start) / rounds)
-    return min(found)
 
 
 def compared(rows: list[Row]) -> Iterator[Row]:
@@ -204,22 +184,9 @@ def told(row: Row) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
-    parser.add_argument("--skip-clifford", action="store_true")
-    parser.add_argument("--json", help="write the rows to this file")
+    parser = arguments(__doc__, PARTS)
     options = parser.parse_args()
-    rows, before = [], ""
-    for name in options.only:
-        for row in PARTS[name](options):
-            rows.append(row)
-            if row["what"] != before:
-                before = row["what"]
-                print(f"-- {before}")
-            print(told(row), flush=True)
-    if options.json:
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump(rows, file, indent=1)
+    run_parts(options, PARTS, told)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ processor time and on the wall; everything is warm. Figures of a busy machine me
 from __future__ import annotations
 
 import argparse
-import json
 import subprocess
 import sys
 import time
@@ -21,11 +20,11 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+from timing import Row, arguments, run_parts
 
 from bladesmith import reform
 from bladesmith.report.studies import pose_peers, poses
 
-Row = dict[str, Any]
 Find = Callable[[poses.Scene], Any]
 #: Lines of a query, and milliseconds on two threads that are allowed.
 BARS = {20: 2.0, 100: 30.0, 400: 300.0}
@@ -256,29 +255,16 @@ def told(row: Row) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser = arguments(__doc__, PARTS)
     parser.add_argument("--seeds", type=int, default=20, help="scenes of each nature")
     parser.add_argument("--cap", type=float, default=10.0, help="seconds of a method on scenes of one nature, about")
-    parser.add_argument("--skip-clifford", action="store_true")
     parser.add_argument("--skip-points", action="store_true")
-    parser.add_argument("--json", help="write the rows to this file")
     parser.add_argument("--grow", nargs=2, type=float, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.grow:
         return grow(int(options.grow[0]), options.grow[1])
-    rows, before = [], ""
     print(HEAD)
-    for name in options.only:
-        for row in PARTS[name](options):
-            rows.append(row)
-            if row["what"] != before:
-                before = row["what"]
-                print(f"-- {before}")
-            print(told(row), flush=True)
-    if options.json:
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump(rows, file, indent=1)
+    run_parts(options, PARTS, told)
 
 
 if __name__ == "__main__":

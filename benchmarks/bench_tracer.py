@@ -10,7 +10,6 @@ all threads: there the clock on the wall counts, for both sides). Figures of a b
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import subprocess
 import sys
@@ -21,6 +20,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from timing import Row, arguments, run_parts
 
 from bladesmith import tracer
 from bladesmith.cli.demo import demo_scene_path
@@ -30,7 +30,6 @@ WIDTH, HEIGHT = 640, 480
 #: Where the camera stands, and what it looks at.
 LOOK = (0, -4.0, 0.5), (0, 0, 0.1)
 REPEATS = 5
-Row = dict[str, Any]
 #: A tube that fills about a third of the frame.
 TUBE = [((-0.9, 0.0, -0.3), (1.0, 0.2, 0.3), 1.0), ((1.0, 0.3, 0.4), (1.0, -0.3, 0.1), 0.7)]
 #: Rings and segments of meshes, coarse first.
@@ -256,20 +255,10 @@ def told(row: Row) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser = arguments(__doc__, PARTS)
     parser.add_argument("--many", type=int, default=MANY, help="rays of the long run against Embree")
-    parser.add_argument("--skip-clifford", action="store_true")
-    parser.add_argument("--json", help="write the rows to this file")
     options = parser.parse_args()
-    rows = []
-    for name in options.only:
-        for row in PARTS[name](options):
-            rows.append(row)
-            print(told(row), flush=True)
-    if options.json:
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump(rows, file, indent=1)
+    run_parts(options, PARTS, told, headings=False)
 
 
 if __name__ == "__main__":

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from .outputs import check_places, partial_name
+from .waiting import counted, noticed
+
 if TYPE_CHECKING:
     from ..kinematics.record import Motion
     from ..kinematics.setup import Setup
 
-#: Seconds without a sign of life, after which the command says what it is doing.
-PATIENCE = 1.5
 NOTICE = "preparing: what such a mechanism needs is compiled once, and kept"
 
 
@@ -77,19 +74,19 @@ def command(
     setup = load_mechanism(robot, tip, root)
     setup = _changed(setup, joints, degrees, position, to, duration, samples, box)
     shown = sys.stderr.isatty() if progress is None else progress
-    with _noticed(shown):
+    with noticed(NOTICE, shown):
         report = setup.report()
         moved = setup.moved() if motions or (picture and setup.way is not None) else None
     click.echo(json.dumps(report.data, indent=1, allow_nan=False) if as_json else report.text())
     trouble = _short(moved[0], setup) if moved is not None else ""
-    kept = [place.with_name(f"{place.stem}.partial{place.suffix}") if trouble else place for place in motions]
+    kept = [partial_name(place) if trouble else place for place in motions]
     for place in kept:
         assert moved is not None
         moved[0].save(place)
     if picture is not None:
         setup.picture(picture, moved)
     if slices is not None:
-        with _bar(slices.name, shown) as tell:
+        with counted(slices.name, "positions", shown) as tell:
             space = setup.workspace(tell)
         setup.slices(slices, space)
     if progress is not False:
@@ -104,7 +101,6 @@ def command(
 
 def _check(robot: Path, motions: tuple[Path, ...], pictures: list[Path]) -> None:
     """Refuse what could not be written, before any work."""
-    from ..errors import InputError
     from ..kinematics.record import checked_name
     from ..plot.figures import check_suffix
 
@@ -112,17 +108,7 @@ def _check(robot: Path, motions: tuple[Path, ...], pictures: list[Path]) -> None
         checked_name(place)
     for place in pictures:
         check_suffix(place)
-    every = [*motions, *pictures]
-    for i, place in enumerate(every):
-        if place.is_dir() or not place.absolute().parent.is_dir():
-            what = "it is a folder" if place.is_dir() else f"there is no folder {place.parent}"
-            raise InputError(f"{what}.", where=str(place))
-        if not os.access(place if place.exists() else place.absolute().parent, os.W_OK):
-            raise InputError("cannot be written: no permission.", where=str(place))
-        if place.exists() and robot.exists() and place.samefile(robot):
-            raise InputError("the result would take the place of the robot's file.", where=str(place))
-        if place.absolute() in [other.absolute() for other in every[:i]]:
-            raise InputError("two results have this name.", where=str(place))
+    check_places([*motions, *pictures], [robot], "the robot's file")
 
 
 def _changed(
@@ -191,33 +177,3 @@ def _short(motion: Motion, setup: Setup) -> str:
     first = int(missed.argmax())
     code, share = Status(int(motion.status[first])).name, f"{int(missed.sum())} of {len(missed)}"
     return f"the path is not reached at {share} times, first at t = {motion.time[first]:.6g} {setup.units.time}: {code}"
-
-
-@contextmanager
-def _noticed(shown: bool) -> Iterator[None]:
-    """Say that something is prepared, if it takes long."""
-    notice = threading.Timer(PATIENCE, click.echo, (NOTICE,), {"err": True})
-    notice.daemon = True
-    if shown:
-        notice.start()
-    try:
-        yield
-    finally:
-        notice.cancel()
-
-
-@contextmanager
-def _bar(name: str, shown: bool) -> Iterator[Callable[[int, int], None] | None]:
-    """What `workspace` is to tell."""
-    if not shown:
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(desc=name, unit=" positions", leave=False) as bar:
-
-        def tell(done: int, total: int) -> None:
-            bar.total, bar.n = total, done
-            bar.refresh()
-
-        yield tell

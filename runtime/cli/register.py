@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
-#: Seconds without a sign of life, after which the command says what it is doing.
-PATIENCE = 1.5
+from .outputs import check_places, partial_name
+from .waiting import noticed_bar
+
 NOTICE = "preparing: what these kinds of object need is compiled once, and kept"
 
 
@@ -67,6 +65,7 @@ def command(
     far, in result.partial.json beside the file that was asked for.
     """
     from ..reform import Model, register
+    from ..reform.progress import told
     from ..reform.summary import summary
     from ..reform.unfinished import INTERRUPTED
 
@@ -77,7 +76,7 @@ def command(
         "length": length, "align": not oriented, "similarity": similarity,
     }  # fmt: skip
     shown = sys.stderr.isatty() if progress is None else progress
-    with _noticed(shown) as tell:
+    with noticed_bar(NOTICE, told(True) if shown else None) as tell:
         result = register(*models, **settings, threads=threads, start=_start(start, similarity), progress=tell)
     record = result, *models, {**settings, "start": start}
     if result.message == INTERRUPTED:
@@ -101,14 +100,9 @@ def _check_places(output: Path | None, picture: Path | None, *inputs: Path) -> N
     from ..errors import InputError
 
     places = [place for place in (output, picture) if place is not None]
-    for place in places:
-        if place.is_dir() or not place.absolute().parent.is_dir():
-            what = "it is a folder" if place.is_dir() else f"there is no folder {place.parent}"
-            raise InputError(f"{what}.", where=str(place))
-        if any(place.exists() and x.exists() and place.samefile(x) for x in inputs):
-            raise InputError("the result would take the place of a model.", where=str(place))
     if len(places) == 2 and places[0].absolute() == places[1].absolute():
         raise InputError("result and picture have one name.", where=str(output))
+    check_places(places, inputs, "a model")
     if picture is not None:
         from ..plot.figures import check_suffix
 
@@ -130,29 +124,6 @@ def _start(start: str, similarity: bool) -> Any:
     return found.motor
 
 
-@contextmanager
-def _noticed(shown: bool) -> Iterator[Any]:
-    """What `register` is to tell: a bar; and before its first sign of life that something is prepared."""
-    from ..reform.progress import told
-
-    if not shown:
-        yield False
-        return
-    notice = threading.Timer(PATIENCE, click.echo, (NOTICE,), {"err": True})
-    notice.daemon = True
-    notice.start()
-    with told(True) as bar:
-
-        def tell(step: Any) -> None:
-            notice.cancel()
-            bar(step)
-
-        try:
-            yield tell
-        finally:
-            notice.cancel()
-
-
 def _write(place: Path, record: tuple[Any, ...]) -> None:
     from ..files import write_atomically
     from ..reform.record import registration_text
@@ -169,7 +140,7 @@ def _keep_partial(output: Path | None, record: tuple[Any, ...]) -> str:
     text = f": the best so far matches {count} of {len(result.inliers)} objects"
     if output is None:
         return text
-    place = output.with_name(f"{output.stem}.partial{output.suffix}")
+    place = partial_name(output)
     try:
         _write(place, record)
     except OSError as error:

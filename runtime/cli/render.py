@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,10 +11,11 @@ from typing import Any
 
 import click
 
+from .outputs import partial_name
+from .waiting import PATIENCE, noticed
+
 #: What `--aov` offers; the names are those of `tracer.layers.LAYERS`.
 LAYERS = ("normal", "depth", "alpha", "cost")
-#: Seconds without a sign of life, after which the command says what it is doing.
-PATIENCE = 1.5
 NOTHING = "interrupted before the first pixels were done; nothing was written"
 NOTICE = "preparing: what a scene needs is compiled when it is first rendered, and kept"
 
@@ -108,14 +108,8 @@ def command(
 
 def _prepare(scene: Any, names: tuple[str, ...], method: str, samples: int, shown: bool) -> None:
     """Render one pixel: what is compiled is compiled then, and the bar tells the picture's own time."""
-    notice = threading.Timer(PATIENCE, click.echo, (NOTICE,), {"err": True})
-    notice.daemon = True
-    if shown:
-        notice.start()
-    try:
+    with noticed(NOTICE, shown, PATIENCE):
         scene.layers(1, 1, names, method=method, samples=samples)
-    finally:
-        notice.cancel()
 
 
 def _keep_partial(output: Path, partial: Any) -> str:
@@ -126,7 +120,7 @@ def _keep_partial(output: Path, partial: Any) -> str:
     if not partial.done.any():
         return NOTHING
     share = f"interrupted with {100 * partial.share:.3g} % of the picture done"
-    place = output.with_name(f"{output.stem}.partial{output.suffix}")
+    place = partial_name(output)
     try:
         written = save_layers(place, partial.layers, partial.done)
     except (OSError, BladesmithError) as error:

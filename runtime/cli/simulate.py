@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from .outputs import check_places, partial_name
+from .waiting import counted, noticed_bar
+
 if TYPE_CHECKING:
     from ..dynamics.document import Setup
     from ..dynamics.record import Record
 
-#: Seconds without a sign of life, after which the command says what it is doing.
-PATIENCE = 1.5
 NOTICE = "preparing: what such a simulation needs is compiled once, and kept"
 
 
@@ -82,7 +79,7 @@ def command(
     if picture is not None:
         record.picture(picture)
     for place in films:
-        with _bar(place.name, shown) as tell:
+        with counted(place.name, "pictures", shown) as tell:
             record.animate(place, speed=speed, rate=rate, progress=tell)
     if progress is not False:
         for place in filter(None, (*places, *drawn, picture, *films)):
@@ -104,19 +101,7 @@ def _check(
         check_suffix(place)
     for place in films:
         animation.checked_name(place)
-    every = [*places, *pictures, *films]
-    for place in every:
-        if place.is_dir() or not place.absolute().parent.is_dir():
-            what = "it is a folder" if place.is_dir() else f"there is no folder {place.parent}"
-            raise InputError(f"{what}.", where=str(place))
-        if not os.access(place if place.exists() else place.absolute().parent, os.W_OK):
-            raise InputError("cannot be written: no permission.", where=str(place))
-        if place.exists() and body.exists() and place.samefile(body):
-            raise InputError("the result would take the place of the simulation file.", where=str(place))
-    names = [place.absolute() for place in every]
-    for i, place in enumerate(names):
-        if place in names[:i]:
-            raise InputError("two results have this name.", where=str(every[i]))
+    check_places([*places, *pictures, *films], [body], "the simulation file")
     for name, value in (("--speed", speed), ("--rate", rate)):
         if value is not None and not 0 < value < float("inf"):
             raise InputError(f"{name} is {value:g}; a positive number is needed.")
@@ -124,56 +109,17 @@ def _check(
 
 def _run(setup: Setup, shown: bool) -> tuple[Record | None, str]:
     """What came of it, and what went wrong."""
+    from ..dynamics.progress import told
     from ..dynamics.record import recorded
     from ..errors import SimulationError
 
-    with _noticed(setup, shown) as tell:
+    with noticed_bar(NOTICE, told(True, setup.duration) if shown else None) as tell:
         try:
             found: Any = setup.run(progress=tell)
             trouble = found.message
         except SimulationError as error:
             found, trouble = error.trajectory, " ".join(str(error).split())
     return (None if found is None else recorded(found, setup.sketch)), trouble
-
-
-@contextmanager
-def _noticed(setup: Setup, shown: bool) -> Iterator[Any]:
-    """What `Simulation.run` is to tell: a bar; and before its first sign of life that something is prepared."""
-    from ..dynamics.progress import told
-
-    if not shown:
-        yield False
-        return
-    notice = threading.Timer(PATIENCE, click.echo, (NOTICE,), {"err": True})
-    notice.daemon = True
-    notice.start()
-    with told(True, setup.duration) as bar:
-
-        def tell(time: float) -> None:
-            notice.cancel()
-            bar(time)
-
-        try:
-            yield tell
-        finally:
-            notice.cancel()
-
-
-@contextmanager
-def _bar(name: str, shown: bool) -> Iterator[Callable[[int, int], None] | None]:
-    """What `animate` is to tell."""
-    if not shown:
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(desc=name, unit=" pictures", leave=False) as bar:
-
-        def tell(done: int, total: int) -> None:
-            bar.total, bar.n = total, done
-            bar.refresh()
-
-        yield tell
 
 
 def _tell(setup: Setup, record: Record) -> None:
@@ -205,7 +151,7 @@ def _keep_partial(places: list[Path], record: Record | None) -> str:
 
     if record is None or not len(record):
         return "; nothing was written"
-    kept = [place.with_name(f"{place.stem}.partial{place.suffix}") for place in places]
+    kept = [partial_name(place) for place in places]
     try:
         for place in kept:
             record.save(place)

@@ -3,40 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
-import numpy as np
-
-from ..codegen.errors import InputError
+from .. import progress
 
 Tell = Callable[[float], None]
 #: Seconds before a bar is shown: most simulations are through by then.
 PATIENCE = 0.3
 
 
+def told(wanted: bool | Tell | None, duration: float) -> AbstractContextManager[Tell]:
+    """A function of the time that a simulation has reached: see `bladesmith.progress.told`."""
+    return progress.told(wanted, "the time reached", lambda: _bar(duration))
+
+
 @contextmanager
-def told(wanted: bool | Tell | None, duration: float) -> Iterator[Tell]:
-    """A function of the time that a simulation has reached.
+def _bar(duration: float) -> Iterator[Tell]:
+    from tqdm import tqdm
 
-    Parameters
-    ----------
-    wanted : bool or callable
-        True: a bar on stderr.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    if callable(wanted):
-        yield wanted
-    elif not isinstance(wanted, bool | np.bool_ | None):
-        raise InputError(f"progress is a {type(wanted).__name__}; it is True, False or a function of the time reached.")
-    elif not wanted:
-        yield lambda time: None
-    else:
-        from tqdm import tqdm
-
-        form = "{desc}: {percentage:3.0f}%|{bar}| {n:.4g}/{total:.4g} s [{elapsed}<{remaining}]"
-        with tqdm(total=duration, desc="simulate", delay=PATIENCE, leave=False, bar_format=form) as bar:
-            yield lambda time: bar.update(time - bar.n)
+    form = "{desc}: {percentage:3.0f}%|{bar}| {n:.4g}/{total:.4g} s [{elapsed}<{remaining}]"
+    with tqdm(total=duration, desc="simulate", delay=PATIENCE, leave=False, bar_format=form) as bar:
+        yield lambda time: bar.update(time - bar.n)

@@ -28,6 +28,8 @@ TOLERANCE = 1e-9
 CLOSED = 1e-6
 #: Of a unit speed, what counts as rounding, and how many roundings of coefficients far away.
 NOISE, ROUNDINGS = 1e-8, 1000
+#: How many roundings of coefficients far away blur singular values, and the largest share of them that may be lost so.
+BLUR, MOST_BLUR = 100, 1e-3
 
 
 class Assembly:
@@ -158,6 +160,13 @@ class Assembly:
         return float(max(NOISE, ROUNDINGS * np.finfo(float).eps * far**2))
 
     @cached_property
+    def share(self) -> float:
+        """Of the largest singular value, what counts as zero: the tolerance, or what small things far away blur."""
+        frame = self.frame
+        far = float(np.abs(frame.center).max()) / frame.unit
+        return max(self.tolerance, min(BLUR * np.finfo(float).eps * far**2, MOST_BLUR))
+
+    @cached_property
     def to_world(self) -> Array:
         """The matrix (6, 6) that takes twists of `frame` to the world's."""
         return to_world(self.algebra, self.frame)
@@ -180,7 +189,7 @@ class Assembly:
 
     @cached_property
     def _parts(self) -> list[Part]:
-        return parts(self.loops.matrix, self.tolerance)
+        return parts(self.loops.matrix, self.share)
 
     def way_of(self, joint: int) -> Any:
         """Relative twists (6, size) at a joint, for unit speeds of the tree (sparse)."""

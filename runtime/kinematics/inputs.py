@@ -101,7 +101,7 @@ class Known:
             speeds, right = speeds.sum(1, keepdims=True), right.sum(1, keepdims=True)
         left = right - matrix @ speeds
         asked = np.sqrt(np.maximum((right**2).sum(0) + (speeds**2).sum(0), (left**2).sum(0)))
-        return _least(matrix, left, speeds, np.flatnonzero(~known), asked, self.mechanism.tolerance)
+        return _least(matrix, left, speeds, np.flatnonzero(~known), asked, self.mechanism.share)
 
 
 def twist_columns(mechanism: Mechanism, name: str, twists: Any) -> Array:

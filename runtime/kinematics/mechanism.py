@@ -87,7 +87,7 @@ class Mechanism(Assembly):
             Motions of one body alone first (a rod that spins between two balls), then one for each coordinate that
             can be chosen, those near the fixed body first.
         """
-        idle = idle_speeds(self.loops, self.tolerance)
+        idle = idle_speeds(self.loops, self.share)
         made = [FreeMotion(self, v, self.moving[b], True) for b, v in idle]
         names = self._coordinate_names
         return made + [
@@ -135,7 +135,7 @@ class Mechanism(Assembly):
         way = (ways[0] - ways[1]).tocsr()
         found = np.concatenate([np.zeros((6, 0)), *(way[:, p.columns] @ p.null for p in self._parts)], 1)
         left, sizes, _ = np.linalg.svd(found, full_matrices=False)
-        kept = left[:, sizes > self.tolerance * max(sizes.max(initial=0), 1.0)]
+        kept = left[:, sizes > self.share * max(sizes.max(initial=0), 1.0)]
         return self._world(kept.T)
 
     # -- speeds --------------------------------------------------------------------------------------------

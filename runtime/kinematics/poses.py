@@ -99,7 +99,8 @@ def _gap(algebra: Algebra, c: Condition, spread: float) -> float:
     if _as_it_was(c):
         return 0.0
     x, y = c.x, c.y
-    if c.product is None or (c.equivariant and not isinstance(c.target, Multivector)):
+    zero = not isinstance(c.target, Multivector) and not c.target  # any other value is one of these places and lengths
+    if c.product is None or (c.equivariant and zero):
         seen = [x] if c.product is None else [x, y]
         place = places_of([v[None] for v in seen], 1)
         away = ~algebra.translator(place[0])

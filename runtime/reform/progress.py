@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
-import numpy as np
-
-from ..errors import InputError
+from .. import progress
 from .result import Step
 
 Tell = Callable[[Step], None]
@@ -16,31 +14,17 @@ Tell = Callable[[Step], None]
 PATIENCE = 0.3
 
 
+def told(wanted: bool | Tell | None) -> AbstractContextManager[Tell]:
+    """A function of steps, which is called after each block of motors: see `bladesmith.progress.told`."""
+    return progress.told(wanted, "a reform.Step", _bar)
+
+
 @contextmanager
-def told(wanted: bool | Tell | None) -> Iterator[Tell]:
-    """A function of steps.
+def _bar() -> Iterator[Tell]:
+    from tqdm import tqdm
 
-    Parameters
-    ----------
-    wanted : bool or callable
-        True: a bar on stderr. A function is called with every `Step`, after each block of motors.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    if callable(wanted):
-        yield wanted
-    elif not isinstance(wanted, bool | np.bool_ | None):
-        raise InputError(f"progress is a {type(wanted).__name__}; it is True, False or a function of a reform.Step.")
-    elif not wanted:
-        yield lambda step: None
-    else:
-        from tqdm import tqdm
-
-        with tqdm(unit=" motors", unit_scale=True, desc="register", delay=PATIENCE, leave=False) as bar:
-            yield lambda step: _show(bar, step)
+    with tqdm(unit=" motors", unit_scale=True, desc="register", delay=PATIENCE, leave=False) as bar:
+        yield lambda step: _show(bar, step)
 
 
 def _show(bar: Any, step: Step) -> None:
