@@ -13,6 +13,7 @@ processor time and on the wall; everything is warm. Figures of a busy machine me
 from __future__ import annotations
 
 import argparse
+import json
 import subprocess
 import sys
 import time

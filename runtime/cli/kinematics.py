@@ -73,6 +73,8 @@ def command(
     _check(robot, motions, [x for x in (picture, slices) if x is not None])
     setup = load_mechanism(robot, tip, root)
     setup = _changed(setup, joints, degrees, position, to, duration, samples, box)
+    if slices is not None:
+        setup.check_workspace()
     shown = sys.stderr.isatty() if progress is None else progress
     with noticed(NOTICE, shown):
         report = setup.report()

@@ -28,7 +28,7 @@ TOLERANCE = 1e-9
 CLOSED = 1e-6
 #: Of a unit speed, what counts as rounding, and how many roundings of coefficients far away.
 NOISE, ROUNDINGS = 1e-8, 1000
-#: How many roundings of coefficients far away blur singular values, and the largest share of them that may be lost so.
+#: How many roundings of coefficients far away blur loops and their singular values, and how much at most.
 BLUR, MOST_BLUR = 100, 1e-3
 
 
@@ -160,11 +160,16 @@ class Assembly:
         return float(max(NOISE, ROUNDINGS * np.finfo(float).eps * far**2))
 
     @cached_property
-    def share(self) -> float:
-        """Of the largest singular value, what counts as zero: the tolerance, or what small things far away blur."""
+    def blur(self) -> float:
+        """How far loops may seem to be open for the coefficients of small things far away, which hold less."""
         frame = self.frame
         far = float(np.abs(frame.center).max()) / frame.unit
-        return max(self.tolerance, min(BLUR * np.finfo(float).eps * far**2, MOST_BLUR))
+        return float(min(BLUR * np.finfo(float).eps * far**2, MOST_BLUR))
+
+    @property
+    def share(self) -> float:
+        """Of the largest singular value, what counts as zero: the tolerance, or `blur`."""
+        return max(self.tolerance, self.blur)
 
     @cached_property
     def to_world(self) -> Array:

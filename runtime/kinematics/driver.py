@@ -31,6 +31,8 @@ DONE, STUCK, LATE, NOT_FINITE = range(4)
 OPEN, NOT_ALLOWED = 1, 2
 #: Turns, and lengths in the mechanism's unit, of one step of Newton's method at most; errors that are none; steps.
 STEP, CLOSED, ROUNDS = 0.25, 1e-14, 400
+#: Errors that grow no less at so many times what is none are rounding.
+NEARLY = 100
 #: Rows of which less than this share is new say nothing new.
 TOLERANCE = 1e-9
 
@@ -153,9 +155,10 @@ class Driver:
     def _model(self, tolerance: float = TOLERANCE) -> tuple[Any, Any]:
         ffi = self._module.ffi
         model, numbers = ffi.new("bs_mechanism *"), ffi.from_buffer("double[]", self.numbers)
-        model.numbers, model.tolerance = numbers, tolerance
+        model.numbers, model.tolerance = numbers, max(tolerance, self.mechanism.blur)
         model.open = self.mechanism.noise
         model.step, model.closed, model.rounds = STEP, CLOSED, ROUNDS
+        model.nearly = max(NEARLY * CLOSED, self.mechanism.blur)
         return model, numbers
 
     def links(self, motors: Array, threads: int | None = None) -> Array:

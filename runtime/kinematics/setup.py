@@ -196,8 +196,7 @@ class Setup:
         box = self.box or Box()
         if isinstance(self.model, DeltaModel):
             return self.model.robot.workspace(box.bounds, box.samples or SAMPLES, self.model.elbow, None)
-        if box.show != "condition":
-            raise InputError(f"the measure {box.show!r} is of Delta robots; others have 'condition'.", where=self.name)
+        self.check_workspace()
         start = self.found().coordinates[0]
         axes = self._axes(box, start)
         places = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
@@ -210,6 +209,15 @@ class Setup:
         condition = np.concatenate(conditions).reshape(places.shape[:-1])
         x, y, z = axes
         return Space(x, y, z, np.isfinite(condition) | np.isposinf(condition), condition)
+
+    def check_workspace(self) -> None:
+        """Raise for a workspace that cannot be looked for, before any work."""
+        box = self.box or Box()
+        if isinstance(self.model, DeltaModel):
+            return
+        if box.show != "condition":
+            raise InputError(f"the measure {box.show!r} is of Delta robots; others have 'condition'.", where=self.name)
+        self._bounds(box, np.zeros(len(self.model.inputs)))
 
     def _axes(self, box: Box, start: Array) -> list[Array]:
         low, high = self._bounds(box, start)

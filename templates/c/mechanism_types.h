@@ -7,6 +7,7 @@ typedef struct {
   double open;               /* of a unit speed, what counts as rounding */
   double step;               /* turns, and lengths, that one step of Newton's method takes at most */
   double closed;             /* errors that are none */
+  double nearly;             /* errors that are rounding, where they grow no less */
   int32_t rounds;            /* at most */
 } bs_mechanism;
 
