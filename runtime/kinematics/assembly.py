@@ -90,6 +90,10 @@ class Assembly:
             del self.__dict__[known]
         return joint
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Bodies and joints go to other processes; what is found and compiled for them does not."""
+        return _remade, (type(self), self.bodies, self.fixed, self.tolerance, self._joints, dict(self._names))
+
     @property
     def joints(self) -> tuple[Joint, ...]:
         """In the order in which they were added."""
@@ -213,3 +217,13 @@ class Assembly:
 
 def _algebra_of(joint: Joint) -> Algebra:
     return joint.conditions()[0].x.algebra
+
+
+def _remade(
+    kind: type[Assembly], bodies: tuple[str, ...], fixed: str, tolerance: float, joints: list[Joint],
+    names: dict[str, int],
+) -> Assembly:  # fmt: skip
+    made, named = kind(bodies, fixed, (), tolerance), {j: name for name, j in names.items()}
+    for j, joint in enumerate(joints):
+        made.add(joint, named.get(j))
+    return made

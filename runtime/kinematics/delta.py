@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import truth
-from ..codegen.errors import InputError
+from ..codegen.errors import InputError, ShapeError
 from ..objects.inputs import chosen
 from . import delta_calls as calls
 from .delta_answers import ELBOWS, answer, why, why_at
@@ -265,10 +265,22 @@ class DeltaRobot:
         return motor_twists(self)
 
     def mechanism(self, theta: Any, root: str = "far") -> Mechanism:
-        """The robot at one pose as a mechanism: ten bodies and the base, fifteen joints (7.7.3)."""
+        """The robot at one pose as a mechanism: ten bodies and the base, fifteen joints (7.7.3).
+
+        Raises
+        ------
+        SingularError
+            If there is no pose at these angles.
+        ShapeError
+            For other than one pose.
+        """
         from .delta_geometry import BASE, BODIES
         from .mechanism import Mechanism
 
+        angles = calls.rows(theta, "theta")
+        if angles.shape != (3,):
+            raise ShapeError(f"theta has shape {angles.shape}; a mechanism is one pose, (3,).")
+        self.forward(angles, root, strict=True)
         made = Mechanism(bodies=list(BODIES), fixed=BASE)
         for joint in self.joint_objects(theta, root).joints():
             made.add(joint)

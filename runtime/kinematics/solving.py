@@ -38,7 +38,8 @@ CLOSED = 1e-6
 
 
 class Poses(Mapping[str, Multivector]):
-    """Poses of a mechanism: motors (...) of bodies by name, from where they are in the mechanism itself.
+    """Poses of a mechanism: motors (...) of bodies by name, from where they are in the mechanism itself; NaN where no
+    pose is found.
 
     Attributes
     ----------
@@ -131,7 +132,7 @@ def solved_poses(
     status = _POSES[code].reshape(shape)
     found = np.empty((count, len(mechanism.moving), 8))
     found[:, driver.order] = motors
-    found[(code == NOT_FINITE) | bad.ravel()] = np.nan
+    found[(code != DONE) | bad.ravel()] = np.nan
     status[bad], residual[bad.ravel()] = Status.INVALID, np.nan
     poses = Poses(mechanism, found.reshape(*shape, *found.shape[1:]), residual.reshape(shape), status)
     if strict:
