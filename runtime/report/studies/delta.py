@@ -134,7 +134,7 @@ def by_joints_singly(asked: Asked, setting: Any, *, method: str) -> Array | None
     if asked.swept:
         return None
     given = asked.held
-    one = [type(given.poses)(given.mechanism, x, np.zeros(()), np.zeros((), np.uint8)) for x in given.poses._motors]
+    one = [type(given.poses)(given.mechanism, x, np.zeros(()), np.zeros((), np.uint8)) for x in given.poses.own]
     return np.stack([given.jacobian(x, asked.back, method) for x in one])
 
 

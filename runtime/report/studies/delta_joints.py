@@ -41,7 +41,7 @@ class Held(NamedTuple):
 
     def copied(self, count: int) -> Poses:
         """All poses, so often."""
-        values = np.tile(self.poses._motors, (count, 1, 1))
+        values = np.tile(self.poses.own, (count, 1, 1))
         return type(self.poses)(self.mechanism, values, *(np.zeros(len(values), t) for t in (float, np.uint8)))
 
     def jacobian(self, poses: Any, back: bool, method: str) -> Array:
@@ -71,7 +71,7 @@ def held(robot: DeltaRobot, points: Pose, place: Array) -> Held:
         motors.append(_swung(*(x + place for x in ends)))
     motors.append(cga.translator(points.position - home.position).as_kind("motor").values)
     values, none = np.stack(motors, 1), np.zeros(len(points.theta))
-    poses = Poses(mechanism, values, none, none.astype(np.uint8))
+    poses = Poses(mechanism, mechanism.motors_from_world(values), none, none.astype(np.uint8))
     return Held(mechanism, poses, joints[:3], home.position + place, twist(np.zeros((3, 3)), np.eye(3)))
 
 
