@@ -1,7 +1,7 @@
 """`@kernel`: a formula becomes a function that is compiled when it is first called.
 
-Called with arrays or runtime multivectors it runs compiled code; inside another formula it becomes a shared call;
-on numeric or exact multivectors it is the formula itself.
+Called with arrays or runtime multivectors it runs compiled code; inside another formula it becomes a call
+of the kernel; on numeric or exact multivectors it is the formula itself.
 """
 
 from __future__ import annotations
@@ -13,18 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import Algebra
-from .binding import BoundKernel, Library
-from .differentiate import derivative_formula, derivative_kinds
+from .algebra.algebra import Algebra, Kind, scalar_argument
+from .algebra.algebra import numbers as numbers_kind
+from .algebra.multivector import Multivector
+from .compiler import as_written, bind_kernel, optimise_kernel, print_source, trace_kernel
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
-from .graph import Graph
-from .kinds import Kind, scalar_argument
-from .kinds import numbers as numbers_kind
-from .multivector import Multivector
-from .rings import NumericRing
-from .shared_call import call_in_graph
-from .simplify import Form, Operations, chosen_form
-from .trace import Formula, Kernel, argument_names, as_outputs, trace
+from .execute.arrays import BoundKernel
+from .ir.graph import Graph
+from .optimise.variants import Operations, Variant
+from .rings.protocol import NumericRing
+from .trace.calls import call_in_graph
+from .trace.derivatives import derivative_formula, derivative_kinds
+from .trace.kernel import Formula, Kernel, argument_names, coefficient_name
+from .trace.outputs import as_outputs
 
 #: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
 TARGETS = ("c", "numba", "cuda", "numpy")
@@ -96,7 +97,19 @@ def kernel(
 
 
 class KernelFunction:
-    """A declared kernel; see `kernel`."""
+    """A declared kernel; see `kernel`.
+
+    Parameters
+    ----------
+    formula, declared, returns, name, algebra
+        As for `kernel`.
+    arguments : sequence of str, optional
+        Names of the arguments; default: the formula's.
+    like : Kernel, optional
+        The kernel that this one is the derivative of: results have its layouts, where they suffice.
+    search : bool
+        False: the kernel is printed as its formula is written, and nothing is searched.
+    """
 
     def __init__(
         self,
@@ -107,6 +120,7 @@ class KernelFunction:
         algebra: Algebra | None,
         arguments: Sequence[str] | None = None,
         like: Kernel | None = None,
+        search: bool = True,
     ) -> None:
         home = algebra or next((k.algebra for k in declared if isinstance(k, Kind)), None)
         if home is None:
@@ -118,11 +132,12 @@ class KernelFunction:
         self.kinds = tuple(_kind(k, home, name) for k in declared)
         self.returns = returns
         self.like = like
+        self.search = search
         self.name = name
         self.algebra = home
         self.arguments = list(arguments or argument_names(formula))
         if not name.isidentifier():
-            raise TraceError(f"a kernel needs a name, and {name!r} is none: name=... gives it one.")
+            raise TraceError(f"{name!r} is not a valid name of a kernel: give it one, name=...")
         if len(self.arguments) != len(self.kinds):
             raise TraceError(
                 f"{name} takes {len(self.arguments)} arguments ({', '.join(self.arguments) or 'none'}), but "
@@ -135,6 +150,7 @@ class KernelFunction:
         self._bound: dict[tuple[str, str], Any] = {}
         self._lock = RLock()
         self._traced: Kernel | None = None
+        self._variant: Variant | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
 
     # -- stages --------------------------------------------------------------------------------------------
@@ -145,49 +161,40 @@ class KernelFunction:
         if self._traced is None:
             with self._lock:
                 if self._traced is None:
-                    self._traced = trace(
-                        self.formula,
-                        self.kinds,
-                        self.name,
-                        self.returns,
-                        self.algebra,
-                        arguments=self.arguments,
-                        like=self.like,
+                    self._traced = trace_kernel(
+                        self.formula, self.kinds, self.name, self.returns, self.algebra, self.arguments, self.like
                     )
         return self._traced
 
     @property
-    def form(self) -> Form:
-        """The form that is printed."""
-        return chosen_form(self.traced)
+    def variant(self) -> Variant:
+        """The variant that is printed: selected by a quick search, once."""
+        if self._variant is None:
+            with self._lock:
+                if self._variant is None:
+                    kernel = self.traced
+                    self._variant = optimise_kernel(kernel, quick=True) if self.search else as_written(kernel)
+        return self._variant
 
     @property
     def operations(self) -> Operations:
-        """Operation counts of the chosen form."""
-        return self.form.operations
+        """Operation counts of the selected variant."""
+        return self.variant.operations
 
     @property
     def expr(self) -> list[Any]:
-        """The outputs' coefficients as SymPy expressions, one list per output."""
-        from .symbolic import expressions
+        """The outputs' coefficients as SymPy expressions in symbols like ``m_e12``, unexpanded; one list per output."""
+        import sympy
 
-        return expressions(self.traced)
+        from .rings.sympy_ring import SymbolicRing
+
+        kernel = self.traced
+        names = [coefficient_name(i, j) for i in kernel.inputs for j in range(i.kind.size)]
+        return kernel.evaluate_flat([sympy.Symbol(name, real=True) for name in names], SymbolicRing())
 
     def source(self, target: str = "c") -> str:
         """Source text for "c", "numba" or "cuda"."""
-        if target == "c":
-            from .targets.extension import kernel_files
-
-            return kernel_files(self.name, [self.traced])["kernels.h"]
-        if target == "numba":
-            from .targets.numba import numba_source
-
-            return numba_source([self.traced])
-        if target == "cuda":
-            from .targets.cuda import cuda_source, self_contained
-
-            return self_contained(cuda_source([self.traced]))
-        raise InputError(f"there is no target {target!r}; choose c, numba or cuda.")
+        return print_source([self.variant], target)
 
     def derivative(self, wrt: str) -> KernelFunction:
         """Forward derivative with respect to one argument.
@@ -214,7 +221,7 @@ class KernelFunction:
         if any(isinstance(a, Multivector) for a in arguments):
             return self._in_formula(arguments)
         arrays, owner = self._arrays(arguments)
-        return self._wrapped(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
+        return self._wrap(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
 
     def _positional(self, arguments: Sequence[Any], by_name: Mapping[str, Any]) -> tuple[Any, ...]:
         rest = self.arguments[len(arguments) :]
@@ -230,14 +237,19 @@ class KernelFunction:
 
         def call(*arguments: Any) -> Any:
             arrays, owner = self._arrays(arguments)
-            return self._wrapped(self.bound(target, arrays)(*arrays), owner, self._is_proved(arguments))
+            return self._wrap(self.bound(target, arrays)(*arrays), owner, self._is_proved(arguments))
 
         return call
 
     def plan(self, *arguments: Any) -> Any:
         """A call with its arrays bound: ``p = k.plan(a, b); p(); p.results``."""
         arrays, _ = self._arrays(arguments)
-        return self.bound("c", arrays).plan(*arrays)
+        kernel = self.bound("c", arrays)
+        if not isinstance(kernel, BoundKernel):
+            from .build.toolchain import REMEDY, missing_compiler
+
+            raise missing_compiler("a plan calls compiled C", f"{REMEDY}, or call the kernel itself")
+        return kernel.plan(*arrays)
 
     def reference(self, *arguments: Any, digits: int | None = None) -> Any:
         """The formula itself on numbers, never a compiled kernel.
@@ -246,7 +258,7 @@ class KernelFunction:
         """
         arrays, owner = self._arrays(arguments)
         if digits is not None:
-            from .rings import PrecisionRing
+            from .rings.protocol import PrecisionRing
 
             precise = PrecisionRing(digits)
             items = [[precise.context.mpf(float(v)) for v in np.ravel(a)] for a in arrays]
@@ -259,7 +271,7 @@ class KernelFunction:
         ]
         results = self.traced.reference(NumericRing(arrays[0].dtype), columns)
         stacked = tuple(np.stack([np.broadcast_to(v, lead) for v in r], -1) for r in results)
-        return self._wrapped(stacked[0] if len(stacked) == 1 else stacked, owner, self._is_proved(arguments))
+        return self._wrap(stacked[0] if len(stacked) == 1 else stacked, owner, self._is_proved(arguments))
 
     def _lead(self, array: Any, kind: Kind) -> tuple[int, ...]:
         return tuple(array.shape if kind.is_scalar_argument else array.shape[:-1])
@@ -279,23 +291,11 @@ class KernelFunction:
     def _compile(self, target: str, precision: str) -> Any:
         if target == "c":
             try:
-                return compile_kernel(self.traced, precision)
+                return bind_kernel(self.variant, target, precision)
             except CompilerMissingError as error:
-                _log.warning("%s Falling back to another target.", error)
                 target = "numba" if _has_numba() else "numpy"
-        if target == "numba":
-            from .targets.numba import bind as bind_compiled
-
-            return bind_compiled(self.traced)
-        if target == "cuda":
-            from .targets.cuda import bind as bind_device
-
-            return bind_device(self.traced)
-        if target == "numpy":
-            from .targets.numba import bind as bind_columns
-
-            return bind_columns(self.traced, compiled=False)
-        raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
+                _log.warning("%s runs by %s: %s.", self.name, target, error.what)
+        return bind_kernel(self.variant, target)
 
     def _in_formula(self, arguments: Sequence[Any]) -> Any:
         first = next(a for a in arguments if isinstance(a, Multivector))
@@ -330,10 +330,10 @@ class KernelFunction:
         return arrays, owner
 
     def _is_proved(self, arguments: Sequence[Any]) -> bool:
-        """Whether the arguments are known to be of their kinds: arrays of coefficients are not."""
+        """Return whether the arguments are known to be of their kinds: arrays of coefficients are not."""
         return all(k.is_layout or hasattr(a, "as_kind") for a, k in zip(arguments, self.kinds, strict=True))
 
-    def _wrapped(self, results: Any, owner: Any, is_proved: bool) -> Any:
+    def _wrap(self, results: Any, owner: Any, is_proved: bool) -> Any:
         if owner is None:
             return results
         items = results if isinstance(results, tuple) else (results,)
@@ -358,25 +358,7 @@ def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:
         return scalar_argument(algebra)
     if isinstance(declared, RowArgument):
         return numbers_kind(algebra, declared.count)
-    raise KindError(f"{name}: {declared!r} is no kind; use algebra.kind(...), algebra.layout(...) or codegen.scalar.")
-
-
-def compile_kernel(traced: Kernel, precision: str = "f64") -> BoundKernel:
-    """Compile one kernel for this machine, through the cache."""
-    from .build import load
-    from .machine import instances
-    from .targets.c import symbol
-    from .targets.extension import extension_source
-
-    extension = extension_source(symbol(traced), [traced], instances(precision))
-    return bind(Library(load(extension)), traced, symbol(traced))
-
-
-def bind(library: Library, traced: Kernel, symbol: str) -> BoundKernel:
-    """A kernel of a compiled library, as a function of arrays."""
-    from .targets.printer import interface
-
-    return BoundKernel(library, symbol, *interface(traced))
+    raise KindError(f"{name}: {declared!r} is not a kind; use algebra.kind(), algebra.layout() or codegen.scalar.")
 
 
 def _has_numba() -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 _CLOSE_ENOUGH = 0.6  # difflib's own default ratio: half a dozen letters with one or two slips
 
@@ -73,9 +74,7 @@ class BladesmithError(Exception):
         return _rebuild, (type(self), self.args, self.__dict__)
 
 
-def _rebuild(
-    kind: type[BladesmithError], args: tuple[object, ...], state: dict[str, object]
-) -> BladesmithError:
+def _rebuild(kind: type[BladesmithError], args: tuple[object, ...], state: dict[str, object]) -> BladesmithError:
     error = kind.__new__(kind, *args)
     error.args = args
     error.__dict__.update(state)
@@ -114,7 +113,7 @@ class GradeError(BladesmithError, ValueError):
     """Operands have grades for which the operation means nothing."""
 
 
-class ShapeError(BladesmithError, ValueError):
+class ShapeError(InputError):
     """Shapes do not broadcast, or the last axis has the wrong length."""
 
 
@@ -142,6 +141,38 @@ class UndeterminedError(SingularError):
         self.motions = motions
         self.result = result
         super().__init__(what, where=where, remedy=remedy)
+
+
+class ExecutorError(BladesmithError):
+    """Workers of an executor failed or ended.
+
+    Parameters
+    ----------
+    what, where, remedy
+        As for every error.
+    partial
+        What the others computed.
+    """
+
+    def __init__(
+        self, what: str, *, where: str | None = None, remedy: str | None = None, partial: object = None
+    ) -> None:
+        self.partial: Any = partial
+        super().__init__(what, where=where, remedy=remedy)
+
+
+class Interrupted(KeyboardInterrupt):
+    """An interrupt of long work.
+
+    Parameters
+    ----------
+    partial
+        What was computed until then: a result of the same type, unless the function says otherwise.
+    """
+
+    def __init__(self, partial: object) -> None:
+        self.partial: Any = partial
+        super().__init__("interrupted; `partial` holds what was computed until then")
 
 
 class ConstraintError(InputError):
@@ -235,8 +266,10 @@ __all__ = [
     "CompileError",
     "CompilerMissingError",
     "DeviceError",
+    "ExecutorError",
     "GradeError",
     "InputError",
+    "Interrupted",
     "KindError",
     "MissingExtraError",
     "NotARotorError",

@@ -1,33 +1,76 @@
-"""Kinds: named sets of blades with constraints that hold for every member, and a way to draw exact members.
+"""Algebras and their kinds: named sets of blades with constraints that hold for every member.
 
-A kind is plain data (its expressions are text). Its layout is the same blades with nothing known. What it claims is
-proved in `verify`.
+Both are plain data: the constraints of a kind, and its random member, are text. `members` evaluates them, and
+`kind_checks` proves that they fit.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from operator import index
+from typing import Any, Protocol, SupportsIndex
 
-import numpy as np
-
-from .algebra import Algebra
-from .errors import KindError
-from .expression import evaluate
-from .modular import Lanes, P
-from .multivector import Multivector, from_values, reciprocal
-from .rings import LaneRing, NumericRing, RationalRing, Ring
+from ..errors import KindError, SignatureError, suggest
+from .blades import MAX_DIMENSION, BladeBasis
 
 
-class Source(Protocol):
-    """Random scalars of one ring."""
+class Sum(Protocol):
+    """A sum of blades with coefficients in any ring: a multivector."""
 
     @property
-    def ring(self) -> Ring: ...
+    def terms(self) -> Mapping[int, Any]: ...
+    @property
+    def ring(self) -> Any: ...
 
-    def scalar(self) -> Any: ...
+
+class Algebra(BladeBasis):
+    """A geometric algebra over named basis vectors with a constant, possibly non-diagonal, metric.
+
+    Parameters
+    ----------
+    name : str
+        Identifier, for example ``"cga3d"``.
+    vectors : sequence of str
+        Labels of the basis vectors in storage order: digits for e1, e2, ...; any other identifier stands for
+        itself ("no", "ni").
+    metric : sequence of sequences of int or Fraction
+        The symmetric matrix of inner products of the basis vectors.
+    pseudoscalar : str, optional
+        Name of the blade that the dual and J are taken with (its order of vectors gives the sign). Default:
+        all vectors in storage order.
+    """
+
+    @cached_property
+    def kinds(self) -> dict[str, Kind]:
+        """Kinds by name, in the order in which they were defined."""
+        return {}
+
+    def kind(self, name: str) -> Kind:
+        """The kind of this name: its blades, with its constraints known.
+
+        Raises
+        ------
+        KindError
+            If the algebra has no such kind; the message names the nearest one.
+        """
+        try:
+            return self.kinds[name]
+        except KeyError:
+            hint = suggest(str(name), list(self.kinds))
+            raise KindError(
+                f"{self.name} has no kind {name!r}{hint}; it has: {', '.join(self.kinds) or 'none'}."
+            ) from None
+
+    def layout(self, name: str) -> Kind:
+        """The blades of a kind with nothing known of its coefficients."""
+        return self.kind(name).layout
+
+    def __repr__(self) -> str:
+        p, q, r = self.signature
+        return f"<Algebra {self.name}: Cl({p},{q},{r}) on {self._vector_names()}>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,17 +111,17 @@ class Kind:
 
     @property
     def is_scalar_argument(self) -> bool:
-        """Whether arrays of this kind have no component axis."""
+        """True where arrays of this kind have no component axis."""
         return self.form == "number"
 
     @property
     def is_layout(self) -> bool:
-        """Whether nothing is known of the coefficients."""
+        """True where nothing is known of the coefficients."""
         return not self.constraints
 
     @cached_property
     def identity(self) -> tuple[str, tuple[int, ...], tuple[str, ...], str]:
-        """What makes two kinds the same."""
+        """Key of equality: algebra, blades, constraints and form."""
         return self.algebra.name, self.blades, self.constraints, self.form
 
     def __eq__(self, other: object) -> bool:
@@ -87,99 +130,13 @@ class Kind:
     def __hash__(self) -> int:
         return hash(self.identity)
 
-    def sample(self, source: Source) -> Multivector:
-        """A random member over the source's ring: exact where the ring is."""
-        ring = source.ring
-        if self.form == "numbers":
-            raise KindError("rows of plain numbers are no multivector; draw scalars one by one.")
-        if not self.member:
-            return from_values(self.algebra, ring, self.blades, [source.scalar() for _ in self.blades])
-        like = Multivector(self.algebra, ring, {})
-
-        def scalar() -> Multivector:
-            return like.new({0: source.scalar()})
-
-        def vector(*basis: Multivector) -> Multivector:
-            total = like
-            for b in basis:
-                total = total + scalar() * b
-            return total
-
-        def unit(*basis: Multivector) -> Multivector:
-            """Rational point of the unit sphere: stereographic projection from -basis[0]."""
-            parameters = [scalar() for _ in basis[1:]]
-            square = like.constant(0)
-            for t in parameters:
-                square = square + t * t
-            point = (1 - square) * basis[0]
-            for t, b in zip(parameters, basis[1:], strict=True):
-                point = point + 2 * t * b
-            return point * reciprocal(1 + square)
-
-        functions = {"scalar": scalar, "vector": vector, "unit": unit}
-        member = evaluate(self.member, like, {}, f"member of {self.algebra.name}.{self.name}", functions)
-        if isinstance(ring, NumericRing):  # what rounding left on other blades is no part of the member
-            return like.new({b: member.terms[b] for b in self.blades if b in member.terms})
-        return member
-
-    def values(self, x: Multivector) -> list[Any]:
+    def values(self, x: Sum) -> list[Any]:
         """Coefficients of ``x`` on this kind's blades, in order, zeros included."""
         zero = x.ring.constant(Fraction(0))
         return [x.terms.get(b, zero) for b in self.blades]
 
-    def residuals(self, x: Multivector) -> list[Multivector]:
-        """Values of the constraints at ``x``; they vanish for members."""
-        where = f"constraint of {self.algebra.name}.{self.name}"
-        return [evaluate(text, x, {"x": x}, where) for text in self.constraints]
-
-    def violated(self, x: Multivector) -> str | None:
-        """The first constraint that does not vanish at ``x`` (over an exact ring), or None."""
-        blades = set(self.blades)
-        outside = [b for b in x.terms if b not in blades]
-        if outside:
-            return f"it has the blade {self.algebra.blade_name(outside[0])}"
-        for text, value in zip(self.constraints, self.residuals(x), strict=True):
-            if value.terms:
-                return f"{text} does not hold"
-        return None
-
     def __repr__(self) -> str:
         return f"<{'layout' if self.is_layout else 'kind'} {self.name} of {self.algebra.name}>"
-
-
-class LaneSource:
-    """Random residues in every lane of a lane ring."""
-
-    def __init__(self, ring: LaneRing, seed: int) -> None:
-        self.ring = ring
-        self.random = np.random.default_rng(seed)
-
-    def scalar(self) -> Lanes:
-        return Lanes(self.random.integers(1, P, self.ring.count, dtype=np.uint64))
-
-
-class RationalSource:
-    """Small random fractions."""
-
-    def __init__(self, seed: int) -> None:
-        self.ring = RationalRing()
-        self.random = np.random.default_rng(seed)
-
-    def scalar(self) -> Fraction:
-        return Fraction(int(self.random.integers(-40, 41)) or 1, int(self.random.integers(1, 20)))
-
-
-class NumericSource:
-    """Normal floating-point numbers, ``count`` at a time; members hold their constraints to rounding."""
-
-    def __init__(self, count: int, seed: int, scale: float = 1.0, dtype: Any = np.float64) -> None:
-        self.ring = NumericRing(dtype)
-        self.count = count
-        self.scale = scale
-        self.random = np.random.default_rng(seed)
-
-    def scalar(self) -> Any:
-        return (self.random.normal(size=self.count) * self.scale).astype(self.ring.dtype)
 
 
 def add_plain_kinds(algebra: Algebra) -> None:
@@ -191,7 +148,7 @@ def add_plain_kinds(algebra: Algebra) -> None:
         if g == n and n > 4:
             name = "pseudoscalar"
         algebra.kinds.setdefault(name, Kind(algebra, name, tuple(algebra.blades_of_grade(g))))
-    if n > 10:  # 2^n coefficients are no layout that anybody means
+    if n > 10:  # nobody means a layout of 2^n coefficients
         return
     even = tuple(b for b in algebra.blades if b.bit_count() % 2 == 0)
     odd = tuple(b for b in algebra.blades if b.bit_count() % 2 == 1)
@@ -207,3 +164,39 @@ def scalar_argument(algebra: Algebra) -> Kind:
 def numbers(algebra: Algebra, count: int) -> Kind:
     """Kind of a row of ``count`` plain numbers."""
     return Kind(algebra, f"numbers{count}", (0,) * count, form="numbers")
+
+
+def orthonormal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algebra:
+    """Cl(p, q, r) on orthonormal vectors: e1 .. ep square to +1, the next q to -1, the last r to 0.
+
+    With r = 1 the null vector is e0 and comes first, so that ``orthonormal(3, 0, 1)`` is the usual PGA.
+
+    Raises
+    ------
+    SignatureError
+        If a count is not a non-negative integer, or p + q + r exceeds 15.
+    """
+    p, q, r = (_count(value, what) for value, what in ((p, "p"), (q, "q"), (r, "r")))
+    n = p + q + r
+    if n > MAX_DIMENSION:
+        raise SignatureError(
+            f"Cl({p},{q},{r}) has {n} dimensions; typed multivectors go to {MAX_DIMENSION}. Use fewer basis vectors."
+        )
+    squares = [1] * p + [-1] * q + [0] * r
+    labels = [str(i + 1) for i in range(n)]
+    if r == 1:
+        squares = [0, *squares[:-1]]
+        labels = ["0", *labels[:-1]]
+    metric = [[squares[i] if i == j else 0 for j in range(n)] for i in range(n)]
+    return Algebra(name or f"cl{p}_{q}_{r}", labels, metric)
+
+
+def _count(value: SupportsIndex, what: str) -> int:
+    """A number of a signature; NumPy's integers count as such."""
+    try:
+        count = -1 if isinstance(value, bool) else index(value)
+    except TypeError:
+        count = -1
+    if count < 0:
+        raise SignatureError(f"{what} is {value!r}; the numbers of a signature are non-negative integers.")
+    return count

@@ -1,7 +1,7 @@
-"""Signatures, metrics and blades: the one place that knows how basis vectors multiply.
+"""Basis blades: the one place that knows how basis vectors multiply.
 
-Plain data and integer arithmetic only: no NumPy, no SymPy. Products of blades are worked out when they are
-asked for and remembered; there is no table of 4^n entries, so 15 dimensions cost nothing until they are used.
+Plain data and integer arithmetic only: no NumPy, no SymPy. Products of blades are computed on demand and cached; there
+is no table of 4^n entries, so 15 dimensions cost nothing until they are used.
 """
 
 from __future__ import annotations
@@ -11,18 +11,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
-from operator import index
-from typing import TYPE_CHECKING, SupportsIndex
 
-from .errors import BladeError, KindError, SignatureError, suggest
+from ..errors import BladeError, SignatureError, suggest
 
-if TYPE_CHECKING:
-    from .kinds import Kind
-
-#: Typed multivectors go to this many dimensions; a blade is a bit mask of basis vectors.
+#: Typed multivectors have at most this many dimensions; a blade is a bit mask of basis vectors.
 MAX_DIMENSION = 15
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-Terms = tuple[tuple[int, Fraction], ...]
+#: A sum of blades: bit masks with rational coefficients.
+BladeTerms = tuple[tuple[int, Fraction], ...]
 
 
 def validated_identifier(name: object, what: str) -> str:
@@ -62,22 +58,8 @@ def reverse_sign(blade: int) -> int:
     return -1 if grade(blade) & 2 else 1
 
 
-class Algebra:
-    """A geometric algebra over named basis vectors with a constant, possibly non-diagonal, metric.
-
-    Parameters
-    ----------
-    name : str
-        Identifier, for example ``"cga3d"``.
-    vectors : sequence of str
-        Labels of the basis vectors in storage order: digits for e1, e2, ...; any other identifier stands for
-        itself ("no", "ni").
-    metric : sequence of sequences of int or Fraction
-        The symmetric matrix of inner products of the basis vectors.
-    pseudoscalar : str, optional
-        Name of the blade that the dual and J are taken with (its order of vectors gives the sign). Default:
-        all vectors in storage order.
-    """
+class BladeBasis:
+    """Blades over named basis vectors with a metric: order, names, products. Parameters as of `algebra.Algebra`."""
 
     def __init__(
         self,
@@ -90,8 +72,7 @@ class Algebra:
         self.vectors = tuple(vectors)
         self.metric = tuple(tuple(Fraction(g) for g in row) for row in metric)
         self._check()
-        self.kinds: dict[str, Kind] = {}
-        self._products: dict[tuple[int, int], Terms] = {}
+        self._products: dict[tuple[int, int], BladeTerms] = {}
         self.pseudoscalar_sign = 1
         self.pseudoscalar_name = pseudoscalar
         if pseudoscalar is not None:
@@ -147,7 +128,7 @@ class Algebra:
 
     @cached_property
     def is_diagonal(self) -> bool:
-        """Whether the basis is orthogonal."""
+        """True where the basis is orthogonal."""
         n = self.dimension
         return all(self.metric[i][j] == 0 for i in range(n) for j in range(n) if i != j)
 
@@ -181,7 +162,7 @@ class Algebra:
 
     @property
     def is_degenerate(self) -> bool:
-        """Whether the pseudoscalar is not invertible; then the dual is the map J (thesis 1.4.5)."""
+        """True where the pseudoscalar is not invertible; then the dual is the map J (thesis 1.4.5)."""
         return self.signature[2] > 0
 
     # -- names ---------------------------------------------------------------------------------------------
@@ -248,29 +229,9 @@ class Algebra:
     def _vector_names(self) -> str:
         return ", ".join(self.blade_name(1 << i) for i in range(self.dimension))
 
-    def kind(self, name: str) -> Kind:
-        """The kind of this name: its blades, with its constraints known.
-
-        Raises
-        ------
-        KindError
-            If the algebra has no such kind; the message names the nearest one.
-        """
-        try:
-            return self.kinds[name]
-        except KeyError:
-            hint = suggest(str(name), list(self.kinds))
-            raise KindError(
-                f"{self.name} has no kind {name!r}{hint}; it has: {', '.join(self.kinds) or 'none'}."
-            ) from None
-
-    def layout(self, name: str) -> Kind:
-        """The blades of a kind with nothing known of its coefficients."""
-        return self.kind(name).layout
-
     # -- products ------------------------------------------------------------------------------------------
 
-    def product(self, a: int, b: int) -> Terms:
+    def product(self, a: int, b: int) -> BladeTerms:
         """Geometric product of two blades as ``((blade, coefficient), ...)``."""
         key = (a, b)
         known = self._products.get(key)
@@ -278,7 +239,7 @@ class Algebra:
             known = self._products[key] = self._diagonal(a, b) if self.is_diagonal else self._general(a, b)
         return known
 
-    def _diagonal(self, a: int, b: int) -> Terms:
+    def _diagonal(self, a: int, b: int) -> BladeTerms:
         swaps, rest = 0, a >> 1
         while rest:
             swaps += (rest & b).bit_count()
@@ -292,7 +253,7 @@ class Algebra:
             common ^= low
         return ((a ^ b, scale),) if scale else ()
 
-    def _general(self, a: int, b: int) -> Terms:
+    def _general(self, a: int, b: int) -> BladeTerms:
         """A = e_i ^ R, hence A B = e_i (R B) - (e_i . R) B, recursively on the grade of A."""
         if a == 0:
             return ((b, Fraction(1)),)
@@ -318,43 +279,3 @@ class Algebra:
                     terms.append((blade ^ (1 << j), sign * self.metric[i][j]))
                 sign = -sign
         return terms
-
-    def __repr__(self) -> str:
-        p, q, r = self.signature
-        return f"<Algebra {self.name}: Cl({p},{q},{r}) on {self._vector_names()}>"
-
-
-def orthonormal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algebra:
-    """Cl(p, q, r) on orthonormal vectors: e1 .. ep square to +1, the next q to -1, the last r to 0.
-
-    With r = 1 the null vector is e0 and comes first, so that ``orthonormal(3, 0, 1)`` is the usual PGA.
-
-    Raises
-    ------
-    SignatureError
-        If a count is not a non-negative integer, or p + q + r exceeds 15.
-    """
-    p, q, r = (_count(value, what) for value, what in ((p, "p"), (q, "q"), (r, "r")))
-    n = p + q + r
-    if n > MAX_DIMENSION:
-        raise SignatureError(
-            f"Cl({p},{q},{r}) has {n} dimensions; typed multivectors go to {MAX_DIMENSION}. Use fewer basis vectors."
-        )
-    squares = [1] * p + [-1] * q + [0] * r
-    labels = [str(i + 1) for i in range(n)]
-    if r == 1:
-        squares = [0, *squares[:-1]]
-        labels = ["0", *labels[:-1]]
-    metric = [[squares[i] if i == j else 0 for j in range(n)] for i in range(n)]
-    return Algebra(name or f"cl{p}_{q}_{r}", labels, metric)
-
-
-def _count(value: SupportsIndex, what: str) -> int:
-    """A number of a signature; NumPy's integers count as such."""
-    try:
-        count = -1 if isinstance(value, bool) else index(value)
-    except TypeError:
-        count = -1
-    if count < 0:
-        raise SignatureError(f"{what} is {value!r}; the numbers of a signature are non-negative integers.")
-    return count

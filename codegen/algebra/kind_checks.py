@@ -1,8 +1,8 @@
 """Proofs about kinds: a random member obeys the constraints, and is as general as they allow.
 
-A member that is too special would make true coefficients vanish in traces, and constraints that are too weak would
-hide reductions. Both are seen exactly, by ranks of Jacobians over F_p: the member varies in as many directions as
-the constraints leave.
+If random members are not generic, nonzero coefficients are wrongly removed by the trace; if the constraints do not
+generate the full ideal, valid reductions are missed. Both are checked exactly, by ranks of Jacobians over F_p: the
+member varies in as many directions as the constraints admit.
 """
 
 from __future__ import annotations
@@ -11,36 +11,37 @@ from typing import Any
 
 import numpy as np
 
-from .differentiate import DualRing
-from .errors import KindError
-from .kinds import Kind, LaneSource
-from .modular import Lanes, P
+from ..errors import KindError
+from ..rings.dual import DualRing
+from ..rings.modular import Lanes, P
+from ..rings.protocol import LaneRing
+from .algebra import Kind
+from .members import LaneSource, residuals, sample, violation
 from .multivector import Multivector
-from .rings import LaneRing
 
 SEED = 1
 #: No member draws more random numbers than this.
 MOST_DRAWS = 64
 
 
-def verify(kind: Kind) -> None:
+def check_kind(kind: Kind) -> None:
     """Prove that random members satisfy the kind's constraints and are generic among those that do.
 
     Raises
     ------
     KindError
-        If one breaks a constraint, or fewer directions are drawn than the constraints leave.
+        If one breaks a constraint, or varies in fewer directions than the constraints admit.
     """
-    problem = kind.violated(kind.sample(LaneSource(LaneRing(16), SEED)))
+    problem = violation(kind, sample(kind, LaneSource(LaneRing(16), SEED)))
     if problem:
         raise KindError(f"kind {kind.name!r} of {kind.algebra.name}: its random member breaks it: {problem}.")
     if kind.is_layout:
         return
-    drawn, left = member_rank(kind), kind.size - constraint_rank(kind)
-    if drawn != left:
+    drawn, admissible = member_rank(kind), kind.size - constraint_rank(kind)
+    if drawn != admissible:
         raise KindError(
             f"kind {kind.name!r} of {kind.algebra.name}: its random member varies in {drawn} directions, its "
-            f"constraints leave {left}; make the member more general, or state the constraints that it obeys."
+            f"constraints admit {admissible}; make the member more general, or state the constraints that it obeys."
         )
 
 
@@ -63,14 +64,14 @@ class _Directions:
 def member_rank(kind: Kind) -> int:
     """Number of independent directions in which the random member varies."""
     source = _Directions()
-    member = kind.sample(source)
+    member = sample(kind, source)
     return _rank([_row(member.terms.get(b)) for b in kind.blades])
 
 
 def constraint_rank(kind: Kind) -> int:
     """Number of independent constraints at a random member."""
     base = LaneRing(kind.size)
-    member = kind.sample(LaneSource(LaneRing(1), SEED))
+    member = sample(kind, LaneSource(LaneRing(1), SEED))
     ring = DualRing(base)
     terms = {}
     for j, blade in enumerate(kind.blades):
@@ -79,7 +80,7 @@ def constraint_rank(kind: Kind) -> int:
         tangent[j] = 1
         terms[blade] = (Lanes(np.full(kind.size, value, np.uint64)), Lanes(tangent))
     x = Multivector(kind.algebra, ring, terms)
-    return _rank([_row(c) for residual in kind.residuals(x) for c in residual.terms.values()])
+    return _rank([_row(c) for residual in residuals(kind, x) for c in residual.terms.values()])
 
 
 def _row(coefficient: Any) -> list[int]:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from .algebra import Algebra, validated_identifier
-from .errors import SpecError, suggest
-from .kinds import Kind, add_plain_kinds
+from ..errors import SpecError, suggest
+from .algebra import Algebra, Kind, add_plain_kinds
+from .blades import validated_identifier
 
 #: The path of the bundled specs inside the package, by algebra.
 STOCK = ("cga3d", "pga3d", "cga2d")

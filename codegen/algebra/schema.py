@@ -25,9 +25,9 @@ from typing import Any
 
 from pydantic import Field
 
-from .catalogue import STOCK
-from .errors import SpecError
-from .toml.document import Table, read_toml
+from ..documents.document import Table, read_document
+from ..errors import SpecError
+from .loader import STOCK
 
 
 class KindTable(Table):
@@ -67,7 +67,7 @@ def load_spec(path: str | Path) -> Mapping[str, Any]:
     SpecError
         If the file cannot be read, is not TOML, or does not fit the schema: file, line, key and remedy.
     """
-    return read_toml(path, SpecFile, SpecError).model_dump(exclude_none=True)
+    return read_document(path, SpecFile, SpecError).contents.model_dump(exclude_none=True)
 
 
 def stock_spec_path(name: str) -> Path:
@@ -80,4 +80,4 @@ def stock_spec_path(name: str) -> Path:
     """
     if name not in STOCK:
         raise SpecError(f"there is no stock algebra {name!r}; there are: {', '.join(STOCK)}.")
-    return Path(str(resources.files(__package__).joinpath("specs", f"{name}.toml")))
+    return Path(str(resources.files(__package__.rpartition(".")[0]).joinpath("specs", f"{name}.toml")))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from .errors import BladeError, BladesmithError, SpecError, suggest
+from ..errors import BladeError, BladesmithError, SpecError, suggest
 from .multivector import Multivector
 
 #: Longest expression that is read; specs are written by people.

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: one folder per key, written once, checked whenever it is read.
+"""Cache of compiled kernels: one folder per key, written once, checked whenever it is read.
 
 An entry is built in a temporary sibling and renamed into place under a lock that the operating system drops
 when a process dies. What is compiled, and how, is not known here: see build.py.
@@ -22,7 +22,7 @@ from threading import Lock
 
 from filelock import FileLock, Timeout
 
-from .errors import CompileError
+from ..errors import CompileError
 
 DIRECTORY_VARIABLE = "BLADESMITH_CACHE_DIR"
 LIMIT_BYTES = 512 * 2**20  # a stock scene takes about 0.3 MB: room for many, and no surprise on a small disk
@@ -63,7 +63,7 @@ def directory() -> Path:
 
 
 def is_writable(root: Path) -> bool:
-    """Whether files can be made in the directory, or in the one that it would be made in: found out by trying.
+    """Try whether files can be made in the directory, or in the one that it would be made in: found out by trying.
 
     Permissions say too little: nobody can make a file in `/proc`, or on a disk that is mounted read-only.
     """
@@ -94,7 +94,7 @@ def fetch(stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str 
         As raised by `build`; its folder is kept, and the error names it.
     """
     root = directory()
-    if library := _checked(root / stem, suffix):
+    if library := _library_if_intact(root / stem, suffix):
         return library
     if _private:  # the directory could not be written: that is not tried again
         return _fetch_in(_private[0], stem, build, suffix)
@@ -105,7 +105,7 @@ def fetch(stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str 
 
 
 def entries() -> list[Entry]:
-    """What the cache holds, most recently used first."""
+    """Entries of the cache, most recently used first."""
     return sorted(_entries(directory()), key=lambda entry: -entry.used)
 
 
@@ -127,15 +127,15 @@ def clear() -> tuple[int, int]:
 def discard(stem: str) -> None:
     """Remove an entry that turned out to be unusable."""
     for root in (directory(), *_private):
-        with contextlib.suppress(OSError), _locked(root, stem):
+        with contextlib.suppress(OSError), _lock(root, stem):
             _remove(root / stem)
 
 
 def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object]], suffix: str) -> Path:
-    if library := _checked(root / stem, suffix):
+    if library := _library_if_intact(root / stem, suffix):
         return library
-    with _locked(root, stem):
-        if library := _checked(root / stem, suffix, warn=True):
+    with _lock(root, stem):
+        if library := _library_if_intact(root / stem, suffix, warn=True):
             return library
         _remove_leftovers(root, stem)
         work = Path(tempfile.mkdtemp(prefix=f".{stem}.", dir=root))
@@ -152,7 +152,7 @@ def _fetch_in(root: Path, stem: str, build: Callable[[Path], Mapping[str, object
     return root / stem / (stem + suffix)
 
 
-def _checked(folder: Path, suffix: str, warn: bool = False) -> Path | None:
+def _library_if_intact(folder: Path, suffix: str, warn: bool = False) -> Path | None:
     """The library of an entry, when it is what was recorded. Anything else counts as no entry."""
     library = folder / (folder.name + suffix)
     try:
@@ -175,7 +175,7 @@ def _write_record(work: Path, library: Path, record: dict[str, object]) -> None:
     (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
 
-def _locked(root: Path, stem: str, timeout: float = -1) -> FileLock:
+def _lock(root: Path, stem: str, timeout: float = -1) -> FileLock:
     (root / _LOCKS).mkdir(parents=True, exist_ok=True)
     return FileLock(root / _LOCKS / f"{stem}.lock").acquire(timeout=timeout).lock
 
@@ -198,7 +198,7 @@ def _remove(folder: Path) -> None:
 
 def _remove_unless_busy(root: Path, stem: str) -> bool:
     try:
-        with _locked(root, stem, timeout=0):
+        with _lock(root, stem, timeout=0):
             _remove_leftovers(root, stem)
         return True
     except (OSError, Timeout):

@@ -1,7 +1,7 @@
 """C text in, imported module out: cffi's wrapper, one run of the compiler, the cache.
 
-The compiler is called directly, not through setuptools (slow, and absent from new Pythons). Kernels,
-templates and arrays are not known here; parts that are compiled by themselves are, see units.py.
+The compiler is called directly, not through setuptools (slow, and absent from new Pythons). This module knows nothing
+of kernels, templates or arrays. For separate compilation see `translation_units`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import sys
 import sysconfig
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -23,63 +22,37 @@ from types import ModuleType
 
 import _cffi_backend
 
+from ..errors import SpecError
+from ..targets.c.instances import Instance
+from ..targets.c.source import ExtensionSource, Unit
+from ..version import __version__
 from . import cache
-from .errors import SpecError
-from .flags import C_FLAGS, HASH_MACRO, compiled_files, source_hash
+from .flags import C_FLAGS, HASH_MACRO, compiled_files, source_hash, unit_file, unit_name, unit_options
 from .toolchain import CompilerInfo, compiler, required_compiler, run_compiler
-from .units import Compilation, Unit, compile_units, emit_wrapper, stem_of
-from .version import __version__
+from .translation_units import Compilation, compile_units, emit_wrapper, stem_of
 
-__all__ = ["CompilerInfo", "ExtensionSource", "compiler", "generated_extension", "load", "source_hash"]
+__all__ = [
+    "CompilerInfo",
+    "compiler",
+    "generated_extension",
+    "generated_unit",
+    "load",
+    "required_compiler",
+]
 
 _WRAPPER_OPTIONS = ("-O1",)  # a few conversions per call: more takes as long again, and gains nothing
 _log = logging.getLogger("bladesmith")
 
 
-@dataclass(frozen=True)
-class ExtensionSource:
-    """Everything that a compiled module is made of.
+def extension_key(extension: ExtensionSource) -> str:
+    """Digest of everything that changes the compiled module.
 
-    Parameters
-    ----------
-    name
-        An identifier, the beginning of the module's name.
-    cdef
-        Declarations, as cffi reads them, of functions with external linkage.
-    source
-        The C text.
-    headers
-        File name -> text of what `source` includes.
-    options
-        Options of the compiler after `C_FLAGS`, such as `-march=native`.
-    units
-        What `source` is linked to, those that take longest first. An extension with units has `cdef` compiled as C,
-        too, behind the standard headers of sizes.
+    Raises
+    ------
+    CompilerMissingError
+        If there is no compiler, whose version is a part of the key.
     """
-
-    name: str
-    cdef: str
-    source: str
-    headers: Mapping[str, str] = field(default_factory=dict)
-    options: tuple[str, ...] = ()
-    units: tuple[Unit, ...] = ()
-
-    def __post_init__(self) -> None:
-        self.main()
-
-    def main(self) -> Unit:
-        """The source as a unit. Raises SpecError where a name cannot be one."""
-        return Unit(self.name, self.source, self.headers, self.options, kept=False)
-
-    def key(self) -> str:
-        """Digest of everything that changes the compiled module.
-
-        Raises
-        ------
-        CompilerMissingError
-            If there is no compiler, whose version is a part of the key.
-        """
-        return _key(self, required_compiler())
+    return _key(extension, required_compiler())
 
 
 def load(extension: ExtensionSource) -> ModuleType:
@@ -118,6 +91,27 @@ def generated_extension(folder: Path, headers: Path) -> ExtensionSource:
     return ExtensionSource(folder.name, files.pop("kernels.cdef"), '#include "kernels.c"\n', files, (define,))
 
 
+def generated_unit(folder: Path, headers: Path, module: str, instance: Instance) -> ExtensionSource:
+    """One module's kernels for one instance: ``bs_add_unit`` of the folder's extension takes its ``bs_this_unit()``.
+
+    Parameters
+    ----------
+    folder, headers
+        As for `generated_extension`.
+    module
+        Of formulas: the text is `kernels/<module>.c`.
+    instance
+        Precision and vector width.
+    """
+    files = compiled_files(folder, headers, [unit_file(module)])
+    if unit_file(module) not in files:
+        raise SpecError(f"{folder} holds no {unit_file(module)}", remedy="Run: bladesmith generate")
+    options = unit_options(module, instance, source_hash(files))
+    unit = f"const void *bs_this_unit(void) {{ return &bs_{unit_name(module, instance.tag)}; }}\n"
+    name = f"{folder.name}_{unit_name(module, instance.tag)}"
+    return ExtensionSource(name, "const void *bs_this_unit(void);", files.pop(unit_file(module)) + unit, files, options)
+
+
 class _Loading:
     """The modules of this process and a lock for each: no two threads load the same one."""
 
@@ -145,7 +139,7 @@ def _include() -> str:
 
 
 def has_python_headers() -> bool:
-    """Whether modules for this interpreter can be compiled; without, libraries are opened through libffi."""
+    """Return whether modules for this interpreter can be compiled; without, libraries are opened through libffi."""
     return (Path(_include()) / "Python.h").is_file()
 
 
@@ -156,7 +150,7 @@ def _key(extension: ExtensionSource, chosen: CompilerInfo) -> str:
 
 
 def _identity(chosen: CompilerInfo) -> tuple[object, ...]:
-    """What changes the code besides its text."""
+    """Everything that changes the code besides its text."""
     return (
         C_FLAGS, chosen.command, chosen.version,
         sys.implementation.cache_tag, sysconfig.get_config_var("SOABI"), sysconfig.get_platform(),
@@ -203,7 +197,7 @@ def _compile(stem: str, extension: ExtensionSource, chosen: CompilerInfo, folder
 
 
 def _all_units(extension: ExtensionSource) -> list[Unit]:
-    """Those that it names, its source, and what makes a module of it: the same for all with these declarations."""
+    """The units of an extension, its source, and the wrapper that makes it a module: one for each declarations."""
     units = [*extension.units, extension.main()]
     if has_python_headers():
         preamble = f"#include <stddef.h>\n#include <stdint.h>\n{extension.cdef}\n"

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 C_FLAGS: tuple[str, ...] = (
     "-std=c11",
@@ -29,8 +30,54 @@ WARNING_FLAGS: tuple[str, ...] = ("-Wall", "-Wextra", "-Werror")
 HASH_MACRO = "BS_SOURCE_HASH"
 """Defined as a C string while an extension is compiled; `bs_source_hash()` in the generated C returns it."""
 
+UNIT_FLAGS: tuple[str, ...] = ("-O1", "-ftree-slp-vectorize")
+"""Of units of kernels, after `C_FLAGS`: code as fast as -O3 makes it, in two thirds of the time. Without the second one
+the root of a vector is taken lane by lane. Measured in docs/decisions.md."""
+
+OTHER_UNIT_FLAGS: Mapping[str, tuple[str, ...]] = dict.fromkeys(
+    ("delta", "delta_frame", "exponentials", "invariant", "maps", "motions", "screws"), ("-O2",)
+)
+"""The same by module of formulas: where the others cost more than 5 % of some kernel's speed (sines and series)."""
+
+FIRST_MODULES: Mapping[str, frozenset[str]] = {
+    "cga3d": frozenset(
+        ("blades", "conformal", "exponentials", "invariant", "matrix_product", "motions", "products")
+        + ("rotors", "versors")
+    ),
+}
+"""By algebra, the modules of formulas that are compiled at install, for the best instance of double precision that the
+machine runs: what `bladesmith demo` and the examples of README.md call. The others, other algebras, programs and
+float32 are compiled at first use; everything is at install where BLADESMITH_COMPILE=all."""
+
+FIRST_PROGRAMS = frozenset(("general",))
+"""The same of generated folders without modules of formulas."""
+
+EXTENSION_FILES: tuple[str, ...] = ("kernels.cdef", "kernels.c")
+"""What the extension of a generated folder starts from; its units start from `unit_file(module)`."""
+
 _HASH_LENGTH = 16  # hexadecimal digits: 64 bits, enough to tell a stale build from a fresh one
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
+
+
+def unit_file(module: str) -> str:
+    """Path in a generated folder of the C text of one module's kernels."""
+    return f"kernels/{module}.c"
+
+
+def unit_name(module: str, tag: str) -> str:
+    """Name of a unit in C, without the prefix: see templates/c/kernels/table.h."""
+    return f"{module}_{tag}"
+
+
+def unit_options(module: str, instance: Any, made_of: str) -> tuple[str, ...]:
+    """Options, after `C_FLAGS`, of one module's kernels for one instance, which say what they are compiled from."""
+    defined = {
+        "BS_BITS": instance.bits,
+        "BS_BYTES": instance.bytes,
+        "BS_TAG": instance.tag,
+        HASH_MACRO: f'"{made_of}"',
+    }
+    return (*(f"-D{name}={value}" for name, value in defined.items()), *OTHER_UNIT_FLAGS.get(module, UNIT_FLAGS))
 
 
 def source_hash(files: Mapping[str, str]) -> str:
@@ -41,21 +88,29 @@ def source_hash(files: Mapping[str, str]) -> str:
     return digest.hexdigest()[:_HASH_LENGTH]
 
 
-def compiled_files(folder: Path, headers: Path) -> dict[str, str]:
-    """Everything that goes into the extension of one generated folder, by file name.
+def header_folders(headers: Path) -> list[Path]:
+    """The folder, and all folders in it."""
+    return [headers, *sorted(path for path in headers.rglob("*") if path.is_dir())]
+
+
+def compiled_files(folder: Path, headers: Path, first: Iterable[str] = EXTENSION_FILES) -> dict[str, str]:
+    """Everything that goes into the extension of one generated folder, or into a unit of it, by path.
 
     Parameters
     ----------
     folder
         `generated/<name>`: `kernels.c`, `kernels.cdef` and headers of its own.
     headers
-        `templates/c`: the headers that all generated sources share. Those that are included count.
+        `templates/c`: its folders hold the headers that generated sources share. Those that are included count.
+    first
+        Where to start: the extension's own files, or `unit_file(module)`.
     """
     files: dict[str, str] = {}
-    wanted = ["kernels.cdef", "kernels.c"]
+    wanted = list(first)
+    homes = (folder, *header_folders(headers))
     while wanted:
         name = wanted.pop()
-        path = next((home / name for home in (folder, headers) if (home / name).is_file()), None)
+        path = next((home / name for home in homes if (home / name).is_file()), None)
         if path is not None and name not in files:
             files[name] = path.read_text(encoding="utf-8")
             wanted += _INCLUDE.findall(files[name])

@@ -1,6 +1,6 @@
-"""Printed kernels that need not be traced again: those that the package carries, and those of the user's cache.
+"""Cache of printed kernels: entries shipped with the package, and entries in the user's cache directory.
 
-Both are good for the sources that they were made of, and for no others.
+An entry is valid only for the digest of the sources that it was generated from.
 """
 
 from __future__ import annotations
@@ -13,10 +13,16 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from .. import sources, texts
+from . import source_digest, text_cache
 
 #: Besides a formula's own file: what traces and prints, and what is around a kernel's text.
-_MACHINERY = ("trace.py", "simplify.py", "targets/c.py", "programs/kernels.py", "../templates/c/kernel.h.j2")
+_MACHINERY = (
+    "trace/trace.py",
+    "optimise/variants.py",
+    "targets/c/printer.py",
+    "programs/kernel_spec.py",
+    "../templates/c/kernels/kernel.h.j2",
+)
 _PACKAGE = __package__.rpartition(".")[0]
 #: In folders of generated/ with kernels of programs, the file that says which.
 INDEX = "kernels.json"
@@ -37,26 +43,26 @@ def group_of(module: str, algebra: str) -> str | None:
     package, _, own = module.rpartition(f"{_PACKAGE}.")
     if package or not own:
         return None  # a formula of somebody else
-    digest = sources.digest([own.replace(".", "/") + ".py", f"specs/{algebra}.toml", *_MACHINERY])
+    digest = source_digest.digest([own.replace(".", "/") + ".py", f"specs/{algebra}.toml", *_MACHINERY])
     return digest and f"{own.rpartition('.')[2]}_{digest[:_DIGITS]}"
 
 
-def find(group: str, key: str) -> dict[str, str] | None:
+def lookup(group: str, key: str) -> dict[str, str] | None:
     """Texts of a kernel and of those that it calls, by symbol."""
-    carried = _carried().get((group, key))
-    if carried is not None:
-        return carried
-    _touched(group)
+    shipped = _shipped_texts().get((group, key))
+    if shipped is not None:
+        return shipped
+    _touch(group)
     try:
-        found = json.loads(texts.read(group, _file(key)) or "")
+        found = json.loads(text_cache.read(group, _file(key)) or "")
         return dict(found["texts"]) if found["key"] == key else None
     except (ValueError, KeyError, TypeError):
         return None
 
 
-def keep(group: str, key: str, printed: Mapping[str, str]) -> None:
-    """Keep the texts of a kernel."""
-    texts.write(group, {_file(key): json.dumps({"key": key, "texts": printed})})
+def store(group: str, key: str, printed: Mapping[str, str]) -> None:
+    """Store the texts of a kernel in the user's cache."""
+    text_cache.write(group, {_file(key): json.dumps({"key": key, "texts": printed})})
 
 
 def index(header: str, kernels: Mapping[tuple[str, str], Iterable[str]]) -> str:
@@ -68,8 +74,8 @@ def index(header: str, kernels: Mapping[tuple[str, str], Iterable[str]]) -> str:
 
 
 @cache
-def _carried() -> dict[tuple[str, str], dict[str, str]]:
-    """What the package carries, by group and key."""
+def _shipped_texts() -> dict[tuple[str, str], dict[str, str]]:
+    """Texts shipped with the package, by group and key."""
     found: dict[tuple[str, str], dict[str, str]] = {}
     for folder in resources.files(f"{_PACKAGE.rpartition('.')[0]}.generated").iterdir():
         try:
@@ -87,8 +93,8 @@ def _carried() -> dict[tuple[str, str], dict[str, str]]:
 
 
 @cache
-def _touched(group: str) -> None:
-    texts.touch(group)
+def _touch(group: str) -> None:
+    text_cache.touch(group)
 
 
 def _seal(text: str) -> str:

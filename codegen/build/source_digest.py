@@ -1,4 +1,4 @@
-"""What the printed text of a formula depends on: the source files behind it, as one digest.
+"""Digest of the source files that the printed text of a formula depends on.
 
 Imports are followed through this package, also those inside functions: what could change the text changes the digest.
 """
@@ -7,25 +7,25 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
-from . import LOADED
+from ..start_time import LOADED
 
-ROOT = Path(__file__).resolve().parent
+ROOT = Path(__file__).resolve().parent.parent
 _FROM = re.compile(r"^[ \t]*from[ \t]+(\.+)([\w.]*)[ \t]+import[ \t]*(\([^)]*\)|[^\n]*)", re.MULTILINE)
 _NAME = re.compile(r"(\w+)(?:[ \t]+as[ \t]+\w+)?")
 _COMMENT = re.compile(r"#[^\n]*")
 
 
 def digest(files: Iterable[str]) -> str | None:
-    """Digest of files of this package and of every module of it that they import.
+    """Digest of files of this package, and of every module that they import and that printed texts depend on.
 
     Parameters
     ----------
     files : iterable of str
-        Paths from the package's folder, such as ``formulas/rays.py``.
+        Paths from the package's folder, such as ``formulas/rays/rays.py``.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def digest(files: Iterable[str]) -> str | None:
         None where the sources are not at hand, or younger than what this process runs.
     """
     try:
-        found = closure(files)
+        found = closure(files, lambda name: not affects_text(name))
         if any((ROOT / name).stat().st_mtime >= LOADED for name in found):
             return None
         parts = [f"{name} {_digest_of(name)}" for name in sorted(found)]
@@ -42,36 +42,42 @@ def digest(files: Iterable[str]) -> str | None:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
-def closure(files: Iterable[str]) -> set[str]:
-    """The files, and what they import from this package, directly or not."""
+def affects_text(name: str) -> bool:
+    """Return whether printed texts depend on a file: the stages after printing leave them as they are."""
+    return not name.startswith(("build/", "execute/"))
+
+
+def closure(files: Iterable[str], without: Callable[[str], bool] = lambda name: False) -> set[str]:
+    """The files, and what they import from this package, directly or not; ``without`` some, and what only these do."""
     found: set[str] = set()
     waiting = list(files)
     while waiting:
         name = waiting.pop()
-        if name not in found:
+        if name not in found and not without(name):
             found.add(name)
-            waiting += _imported(name)
+            waiting += _direct_imports(name)
     return found
 
 
 @cache
-def _text(name: str) -> str:
+def text_of(name: str) -> str:
+    """Text of a file, by its path from the package's folder."""
     return (ROOT / name).read_text(encoding="utf-8")
 
 
 @cache
 def _digest_of(name: str) -> str:
-    return hashlib.sha256(_text(name).encode()).hexdigest()
+    return hashlib.sha256(text_of(name).encode()).hexdigest()
 
 
 @cache
-def _imported(name: str) -> frozenset[str]:
+def _direct_imports(name: str) -> frozenset[str]:
     """Files that a file imports, by relative imports: there are no others within the package."""
     if not name.endswith(".py"):
         return frozenset()
     package = name.split("/")[:-1]
     found: set[str] = set()
-    for dots, module, names in _FROM.findall(_text(name)):
+    for dots, module, names in _FROM.findall(text_of(name)):
         if len(dots) - 1 > len(package):
             continue  # outside this package
         base = [*package[: len(package) - len(dots) + 1], *(part for part in module.split(".") if part)]

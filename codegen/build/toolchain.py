@@ -14,9 +14,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from .errors import CompileError, CompilerMissingError
+from ..errors import CompileError, CompilerMissingError
 
-REMEDY = "Install gcc or clang (or set CC to one), or use target='numba'"
+REMEDY = "Install gcc or clang (or set CC to one)"
+#: Of programs that a wheel may hold.
+REMEDY_OF_PROGRAMS = f"{REMEDY}, or install with BLADESMITH_COMPILE=all where there is one"
+#: Of kernels that are declared: no other program has targets.
+REMEDY_OF_KERNELS = f"{REMEDY}, or use target='numba'"
 
 _CANDIDATES = ("gcc", "clang", "cc")  # gcc first: the speeds in the documents are its
 _VERSION_TIMEOUT = 20.0  # seconds; a compiler that does not answer by then is not usable
@@ -41,8 +45,13 @@ def compiler() -> CompilerInfo | None:
     return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
-def required_compiler() -> CompilerInfo:
+def required_compiler(what: str = "", remedy: str = "") -> CompilerInfo:
     """The C compiler, or an error that names the remedy.
+
+    Parameters
+    ----------
+    what, remedy
+        What it is needed for, and what helps, as `missing_compiler` says them.
 
     Raises
     ------
@@ -51,10 +60,25 @@ def required_compiler() -> CompilerInfo:
     """
     found = compiler()
     if found is None:
-        chosen = os.environ.get("CC", "").strip()
-        what = f"the C compiler CC={chosen!r} does not run" if chosen else "no C compiler was found"
-        raise CompilerMissingError(what, remedy=REMEDY)
+        raise missing_compiler(what, remedy)
     return found
+
+
+def missing_compiler(what: str = "", remedy: str = "") -> CompilerMissingError:
+    """The error where there is none.
+
+    Parameters
+    ----------
+    what
+        What it is needed for, a sentence such as "chains are compiled at their first use". Default: a declared kernel.
+    remedy
+        Default: install one.
+    """
+    chosen = os.environ.get("CC", "").strip()
+    missing = f"the C compiler CC={chosen!r} does not run" if chosen else "no C compiler was found"
+    if not what:
+        return CompilerMissingError(missing, remedy=remedy or REMEDY_OF_KERNELS)
+    return CompilerMissingError(f"{missing}; {what}", remedy=remedy or REMEDY)
 
 
 def execute(
@@ -117,7 +141,7 @@ def _split(command: str) -> list[str]:
 
 
 def _version_of(command: tuple[str, ...]) -> str | None:
-    """What the compiler says about itself; options come along, because `ccache gcc` is one command."""
+    """Version that the compiler reports; options come along, because `ccache gcc` is one command."""
     try:
         done = execute([*command, "--version"], timeout=_VERSION_TIMEOUT)
     except (OSError, subprocess.TimeoutExpired):

@@ -1,6 +1,6 @@
-"""Parts of an extension that are compiled by themselves, side by side, and kept for other extensions that have them.
+"""Translation units of an extension: compiled separately and in parallel, and reused by other extensions.
 
-Which parts there are is for programs to say; what they are linked to, for build.py.
+Programs define the units; `extension` links them.
 """
 
 from __future__ import annotations
@@ -8,61 +8,21 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import re
 import shutil
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
+from ..errors import CompileError
+from ..targets.c.source import Unit
 from . import cache
-from .errors import CompileError, SpecError
 from .toolchain import run_compiler
 
 STEM_NAME = 60  # characters of the name in file names, which systems limit to 255
 STEM_DIGITS = 24  # 96 bits of the key: no two sources will ever share them
-_HEADER = re.compile(r"\w[\w.-]*")
 _ATTEMPTS = 2  # an object that another process removes between finding and copying it is made again
-
-
-@dataclass(frozen=True)
-class Unit:
-    """One C text.
-
-    Parameters
-    ----------
-    name
-        An identifier, the beginning of its files' names.
-    source
-        The text.
-    headers
-        File name -> text of what `source` includes.
-    options
-        Of the compiler, after those of all texts.
-    declarations
-        If given, cffi's wrapper around them follows the source: the unit that makes a module of an extension.
-    kept
-        Whether other extensions may have it too.
-    """
-
-    name: str
-    source: str
-    headers: Mapping[str, str] = field(default_factory=dict)
-    options: tuple[str, ...] = ()
-    declarations: str = ""
-    kept: bool = True
-
-    def __post_init__(self) -> None:
-        if not (self.name.isidentifier() and self.name.isascii()):
-            raise SpecError(f"{self.name!r} cannot name an extension", remedy="Use letters, digits and _.")
-        for header in self.headers:
-            if not _HEADER.fullmatch(header):
-                raise SpecError(f"{header!r} cannot name a header", where=f"extension {self.name}")
-
-    def parts(self) -> list[object]:
-        """What its text is made of, for keys."""
-        return [self.name, self.source, sorted(self.headers.items()), self.options, self.declarations]
 
 
 @dataclass(frozen=True)

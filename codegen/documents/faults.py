@@ -15,14 +15,14 @@ from .index import Path
 _SHOWN = 40  # characters of a wrong value that a message repeats
 
 
-def dotted(path: Path) -> str:
+def dotted_path(path: Path) -> str:
     """A path as users write it: `surfaces[2].radius`."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in path]
     return "".join(parts).removeprefix(".")
 
 
-def explained(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tuple[Path, str]:
-    """Where a fault stands in the file, and a sentence about it.
+def explain_fault(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tuple[Path, str]:
+    """Path of a fault in the file, and a sentence about it.
 
     Parameters
     ----------
@@ -37,25 +37,26 @@ def explained(model: type[BaseModel], detail: dict[str, Any], data: Any) -> tupl
     context, kind = detail.get("ctx", {}), detail["type"]
     if kind in _FROM_SCHEMA and path and not _holds(_value_at(data, path[:-1]), path[-1]):
         path = path[:-1]  # a member's name, of a union, behind the table that breaks a rule of its own
-    key, value = dotted(path), detail["input"]
+    key, value = dotted_path(path), detail["input"]
     if kind == "missing":
         return path, _missing(path, data)
     if kind == "extra_forbidden":
         return path, f"{key} is not a {_valid_keys(model, detail['loc'], str(path[-1]))}"
     if kind == "union_tag_not_found":
-        return path, f"{key} has no {_quoted(context['discriminator'])[0]}, which says what it is"
+        return path, f"{key} has no {_quoted_words(context['discriminator'])[0]}, which says what it is"
     if kind == "union_tag_invalid":
-        tag, path = context["tag"], (*path, _quoted(context["discriminator"])[0])
-        return path, f"{dotted(path)} is {_shown(tag)}{_choices(tag, _quoted(context['expected_tags']))}"
+        tag, path = context["tag"], (*path, _quoted_words(context["discriminator"])[0])
+        expected = _quoted_words(context["expected_tags"])
+        return path, f"{dotted_path(path)} is {_format_value(tag)}{_choices(tag, expected)}"
     if kind in ("literal_error", "enum"):
-        return path, f"{key} is {_shown(value)}{_choices(value, _quoted(context['expected']))}"
+        return path, f"{key} is {_format_value(value)}{_choices(value, _quoted_words(context['expected']))}"
     rule = _rule(kind, context, path, detail["msg"])
     if isinstance(value, dict) and kind in _FROM_SCHEMA:
         return path, f"{key}: {rule}" if key else rule
-    return path, f"{key} is {_shown(value)}; {rule}"
+    return path, f"{key} is {_format_value(value)}; {rule}"
 
 
-def lowered(text: str) -> str:
+def lower_message(text: str) -> str:
     """A message of another library, to go on after a colon."""
     return text[:1].lower() + text[1:]
 
@@ -84,7 +85,7 @@ def _value_at(data: Any, path: Path) -> Any:
     return data
 
 
-def _quoted(text: str) -> list[str]:
+def _quoted_words(text: str) -> list[str]:
     """The words that pydantic puts between quotation marks."""
     return re.findall(r"'([^']*)'", text)
 
@@ -92,8 +93,8 @@ def _quoted(text: str) -> list[str]:
 def _missing(path: Path, data: Any) -> str:
     parent, last = path[:-1], path[-1]
     if isinstance(last, int):
-        return f"{dotted(parent)} has {len(_value_at(data, parent))} items, which is too few"
-    return f"{dotted(parent)} has no {last}, which is required" if parent else f"{last} is missing"
+        return f"{dotted_path(parent)} has {len(_value_at(data, parent))} items, which is too few"
+    return f"{dotted_path(parent)} has no {last}, which is required" if parent else f"{last} is missing"
 
 
 _FROM_SCHEMA = ("value_error", "assertion_error")  # raised by a schema's own checks, of a key or of a table
@@ -130,7 +131,7 @@ def _rule(kind: str, context: dict[str, Any], path: Path, message: str) -> str:
         limit = context.get("min_length", context.get("max_length"))
         return f"it has {context['actual_length']} items where {limit} are {_extreme(kind)}"
     stem = kind.removesuffix("_type").removesuffix("_parsing")
-    return _TYPES.get(stem, lowered(message))
+    return _TYPES.get(stem, lower_message(message))
 
 
 def _extreme(kind: str) -> str:
@@ -162,7 +163,7 @@ def _did_you_mean(word: object, options: Sequence[str]) -> str:
     return f"; did you mean {near!r}?" if near else ""
 
 
-def _shown(value: object) -> str:
+def _format_value(value: object) -> str:
     text = json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
 

@@ -1,18 +1,19 @@
-"""Where each key of a TOML text stands. Reads text that the standard library has already accepted.
+"""Lines of the keys of a TOML or JSON text. Reads text that the standard library has already accepted.
 
-`tomllib` gives values without positions; an error message needs the line. Values are skipped, not read.
+`tomllib` and `json` give values without positions; an error message needs the line. Values are skipped, not read.
 """
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from bisect import bisect_right
+from collections.abc import Callable
 
 Path = tuple[str | int, ...]  # keys, and positions in arrays: ("surfaces", 2, "radius")
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")  # between statements and inside arrays, comments included
-_SPACE = re.compile(r"[ \t]*")
 _KEY = re.compile(r'[A-Za-z0-9_-]+|"(?:\\.|[^"\\])*"|\'[^\']*\'')
 _STRING = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}(?!")'  # three quotes end it, and up to two before them belong to the text
@@ -30,8 +31,15 @@ def line_index(text: str) -> dict[Path, int]:
     A table has the line of its header, or of the first dotted key that names it; an item of an array the line
     where it begins.
     """
-    scanner = _Scanner(text)
+    scanner = _Scanner(text, _plain_toml)
     scanner.document()
+    return scanner.lines
+
+
+def json_line_index(text: str) -> dict[Path, int]:
+    """Line, counted from 1, of every key and array item of a valid JSON text."""
+    scanner = _Scanner(text, json.loads)
+    scanner.value(())
     return scanner.lines
 
 
@@ -44,8 +52,10 @@ def line_of(index: dict[Path, int], path: Path) -> int | None:
 
 
 class _Scanner:
-    def __init__(self, text: str) -> None:
-        self.text = text
+    """Scanner of TOML; a JSON text is one value of it, with colons for equals signs."""
+
+    def __init__(self, text: str, plain: Callable[[str], str]) -> None:
+        self.text, self._plain = text, plain
         self.position = 0
         self.lines: dict[Path, int] = {}
         self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
@@ -86,22 +96,23 @@ class _Scanner:
         for key in self._keys():
             path += (key,)
             self._note(path, start)
-        self.position += 1  # the equals sign
-        self._skip(_SPACE)
-        self._value(path)
+        self.position += 1  # the equals sign or colon
+        self.value(path)
 
     def _keys(self) -> list[str]:
         """A dotted key, with the space after it."""
         keys = []
         while True:
-            self._skip(_SPACE)
-            keys.append(_plain(self._skip(_KEY)))
-            self._skip(_SPACE)
+            self._skip(_BLANK)
+            keys.append(self._plain(self._skip(_KEY)))
+            self._skip(_BLANK)
             if self.text[self.position] != ".":
                 return keys
             self.position += 1
 
-    def _value(self, path: Path) -> None:
+    def value(self, path: Path) -> None:
+        """Skip a value and note what is in it."""
+        self._skip(_BLANK)
         match self.text[self.position]:
             case "[":
                 self._array(path)
@@ -118,7 +129,7 @@ class _Scanner:
         item = 0
         while self.text[self.position] != "]":
             self._note((*path, item), self.position)
-            self._value((*path, item))
+            self.value((*path, item))
             self._after_item()
             item += 1
         self.position += 1
@@ -151,6 +162,6 @@ class _Scanner:
         return bisect_right(self._starts, position)
 
 
-def _plain(key: str) -> str:
+def _plain_toml(key: str) -> str:
     """A key without quotation marks and escapes."""
     return next(iter(tomllib.loads(f"{key} = 0"))) if key[0] in "\"'" else key

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError, ShapeError
+from ..errors import InputError, ShapeError
+from ..ir.argument import Argument
 
 Array = NDArray[Any]
 #: Splits ``run(begin, end)`` over threads; the runtime installs its own. None: one call, this thread.
@@ -23,7 +23,7 @@ Splitter = Callable[[Callable[[int, int], None], int], None]
 _splitter: Splitter | None = None
 _F64, _F32 = np.dtype(np.float64), np.dtype(np.float32)
 _DENSE = (8,)  # strides of a contiguous row of doubles
-#: A plan's places for results and for arguments; the same numbers stand in templates/c/kernels.cdef.
+#: A plan's places for results and for arguments; the same numbers stand in templates/c/kernels/kernels.cdef.
 PLAN_OUTPUTS, PLAN_INPUTS = 8, 16
 
 
@@ -41,23 +41,29 @@ def share(run: Callable[[int, int], None], n: int) -> None:
         _splitter(run, n)
 
 
-@dataclass(frozen=True)
-class Argument:
-    """Shape of one argument or result: its name and the length of its last axis (0: no such axis)."""
-
-    name: str
-    size: int
-    is_status: bool = False
+#: Adds the loop of a kernel, by its symbol, for one of some instances, the best of them first.
+Supply = Callable[[str, Sequence[str]], None]
 
 
 class Library:
-    """A compiled extension of kernels (see templates/c/kernels.cdef)."""
+    """A compiled extension of kernels (see templates/c/kernels/kernels.cdef).
 
-    def __init__(self, module: Any) -> None:
+    Parameters
+    ----------
+    module : module
+        With ``ffi`` and ``lib``.
+    supply : callable, optional
+        ``supply(symbol, instances)`` adds a unit with this kernel for one of these instances, where it can. Default:
+        there are the kernels that were linked, all at once.
+    """
+
+    def __init__(self, module: Any, supply: Supply | None = None) -> None:
         self.module = module
         self.ffi = module.ffi
         self.lib = module.lib
-        self.lib.bs_initialize()
+        self._supply = supply
+        if supply is None:
+            self.lib.bs_initialize()
         names = [self._text(self.lib.bs_kernel_name(i)) for i in range(self.lib.bs_kernel_count())]
         self.index = {name: i for i, name in enumerate(names)}
 
@@ -66,12 +72,28 @@ class Library:
 
     @property
     def instances(self) -> list[str]:
-        """Compiled instances, for example ``["f64_base", "f32_base", "f64_v3", "f32_v3"]``."""
+        """Instances of the text, for example ``["f64_base", "f32_base", "f64_v3", "f32_v3"]``."""
         return [self._text(self.lib.bs_instance_name(i)) for i in range(self.lib.bs_instance_count())]
 
-    def use(self, instance: str) -> bool:
-        """Use one instance for its precision (for tests); False where the processor cannot run it."""
-        return bool(self.lib.bs_use_instance(self.instances.index(instance)))
+    def provide(self, symbol: str, single: bool) -> bool:
+        """Supply the loop of a kernel for a precision; return whether there is one: the processor's best instance."""
+        kernel = self.index[symbol]
+        if self._supply is not None and not self.lib.bs_has(kernel, single):
+            runs = [name for i, name in enumerate(self.instances) if self.lib.bs_instance_runs(i)]
+            self._supply(symbol, [name for name in reversed(runs) if name.startswith("f32" if single else "f64")])
+        return bool(self.lib.bs_has(kernel, single))
+
+    def use(self, instance: str, *symbols: str) -> bool:
+        """Use one instance for its precision (for tests), with these kernels; False where it cannot be run."""
+        place = self.instances.index(instance)
+        if not self.lib.bs_instance_runs(place):
+            return False
+        for symbol in symbols:
+            if self._supply is not None and not self.lib.bs_instance_has(place, self.index[symbol]):
+                self._supply(symbol, [instance])
+            if not self.lib.bs_instance_has(place, self.index[symbol]):
+                return False
+        return bool(self.lib.bs_use_instance(place))
 
 
 class Binding(ABC):
@@ -100,10 +122,7 @@ class Binding(ABC):
             If an array has the wrong last axis, the shapes do not broadcast, or it holds no numbers.
         """
         prepared, lead = self.prepare(arrays)
-        dtype = prepared[0].dtype if prepared else _F64
-        results = [
-            np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in self.outputs
-        ]
+        results = self.empty_results(lead, prepared[0].dtype if prepared else _F64)
         self.run(prepared, results, math.prod(lead))
         return results[0] if self._single_output else tuple(results)
 
@@ -129,6 +148,12 @@ class Binding(ABC):
             rows.append(np.ascontiguousarray(array))
         return rows, lead
 
+    def empty_results(self, lead: tuple[int, ...], dtype: Any) -> list[Array]:
+        """Arrays for the results of items of a leading shape."""
+        return [
+            np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in self.outputs
+        ]
+
     @abstractmethod
     def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
         """Compute ``n`` items of prepared arrays into contiguous results."""
@@ -147,18 +172,38 @@ class BoundKernel(Binding):
     symbol : str
         Name in the library.
     inputs, outputs : sequences of Argument
+    otherwise : callable, optional
+        Makes the kernel that serves a precision for which the library can have none.
     """
 
-    def __init__(self, library: Library, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]) -> None:
+    def __init__(
+        self,
+        library: Library,
+        symbol: str,
+        inputs: Sequence[Argument],
+        outputs: Sequence[Argument],
+        otherwise: Callable[[], Binding] | None = None,
+    ) -> None:
         super().__init__(symbol, inputs, outputs)
         self.library = library
+        self._otherwise = otherwise
+        self._other: Binding | None = None
         self.index = library.index[symbol]
         self._from_buffer = library.ffi.from_buffer
         self._run1 = library.lib.bs_run1
         self._run2 = library.lib.bs_run2
         self._shapes = [(item.size,) for item in self.inputs]
         self._result_shape = (self.outputs[0].size,)
-        self.is_pair = self._single_output and len(self.inputs) == 2 and all(i.size for i in self.inputs)
+        self._ready = [bool(library.lib.bs_has(self.index, single)) for single in (False, True)]
+        self._has_pair = self._single_output and len(self.inputs) == 2 and all(i.size for i in self.inputs)
+        self.is_pair = self._has_pair and self._ready[False]
+
+    def provide(self, single: bool) -> bool:
+        """Return whether there is a compiled loop for a precision: compiled now, where it was not at install."""
+        if not self._ready[single]:
+            self._ready[single] = self._other is None and self.library.provide(self.symbol, single)
+            self.is_pair = self._has_pair and self._ready[False]
+        return self._ready[single]
 
     def __call__(self, *arrays: Any) -> Any:
         if self.is_pair and len(arrays) == 2:
@@ -182,8 +227,11 @@ class BoundKernel(Binding):
         """Call the compiled loop on prepared arrays."""
         if n == 0:
             return
+        single = bool(arrays) and arrays[0].dtype == _F32
+        if not self._ready[single] and not self.provide(single):
+            self._without(single).run(arrays, results, n)
+            return
         strides = self.strides(arrays)
-        single = int(bool(arrays) and arrays[0].dtype == _F32)
         buffer = self._from_buffer
         if self._single_output and _splitter is None and len(arrays) == 2:
             self._run2(
@@ -203,6 +251,13 @@ class BoundKernel(Binding):
 
         share(part, n)
 
+    def _without(self, single: bool) -> Binding:
+        if self._other is None:
+            if self._otherwise is None:
+                raise InputError(f"{self.symbol} was compiled for float{64 if single else 32} alone.")
+            self._other = self._otherwise()
+        return self._other
+
     def plan(self, *arrays: Any) -> Plan:
         """A call with its arrays bound: ``plan()`` computes again into ``plan.results`` without any checks."""
         return Plan(self, *arrays)
@@ -219,11 +274,11 @@ class Plan:
         prepared, lead = kernel.prepare(arrays)
         dtype = prepared[0].dtype if prepared else _F64
         self.arrays = prepared
-        self.results = [
-            np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else dtype) for o in kernel.outputs
-        ]
+        self.results = kernel.empty_results(lead, dtype)
         if len(self.results) > PLAN_OUTPUTS or len(prepared) > PLAN_INPUTS:
             raise InputError(f"{kernel.symbol}: a plan holds {PLAN_INPUTS} arguments and {PLAN_OUTPUTS} results.")
+        if not kernel.provide(dtype == _F32):
+            raise InputError(f"{kernel.symbol} is not compiled for {dtype}, and a plan is a call of compiled code.")
         ffi = kernel.library.ffi
         plan = ffi.new("bs_plan *")
         plan.kernel, plan.single, plan.n = kernel.index, int(dtype == _F32), math.prod(lead)

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..binding import Argument, Array, Binding
 from ..errors import DeviceError
+from ..ir.argument import Argument
+from .arrays import Array, Binding
 
 #: The driver's library, as it is called on this system.
 DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
@@ -77,7 +78,7 @@ class Device:
 
     @property
     def name(self) -> str:
-        """What the driver calls it."""
+        """Name that the driver reports."""
         buffer = ctypes.create_string_buffer(_NAME_LENGTH)
         self.call("cuDeviceGetName", buffer, _NAME_LENGTH, self._device)
         return buffer.value.decode(errors="replace")

@@ -20,8 +20,8 @@ from threading import RLock
 from types import FunctionType, ModuleType
 from typing import Any
 
-from .. import cache
-from .numba_run import numba
+from ..build import cache
+from .numba_jit import numba
 
 #: As of all printed kernels (see numba_run), but functions are inlined only where LLVM finds it worth while.
 OPTIONS = {"error_model": "numpy", "fastmath": False, "nogil": True}
@@ -50,7 +50,7 @@ class KeptModule:
     def __init__(self, name: str, source: str, signatures: Mapping[str, Any]) -> None:
         self.name, self._signatures, self._lock = name, signatures, RLock()
         njit, digest = numba().njit, hashlib.sha256(source.encode()).hexdigest()[:_DIGITS]
-        self._file, kept = _placed(f"numba_{name}_{digest}", source)
+        self._file, kept = _cache_file(f"numba_{name}_{digest}", source)
         module = ModuleType(f"bladesmith_{self._file.stem}")
         sys.modules[module.__name__] = module  # where kept machine code looks for what its functions name
         exec(compile(source, str(self._file), "exec"), vars(module))
@@ -68,11 +68,11 @@ class KeptModule:
         ready = self._ready.get(function)
         if ready is None:
             with self._lock:
-                ready = self._ready.get(function) or self._compiled(function)
+                ready = self._ready.get(function) or self._dispatcher(function)
                 self._ready[function] = ready
         return ready
 
-    def _compiled(self, function: str) -> Any:
+    def _dispatcher(self, function: str) -> Any:
         start = time.perf_counter()
         compiled, signature = getattr(self._module, function), self._signatures[function]
         try:
@@ -88,7 +88,7 @@ class KeptModule:
         return compiled
 
 
-def _placed(stem: str, source: str) -> tuple[Path, bool]:
+def _cache_file(stem: str, source: str) -> tuple[Path, bool]:
     """The file of a text in the cache, and whether it could be written; it is left alone where it is the same."""
     folder = cache.directory() / stem
     path = folder / f"{stem}.py"

@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from ..binding import Argument, Array, Binding, share
 from ..errors import MissingExtraError
+from ..ir.argument import Argument
+from .arrays import Array, Binding, share
 
 #: What makes compiled code give the bits of plain Python: no division raises, and nothing is reassociated.
 #: A kernel is inlined into its loop, which LLVM then vectorises.

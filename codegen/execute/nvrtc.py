@@ -25,8 +25,8 @@ _ERROR_LINES = 3
 
 
 @dataclass(frozen=True)
-class Compiled:
-    """What the compiler made.
+class CompiledText:
+    """Output of the compiler.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ def compile_text(
     name: str = "kernels.cu",
     arch: str = DEFAULT_ARCH,
     options: Sequence[str] = (),
-) -> Compiled:
+) -> CompiledText:
     """Compile one CUDA text.
 
     Parameters
@@ -95,7 +95,7 @@ def compile_text(
         if status:
             lines = [line for line in log.splitlines() if "error" in line] or [_message(status)]
             raise CompileError(" | ".join(lines[:_ERROR_LINES]), where=name)
-        return Compiled(_bytes(program, "PTX" if prefix == "compute" else "CUBIN"), log.strip(), arch)
+        return CompiledText(_bytes(program, "PTX" if prefix == "compute" else "CUBIN"), log.strip(), arch)
     finally:
         library.nvrtcDestroyProgram(ctypes.byref(program))
 

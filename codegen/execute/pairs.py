@@ -1,6 +1,6 @@
 """Kernels of two operands on all pairs of rows: (n, m) results, or for each row the nearest of others.
 
-Compiled kernels run in one loop over pairs (see templates/c/kernels.cdef), all others on blocks of pairs written out.
+Compiled kernels run in one loop over pairs (see kernels.cdef of templates), all others on blocks of pairs written out.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from .binding import PLAN_OUTPUTS, Array, Binding, BoundKernel, Splitter, floating
-from .errors import InputError, ShapeError
+from ..errors import InputError, ShapeError
+from .arrays import PLAN_OUTPUTS, Array, Binding, BoundKernel, Splitter, floating
 
 #: Pairs that are written out at a time where no compiled loop makes them.
 BLOCK_PAIRS = 32768
@@ -43,11 +43,9 @@ def all_pairs(kernel: Binding, first: Any, second: Any, split: Splitter | None =
     """
     a, b = _rows(kernel, first, second)
     lead = (len(a), len(b))
-    results = [
-        np.empty(lead + ((o.size,) if o.size else ()), np.uint8 if o.is_status else a.dtype) for o in kernel.outputs
-    ]
+    results = kernel.empty_results(lead, a.dtype)
     if math.prod(lead):
-        make = _compiled_pairs if isinstance(kernel, BoundKernel) else _written_pairs
+        make = _compiled_pairs if _is_compiled(kernel, a) else _written_pairs
         (split or _whole)(make(kernel, a, b, results), len(a))
     return results[0] if len(results) == 1 and not kernel.outputs[0].is_status else tuple(results)
 
@@ -77,7 +75,7 @@ def nearest(kernel: Binding, first: Any, second: Any, split: Splitter | None = N
     a, b = _rows(kernel, first, second)
     index, least = np.full(len(a), -1, np.int64), np.full(len(a), np.inf, a.dtype)
     if len(a) and len(b):
-        make = _compiled_nearest if isinstance(kernel, BoundKernel) else _written_nearest
+        make = _compiled_nearest if _is_compiled(kernel, a) else _written_nearest
         (split or _whole)(make(kernel, a, b, index, least), len(a))
     return index, least
 
@@ -96,6 +94,10 @@ def _rows(kernel: Binding, first: Any, second: Any) -> tuple[Array, Array]:
     dtype = rows[0].dtype if rows[0].dtype == rows[1].dtype else np.dtype(np.float64)
     a, b = (np.ascontiguousarray(x, dtype) for x in rows)
     return a, b
+
+
+def _is_compiled(kernel: Binding, a: Array) -> bool:
+    return isinstance(kernel, BoundKernel) and kernel.provide(a.dtype == np.float32)
 
 
 def _whole(part: Part, n: int) -> None:

@@ -1,8 +1,8 @@
 """The expression graph of one kernel: nodes in the order in which they were made, each with its exact value.
 
-A graph is a ring: formulas are traced by running them on it. Nodes are shared when they are equal. A node that
-vanishes in every living lane is the constant zero: that is how sparsity, grade selection and constraints are
-seen, without expanding anything.
+A graph is a ring: formulas are traced by running them on it. Equal nodes are shared. Every node carries its value at
+random points of the constrained variety over F_p (lanes). A node that is zero at all of them is zero identically
+(Schwartz-Zippel) and is replaced by the constant 0; this finds sparsity, grades and constraints without expanding.
 """
 
 from __future__ import annotations
@@ -12,21 +12,30 @@ from fractions import Fraction
 from math import factorial
 from typing import Any
 
-from .errors import TraceError
-from .modular import Lanes
-from .rings import FUNCTIONS, LaneRing, Ring, Terms
+from ..errors import TraceError
+from ..rings.modular import Lanes
+from ..rings.protocol import FUNCTIONS, LaneRing, Ring, Terms
 
-#: Lanes without and with roots or comparisons (about 38 % survive one projector), and where those do not suffice.
-LANES = (16, 1024, 16384)
-FEW_LANES, MANY_LANES, MOST_LANES = LANES
+#: Numbers of sample points that a trace may use; each step is tried where the one before does not suffice.
+LANES = (16, 1024, 2048, 4096, 16384)
+#: Sample points without roots and comparisons.
+FEW_LANES = LANES[0]
+#: Sample points with roots or comparisons: about 38 % survive one projector.
+MANY_LANES = LANES[1]
+#: The largest number of sample points.
+MOST_LANES = LANES[-1]
 #: Stumpff functions of zero: 1/k!.
 STUMPFF_AT_ZERO = {f"stumpff{k}": Fraction(1, factorial(k)) for k in range(6)}
 #: A graph with fewer living lanes than this cannot tell zero from bad luck.
 ENOUGH_LANES = 8
 
 
-class MoreLanesNeeded(Exception):
-    """A root, a comparison or too many of them were met: trace again with more lanes."""
+class NeedMoreSamples(Exception):
+    """A root, a comparison or too many of them were met: trace again with at least ``count`` lanes."""
+
+    def __init__(self, count: int) -> None:
+        super().__init__(count)
+        self.count = count
 
 
 class Node:
@@ -53,8 +62,9 @@ class Graph:
         self.lanes = LaneRing(lanes)
         self.nodes: list[Node] = []
         self.values: list[Any] = []
-        self.predicates: list[frozenset[int]] = []
-        self.sealed = False  # once traced: forms are built on it, and it is not traced again with more lanes
+        self.comparisons: list[frozenset[int]] = []
+        self.frozen = False  # once traced: variants are built on it, and it is not traced again with more lanes
+        self.released = False
         self._known: dict[Any, Node] = {}
         self.zero = self.constant(Fraction(0))
         self.one = self.constant(Fraction(1))
@@ -64,18 +74,18 @@ class Graph:
         self._known[op, tuple(a.id for a in args), data] = node
         self.nodes.append(node)
         self.values.append(value)
-        self.predicates.append(own.union(*(self.predicates[a.id] for a in args)))
+        self.comparisons.append(own.union(*(self.comparisons[a.id] for a in args)))
         return node
 
     def vanishes(self, value: Lanes, args: Sequence[Node]) -> bool:
-        """Whether a value made of ``args`` is zero, as far as the lanes can tell.
+        """Return whether a value made of ``args`` is zero, as far as the sample points can tell.
 
         Values behind comparisons are zero only if they are in every combination of outcomes: a claim that needs
         living lanes for each.
 
         Raises
         ------
-        MoreLanesNeeded
+        NeedMoreSamples
             If there are too few lanes for the comparisons, and more can be had. With the most, the value counts
             as not zero: a coefficient too many does no harm.
         """
@@ -84,19 +94,20 @@ class Graph:
         return self.can_prove(args)
 
     def can_prove(self, nodes: Iterable[Node]) -> bool:
-        """Whether an identity of nodes is seen in every outcome of their comparisons; may ask for more lanes."""
-        comparisons = len(frozenset[int]().union(*(self.predicates[n.id] for n in nodes)))
-        if (ENOUGH_LANES << comparisons) <= int(self.lanes.alive.sum()):
+        """Return whether the sample points cover every outcome of their comparisons; may ask for more lanes."""
+        comparisons = len(frozenset[int]().union(*(self.comparisons[n.id] for n in nodes)))
+        wanted, alive = ENOUGH_LANES << comparisons, int(self.lanes.alive.sum())
+        if wanted <= alive:
             return True
-        if self.lanes.count < MOST_LANES and not self.sealed:
-            raise MoreLanesNeeded
+        if self.lanes.count < MOST_LANES and not self.frozen:
+            raise NeedMoreSamples(self.lanes.count * wanted // max(alive, 1))
         return False
 
     def check_lanes(self, what: str) -> None:
-        """Raise `MoreLanesNeeded`, or `TraceError` where there are no more, if too few lanes live."""
+        """Raise `NeedMoreSamples`, or `TraceError` where there are no more, if too few lanes live."""
         if int(self.lanes.alive.sum()) < ENOUGH_LANES:
             if self.lanes.count < MOST_LANES:
-                raise MoreLanesNeeded
+                raise NeedMoreSamples(self.lanes.count + 1)
             raise TraceError(f"too few exact points survive the nested roots at {what}; split the formula in kernels.")
 
     def _lookup(self, op: str, args: tuple[Node, ...], data: Any) -> Node | None:
@@ -116,7 +127,18 @@ class Graph:
         """Forget the nodes made since: what is built next does not depend on what was tried before."""
         for node in self.nodes[mark:]:
             del self._known[node.op, tuple(a.id for a in node.args), node.data]
-        del self.nodes[mark:], self.values[mark:], self.predicates[mark:]
+        del self.nodes[mark:], self.values[mark:], self.comparisons[mark:]
+
+    def release(self, roots: Iterable[Node]) -> None:
+        """Forget the exact values, and every node that the roots do not need: for a kernel whose form is chosen.
+
+        A node's values take 16 KB and more, a hundred times what the node itself does. Nothing can be built on
+        the graph from now on.
+        """
+        self.nodes = reachable(roots)
+        self.values, self.comparisons, self._known = [], [], {}
+        self.lanes.release()
+        self.released = True
 
     # -- the ring ------------------------------------------------------------------------------------------
 
@@ -184,7 +206,7 @@ class Graph:
         if name == "sqrt" and (arguments[0] is self.zero or arguments[0] is self.one):
             return arguments[0]
         if name in ("sqrt", "lt", "le") and self.lanes.count < MANY_LANES:
-            raise MoreLanesNeeded
+            raise NeedMoreSamples(MANY_LANES)
         if name in STUMPFF_AT_ZERO and arguments[0] is self.zero:
             return self.constant(STUMPFF_AT_ZERO[name])
         values = [self.values[a.id] for a in arguments]
@@ -204,7 +226,7 @@ class Graph:
         value = self.lanes.select(self.values[mask.id], self.values[a.id], self.values[b.id])
         node = self._node("select", (mask, a, b), None, value)
         if "nan" in (a.op, b.op):  # the exact value is the other branch's, whatever the comparison says
-            self.predicates[node.id] = self.predicates[b.id if a.op == "nan" else a.id]
+            self.comparisons[node.id] = self.comparisons[b.id if a.op == "nan" else a.id]
         return node
 
     def call(self, kernel: Any, arguments: Sequence[Node], output: tuple[int, int], value: Lanes, own: Any) -> Node:

@@ -1,6 +1,6 @@
 """Between expression graphs and polynomials: roots, selections and calls become atoms, the rest expands.
 
-`regions` reads a kernel's outputs (and the arguments of its atoms) as polynomials, `rebuild` turns factored
+`extract_polynomials` reads a kernel's outputs (and the arguments of its atoms) as polynomials, `rebuild` turns factored
 expressions into nodes again. A rebuilt form is compared with the original at the graph's exact points.
 """
 
@@ -10,12 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .factor import Atom, Constant, Expr, Poly, Sum, multiply
-from .graph import Graph, Node, reachable
-from .kinds import Kind
-from .multivector import from_values
-from .rings import RationalRing, Terms
-from .trace import Kernel
+from ..algebra.algebra import Kind
+from ..algebra.members import residuals
+from ..algebra.multivector import from_values
+from ..ir.graph import Graph, Node, reachable
+from ..rings.protocol import RationalRing, Terms
+from ..trace.kernel import Kernel
+from .factor.factor import Atom, Constant, Expr, Poly, Sum, multiply
 
 #: A polynomial with more terms is not expanded: factoring it would cost more than it could save.
 MAX_TERMS = 400
@@ -28,7 +29,7 @@ class TooManyTerms(Exception):
 def _times(a: Poly, b: Poly) -> Poly:
     if len(a) * len(b) > 4 * MAX_TERMS:
         raise TooManyTerms
-    return _pruned(multiply(a, b))
+    return _prune(multiply(a, b))
 
 
 def _plus(terms: Sequence[tuple[Poly, Fraction]]) -> Poly:
@@ -36,10 +37,10 @@ def _plus(terms: Sequence[tuple[Poly, Fraction]]) -> Poly:
     for poly, weight in terms:
         for m, c in poly.items():
             result[m] = result.get(m, Fraction(0)) + c * weight
-    return _pruned(result)
+    return _prune(result)
 
 
-def _pruned(poly: Poly) -> Poly:
+def _prune(poly: Poly) -> Poly:
     pruned = {m: c for m, c in poly.items() if c}
     if len(pruned) > MAX_TERMS:
         raise TooManyTerms
@@ -63,7 +64,7 @@ class PolynomialRing(RationalRing):
 
 
 @dataclass(frozen=True)
-class Regions:
+class PolynomialView:
     """A kernel as polynomials.
 
     ``targets`` are the outputs and, before them, the arguments of the opaque atoms; ``polynomials`` are theirs.
@@ -74,7 +75,7 @@ class Regions:
     polynomials: tuple[Poly, ...]
 
 
-def regions(kernel: Kernel, keep_shared: bool) -> Regions:
+def extract_polynomials(kernel: Kernel, keep_shared: bool) -> PolynomialView:
     """Polynomials of a kernel.
 
     With ``keep_shared`` the sums that are used more than once stay as atoms with polynomials of their own, as the
@@ -122,7 +123,7 @@ def regions(kernel: Kernel, keep_shared: bool) -> Regions:
     for root in kernel.roots:
         targets.append(root)
         wanted.append(polynomials[root.id])
-    return Regions(tuple(atoms), tuple(targets), tuple(wanted))
+    return PolynomialView(tuple(atoms), tuple(targets), tuple(wanted))
 
 
 def constraint_polynomials(kernel: Kernel, atoms: Sequence[Node]) -> list[tuple[Kind, list[Poly]]]:
@@ -140,13 +141,13 @@ def constraint_polynomials(kernel: Kernel, atoms: Sequence[Node]) -> list[tuple[
                 index = len(atoms) + sum(k.kind.size for k in kernel.inputs[:i]) + j  # in the constraints only
             values.append({} if index is None else {((index, 1),): Fraction(1)})
         member = from_values(item.kind.algebra, ring, item.kind.blades, values)
-        polys = [p for mv in item.kind.residuals(member) for p in mv.terms.values() if p]
+        polys = [p for mv in residuals(item.kind, member) for p in mv.terms.values() if p]
         if polys:
             found.append((item.kind, polys))
     return found
 
 
-def rebuild(graph: Graph, parts: Regions, expressions: Sequence[Expr], count: int) -> tuple[Node, ...]:
+def rebuild(graph: Graph, parts: PolynomialView, expressions: Sequence[Expr], count: int) -> tuple[Node, ...]:
     """Nodes of factored expressions (one per target); returns the last ``count``: the outputs."""
     by_target: dict[int, Expr] = {}
     for t, e in zip(parts.targets, expressions, strict=True):
@@ -194,12 +195,12 @@ def _again(graph: Graph, node: Node, args: Sequence[Node]) -> Node:
     if node.op == "select":
         return graph.select(*args)
     if node.op == "call":
-        return graph.call(node.data[0], args, node.data[1:], graph.values[node.id], graph.predicates[node.id])
+        return graph.call(node.data[0], args, node.data[1:], graph.values[node.id], graph.comparisons[node.id])
     return graph.apply(node.op, *args)
 
 
 def same_values(graph: Graph, first: Sequence[Node], second: Sequence[Node]) -> bool:
-    """Whether nodes agree at every living exact point."""
+    """Return whether nodes agree at every living sample point."""
     pairs = zip(first, second, strict=True)
     one = Fraction(1)
     return all(

@@ -1,6 +1,6 @@
-"""Programs: what a scene, a model pair or a mechanism needs, as a list of kernels and the driver around it.
+"""Programs: the kernels of a scene, a model pair or a mechanism, and the driver around them.
 
-A program is text. It depends on what there is (which kinds of surface, which features), never on numbers:
+A program is text. It depends on features (kinds of surface, loads, constraints), never on numbers:
 those are arguments of the compiled driver, so that an animation compiles once.
 """
 
@@ -9,24 +9,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..build import ExtensionSource
-from ..templating import included_headers, render, template_text
-from ..units import Unit
-from . import kept
-from .kernels import Declared, cga3d, printed, printed_together, stock_algebra, traced
+from ..build import kernel_cache
+from ..targets.c.source import ExtensionSource, Unit
+from ..targets.templates import included_headers, render, template_text
+from .kernel_spec import KernelSpec, cga3d, print_spec, print_specs, stock_algebra, trace_spec
 
-__all__ = ["Declared", "Part", "Program", "cga3d", "program", "stock_algebra", "traced"]
+__all__ = ["KernelSpec", "Part", "Program", "cga3d", "program", "stock_algebra", "trace_spec"]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a program that is compiled by itself, and kept for other programs.
+    """A translation unit of a program, reused by other programs.
 
     Parameters
     ----------
     name : str
         Identifier.
-    declared : tuple of Declared
+    declared : tuple of KernelSpec
         Its kernels: what it includes as ``kernels.h``.
     source : str
         The C text.
@@ -35,13 +34,13 @@ class Part:
     """
 
     name: str
-    declared: tuple[Declared, ...]
+    declared: tuple[KernelSpec, ...]
     source: str
     options: tuple[str, ...] = ()
 
     def unit(self) -> Unit:
         """The same, ready to compile into the cache."""
-        kernels = _kernels_header(printed_together(self.declared))
+        kernels = _kernels_header(print_specs(self.declared))
         headers = {"kernels.h": kernels, **included_headers([self.source], ["kernels.h"])}
         return Unit(self.name, self.source, headers, self.options)
 
@@ -58,47 +57,55 @@ class Program:
         Names of the kernels that it holds, in the order of the source.
     files : mapping of str to str
         Generated files of all of it in one text: kernels.c, kernels.h, kernels.cdef.
-    headers : tuple of str
-        Files of ``templates/c`` that they include.
     options : tuple of str
         Of the compiler, after those of all programs.
     parts : tuple of Part
         What is compiled by itself where a compiler runs on demand, those that take longest first; the driver's text
         leaves it out under `PARTS_OPTION`.
-    driver : tuple of Declared
+    driver : tuple of KernelSpec
         The kernels of the rest.
     """
 
     name: str
     kernels: tuple[str, ...]
     files: Mapping[str, str]
-    headers: tuple[str, ...]
     options: tuple[str, ...] = ()
     parts: tuple[Part, ...] = ()
-    driver: tuple[Declared, ...] = ()
+    driver: tuple[KernelSpec, ...] = ()
+
+    def formulas(self) -> set[str]:
+        """The formulas of its kernels, as ``module.function``."""
+        return {f"{d.formula.__module__.rpartition('.')[2]}.{d.formula.__name__}" for d in self.declared}
+
+    @property
+    def declared(self) -> tuple[KernelSpec, ...]:
+        """All kernels' declarations."""
+        return (*self.driver, *(d for part in self.parts for d in part.declared))
 
     def index(self) -> str:
-        """Which kernels its files hold, for others to take their text from: see kept.py."""
+        """JSON index of the kernels in the generated files; the kernel cache reads their text through it."""
         found = {}
-        for each in (*self.driver, *(d for part in self.parts for d in part.declared)):
-            group = kept.group_of(each.formula.__module__, each.algebra)
+        for each in self.declared:
+            group = kernel_cache.group_of(each.formula.__module__, each.algebra)
             if group is not None:
-                found[group, each.key] = tuple(printed(each))
-        return kept.index(self.files["kernels.h"], found)
+                found[group, each.key] = tuple(print_spec(each))
+        return kernel_cache.index(self.files["kernels.h"], found)
 
     @property
     def source(self) -> str:
         """The generated text and every line that it includes, for reading."""
-        texts = {**self.files, **{name: template_text(f"c/{name}") for name in self.headers}}
+        texts = {**self.files, **self._headers()}
         return "\n".join(f"/* ===== {name} ===== */\n{text}" for name, text in texts.items())
+
+    def _headers(self) -> dict[str, str]:
+        return included_headers([self.files["kernels.c"]], self.files)
 
     def extension(self) -> ExtensionSource:
         """The same, ready to compile into the cache."""
-        headers = {name: template_text(f"c/{name}") for name in self.headers}
-        headers["kernels.h"] = self.files["kernels.h"]
+        headers = {**self._headers(), "kernels.h": self.files["kernels.h"]}
         options = self.options
         if self.parts:
-            headers["kernels.h"] = _kernels_header(printed_together(self.driver))
+            headers["kernels.h"] = _kernels_header(print_specs(self.driver))
             options = (*options, PARTS_OPTION)
         units = tuple(part.unit() for part in self.parts)
         return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers, options, units)
@@ -109,15 +116,14 @@ PARTS_OPTION = "-DBS_SCENE_APART=1"
 
 
 def _kernels_header(texts: Mapping[str, str]) -> str:
-    return render("c/kernels.h.j2", functions=[]) + "".join(texts.values())
+    return render("kernels.h.j2", functions=[]) + "".join(texts.values())
 
 
 def program(
     name: str,
-    declared: Sequence[Declared],
+    declared: Sequence[KernelSpec],
     template: str,
     cdef: str,
-    headers: Sequence[str],
     values: Mapping[str, object],
     options: tuple[str, ...] = (),
     parts: tuple[Part, ...] = (),
@@ -127,10 +133,10 @@ def program(
 
     ``declared`` are those of the driver; those of parts come after them. ``declarations`` are for cffi alone.
     """
-    texts = printed_together([*declared, *(d for part in parts for d in part.declared)])
+    texts = print_specs([*declared, *(d for part in parts for d in part.declared)])
     files = {
         "kernels.c": render(template, **values),
         "kernels.h": _kernels_header(texts),
         "kernels.cdef": template_text(cdef) + declarations,
     }
-    return Program(name, tuple(texts), files, tuple(headers), options, parts, tuple(declared))
+    return Program(name, tuple(texts), files, options, parts, tuple(declared))

@@ -6,24 +6,20 @@ from dataclasses import dataclass
 from functools import cache
 
 from ..errors import InputError
-from ..formulas import chains
-from ..targets.instances import BASELINE, SCALAR, WIDE
-from . import Declared, Program, program, stock_algebra
+from ..formulas.mechanics import chains
+from ..targets.c.instances import BASELINE, SCALAR, WIDE
+from . import KernelSpec, Program, program, stock_algebra
 
 ALGEBRAS = ("cga3d", "pga3d")
 #: Joints that a driver has room for: one that fits a six-axis arm keeps all it needs near.
 CLASSES = (16, 256, 4096)
 #: Beyond this many joints poses are not taken several at a time: their numbers would fill a thread's stack.
 MOST_WIDE = 256
-_HEADERS = (
-    "platform.h", "instance.h", "instance_end.h", "elementary.h", "rows.h", "chain_types.h", "chain_loops.h",
-    "chain_inverse.h",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Needs:
-    """What chains have in common that one driver serves.
+class ChainConfig:
+    """Algebra and capacity of a driver of chains.
 
     Parameters
     ----------
@@ -50,10 +46,10 @@ def class_of(joints: int) -> int:
 
 
 @cache
-def chain_program(needs: Needs) -> Program:
+def chain_program(needs: ChainConfig) -> Program:
     """The program of chains of up to so many joints."""
     if needs.algebra not in ALGEBRAS:
-        raise InputError(f"{needs.algebra!r} is no algebra of chains; there are: {', '.join(ALGEBRAS)}.")
+        raise InputError(f"{needs.algebra!r} is not an algebra of chains; there are: {', '.join(ALGEBRAS)}.")
     rotor = stock_algebra(needs.algebra).kind("rotor").blades
     wide = [i for i in (*BASELINE, *WIDE) if i.bits == 64] if needs.joints <= MOST_WIDE else []
     values = {
@@ -65,26 +61,26 @@ def chain_program(needs: Needs) -> Program:
         "elementary": True,
     }
     name = f"chain_{needs.algebra}_{needs.joints}"
-    return program(name, _declared(needs.algebra), "c/chain.c.j2", "c/chain_types.h", _HEADERS, values)
+    return program(name, _kernel_specs(needs.algebra), "chain.c.j2", "chain_types.h", values)
 
 
-def _declared(algebra: str) -> list[Declared]:
+def _kernel_specs(algebra: str) -> list[KernelSpec]:
     turn, pose = "layout rotor", "layout rotor, position"
     joint = "position, position, number, number"
     kinds = {
-        "placed": f"{pose}, position, position, number",
-        "turned": f"{turn}, position, number",
-        "pointed": f"{turn}, position",
-        "framed": f"{pose}, position, layout rotor",
-        "landed": f"{pose}, position",
+        "joint_position": f"{pose}, position, position, number",
+        "rotate": f"{turn}, position, number",
+        "link_direction": f"{turn}, position",
+        "frame_pose": f"{pose}, position, layout rotor",
+        "compose": f"{pose}, position",
         "unit_twist": joint,
         "column": "position, position, position, number, number",
         "seen_column": f"{turn}, position, position, position, number, number",
-        "accumulated": "twist, twist, twist, number, number",
-        "taken_apart": "layout motor, position",
-        "missing": f"{pose}, layout rotor, position",
+        "link_twist": "twist, twist, twist, number, number",
+        "decompose": "layout motor, position",
+        "pose_error": f"{pose}, layout rotor, position",
     }
     return [
-        Declared(getattr(chains, name), tuple(text.split(", ")), f"chain_{name}", algebra)
+        KernelSpec(getattr(chains, name), tuple(text.split(", ")), f"chain_{name}", algebra)
         for name, text in kinds.items()
     ]

@@ -1,4 +1,4 @@
-"""Kernels that programs are made of: declared by formula and kinds, traced and printed as they were written."""
+"""Kernels of programs: specified by formula and kinds, traced and printed as their formulas are written."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from ..algebra import Algebra
-from ..catalogue import algebra_from_data
+from .. import compiler
+from ..algebra.algebra import Algebra, Kind, numbers, scalar_argument
+from ..algebra.loader import algebra_from_data
+from ..build import kernel_cache
 from ..errors import TraceError
-from ..kinds import Kind, numbers, scalar_argument
-from . import kept
 
 if TYPE_CHECKING:
-    from ..trace import Formula, Kernel
+    from ..optimise.variants import Variant
+    from ..trace.kernel import Formula, Kernel
 
 
 @cache
@@ -35,8 +36,8 @@ def cga3d() -> Algebra:
 
 
 @dataclass(frozen=True)
-class Declared:
-    """A kernel that a program needs: a formula, the kinds of its arguments by name, and its algebra.
+class KernelSpec:
+    """Specification of a kernel of a program: a formula, the kinds of its arguments by name, and its algebra.
 
     A formula on several kinds is several kernels of one program: each is given a name of its own.
     """
@@ -53,8 +54,8 @@ class Declared:
 
     @property
     def key(self) -> str:
-        """All of it in words."""
-        return kept.key_of(self.formula, self.kinds, self.name, self.algebra)
+        """The specification as text."""
+        return kernel_cache.key_of(self.formula, self.kinds, self.name, self.algebra)
 
 
 @cache
@@ -81,60 +82,59 @@ def _euclidean(algebra: Algebra, name: str, blades: tuple[int, ...]) -> Kind:
 
 
 @cache
-def traced(declared: Declared) -> Kernel:
-    """The kernel of a declaration, traced once in a process."""
-    from ..trace import trace
-
-    kinds = [_kind(declared.algebra, k) for k in declared.kinds]
-    return trace(declared.formula, kinds, declared.name, algebra=stock_algebra(declared.algebra))
+def trace_spec(spec: KernelSpec) -> Kernel:
+    """The kernel of a specification, traced once in a process."""
+    kinds = [_kind(spec.algebra, k) for k in spec.kinds]
+    return compiler.trace_kernel(spec.formula, kinds, spec.name, algebra=stock_algebra(spec.algebra))
 
 
-_anew: ContextVar[bool] = ContextVar("anew", default=False)
+_without_cache: ContextVar[bool] = ContextVar("without_cache", default=False)
 
 
 @contextmanager
-def printed_anew() -> Iterator[None]:
-    """A context in which kernels are made from their formulas, whatever is kept of them."""
-    token = _anew.set(True)
+def without_kernel_cache() -> Iterator[None]:
+    """A context in which kernels are printed from their formulas, and the kernel cache is not read."""
+    token = _without_cache.set(True)
     try:
         yield
     finally:
-        _anew.reset(token)
+        _without_cache.reset(token)
 
 
-def printed(declared: Declared) -> dict[str, str]:
-    """C functions of a declaration's kernel and of those that it calls, callees first, by symbol."""
-    return _printed(declared) if _anew.get() else _found_or_printed(declared)
+def print_spec(spec: KernelSpec) -> dict[str, str]:
+    """C functions of a specification's kernel and of those that it calls, callees first, by symbol."""
+    return _print(spec) if _without_cache.get() else _read_or_print(spec)
 
 
 @cache
-def _found_or_printed(declared: Declared) -> dict[str, str]:
-    group = kept.group_of(declared.formula.__module__, declared.algebra)
+def _read_or_print(spec: KernelSpec) -> dict[str, str]:
+    group = kernel_cache.group_of(spec.formula.__module__, spec.algebra)
     if group is None:
-        return _printed(declared)
-    texts = kept.find(group, declared.key)
+        return _print(spec)
+    texts = kernel_cache.lookup(group, spec.key)
     if texts is None:
-        texts = _printed(declared)
-        kept.keep(group, declared.key, texts)
+        texts = _print(spec)
+        kernel_cache.store(group, spec.key, texts)
     return texts
 
 
 @cache
-def _printed(declared: Declared) -> dict[str, str]:
-    from ..simplify import staged
-    from ..targets.c import c_function, symbol
-    from ..templating import render
+def _print(spec: KernelSpec) -> dict[str, str]:
+    from ..targets.c.printer import symbol
 
-    kernel = traced(declared)
-    return {symbol(k): render("c/kernel.h.j2", f=c_function(staged(k))) for k in _with_callees(kernel)}
-
-
-def _with_callees(kernel: Kernel) -> list[Kernel]:
-    return [*(k for callee in kernel.called for k in _with_callees(callee)), kernel]
+    texts = {}
+    for variant in _with_callees(compiler.as_written(trace_spec(spec))):
+        texts[symbol(variant.kernel)] = compiler.print_function(variant)
+        variant.kernel.release()
+    return texts
 
 
-def printed_together(declared: Iterable[Declared]) -> dict[str, str]:
-    """C functions of several declarations, callees first, each once.
+def _with_callees(variant: Variant) -> list[Variant]:
+    return [*(v for callee in variant.callees.values() for v in _with_callees(callee)), variant]
+
+
+def print_specs(specs: Iterable[KernelSpec]) -> dict[str, str]:
+    """C functions of several specifications, callees first, each once.
 
     Raises
     ------
@@ -142,8 +142,8 @@ def printed_together(declared: Iterable[Declared]) -> dict[str, str]:
         If two different kernels have one name.
     """
     texts: dict[str, str] = {}
-    for each in dict.fromkeys(declared):
-        for symbol, text in printed(each).items():
+    for spec in dict.fromkeys(specs):
+        for symbol, text in print_spec(spec).items():
             if texts.setdefault(symbol, text) != text:
-                raise TraceError(f"two different kernels are called {each.name!r}; give one another name (named=...).")
+                raise TraceError(f"two different kernels are called {spec.name!r}; give one another name (named=...).")
     return texts

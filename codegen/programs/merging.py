@@ -6,25 +6,24 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 
-from ..formulas import costs, merging
-from ..multivector import Multivector
-from ..rings import RationalRing
-from . import Declared, Program, cga3d, program, traced
+from ..algebra.multivector import Multivector
+from ..formulas.objects import costs, merging
+from ..rings.protocol import RationalRing
+from . import KernelSpec, Program, cga3d, program, trace_spec
 
 #: Kinds of object, in the order that the driver numbers them; all of one grade go as the last of that grade.
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
-_HEADERS = ("platform.h", "instance.h", "instance_end.h", "merge_types.h", "merge_tree.h", "merge_loops.h")
 
 
-def _declared(kind: str) -> list[Declared]:
+def _kernel_specs(kind: str) -> list[KernelSpec]:
     pair = (kind, kind)
     weighted = (*pair, "number", "number")
     return [
-        Declared(costs.pair_cost, pair, f"cost_{kind}"),
-        Declared(costs.aligned_cost, pair, f"aligned_cost_{kind}"),
-        Declared(merging.mean_of_two, weighted, f"mean_{kind}"),
-        Declared(merging.aligned_mean_of_two, weighted, f"aligned_mean_{kind}"),
-        Declared(merging.landmark, (kind,), f"landmark_{kind}"),
+        KernelSpec(costs.pair_cost, pair, f"cost_{kind}"),
+        KernelSpec(costs.aligned_cost, pair, f"aligned_cost_{kind}"),
+        KernelSpec(merging.mean_of_two, weighted, f"mean_{kind}"),
+        KernelSpec(merging.aligned_mean_of_two, weighted, f"aligned_mean_{kind}"),
+        KernelSpec(merging.landmark, (kind,), f"landmark_{kind}"),
     ]
 
 
@@ -47,7 +46,7 @@ def _merged_kind(name: str) -> MergedKind:
     algebra, ring = cga3d(), RationalRing()
     basis = [Multivector(algebra, ring, {blade: Fraction(1)}) for blade in algebra.kind(name).blades]
     squares = tuple(str(float(costs.magnitude(b).terms[0])) for b in basis)
-    return MergedKind(name, len(traced(_declared(name)[-1]).outputs[0].nodes), squares)
+    return MergedKind(name, len(trace_spec(_kernel_specs(name)[-1]).outputs[0].nodes), squares)
 
 
 @cache
@@ -58,5 +57,5 @@ def merge_program() -> Program:
         "kinds": [_merged_kind(name) for name in KINDS],
         "elementary": False,
     }
-    declared = [d for kind in KINDS for d in _declared(kind)]
-    return program("merge", declared, "c/merge.c.j2", "c/merge_types.h", _HEADERS, values)
+    declared = [d for kind in KINDS for d in _kernel_specs(kind)]
+    return program("merge", declared, "merge.c.j2", "merge_types.h", values)

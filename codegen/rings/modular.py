@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import TraceError
+from ..errors import TraceError
 
 P = 2**31 - 1
 _P = np.uint64(P)
@@ -21,29 +21,54 @@ Residues = NDArray[np.uint64]
 
 
 def _mod(x: Residues) -> Residues:
-    """Residue modulo the Mersenne prime 2^31 - 1, for x < 2^63: shift and add instead of a division."""
-    x = (x & _P) + (x >> _SHIFT)
-    x = (x & _P) + (x >> _SHIFT)
-    return np.where(x >= _P, x - _P, x)
+    """Residue modulo the Mersenne prime 2^31 - 1, for x < 2^63: shift and add instead of a division.
+
+    The result overwrites x: without new arrays it takes a third of the time.
+    """
+    high = x >> _SHIFT
+    x &= _P
+    x += high
+    np.right_shift(x, _SHIFT, out=high)
+    x &= _P
+    x += high
+    np.subtract(x, _P, out=high)  # below p it wraps around to a huge number
+    np.minimum(x, high, out=x)
+    return x
 
 
 class Lanes:
-    """Values re + im i in F_p^2; ``im`` is None while every lane is real, which saves half of the work."""
+    """Values re + im i in F_p^2; ``im`` is None while every lane is real, which saves half of the work.
 
-    __slots__ = ("re", "im")
+    They are kept in 32 bits, and read as arrays of 64 bits of the reader's own.
+    """
+
+    __slots__ = ("_re", "_im")
 
     def __init__(self, re: Residues, im: Residues | None = None) -> None:
-        self.re = re
-        self.im = im
+        self._re = re.astype(np.uint32)
+        self._im = None if im is None else im.astype(np.uint32)
+
+    @property
+    def re(self) -> Residues:
+        return self._re.astype(np.uint64)
+
+    @property
+    def im(self) -> Residues | None:
+        return None if self._im is None else self._im.astype(np.uint64)
+
+    @property
+    def is_real(self) -> bool:
+        """True where every lane is real."""
+        return self._im is None
 
     def imaginary(self) -> Residues:
         """Imaginary parts, zeros where the value is real."""
-        return np.zeros_like(self.re) if self.im is None else self.im
+        return np.zeros(self._re.shape, np.uint64) if self._im is None else self._im.astype(np.uint64)
 
     def is_zero(self) -> NDArray[np.bool_]:
         """Lanes in which the value vanishes."""
-        zero: NDArray[np.bool_] = self.re == 0
-        return zero if self.im is None else zero & (self.im == 0)
+        zero: NDArray[np.bool_] = self._re == 0
+        return zero if self._im is None else zero & (self._im == 0)
 
 
 def residue(value: Fraction) -> int:
@@ -69,26 +94,37 @@ def constant(value: Fraction, count: int) -> Lanes:
 
 def multiply(a: Lanes, b: Lanes) -> Lanes:
     """Product in F_p^2."""
-    if a.im is None and b.im is None:
-        return Lanes(_mod(a.re * b.re))
-    if b.im is None:
-        return Lanes(_mod(a.re * b.re), _mod(a.imaginary() * b.re))
-    if a.im is None:
+    a_re, a_im, b_re, b_im = a.re, a.im, b.re, b.im
+    if a_im is None and b_im is None:
+        return Lanes(_mod(a_re * b_re))
+    if a_im is None:
         return multiply(b, a)
-    re = _mod(_mod(a.re * b.re) + _P - _mod(a.im * b.im))
-    return Lanes(re, _mod(_mod(a.re * b.im) + _mod(a.im * b.re)))
+    if b_im is None:
+        return Lanes(_mod(a_re * b_re), _mod(a_im * b_re))
+    re = _mod(_mod(a_re * b_re) + _P - _mod(a_im * b_im))
+    return Lanes(re, _mod(_mod(a_re * b_im) + _mod(a_im * b_re)))
 
 
 def combine(terms: Sequence[tuple[Lanes, Fraction]]) -> Lanes:
-    """Sum of values with rational weights."""
-    re, im = np.zeros_like(terms[0][0].re), None
+    """Sum of values with rational weights: below 2^32 of them, so that the sum is reduced once."""
+    re = np.zeros_like(terms[0][0].re)
+    im = None if all(value.is_real for value, _ in terms) else np.zeros_like(re)
     for value, weight in terms:
-        w = np.uint64(residue(weight))
-        re = _mod(re + value.re * w)
-        if value.im is not None:
-            scaled = _mod(value.im * w)
-            im = scaled if im is None else _mod(im + scaled)
-    return Lanes(re, im)
+        _add_scaled(re, value.re, weight)
+        if im is not None and not value.is_real:
+            _add_scaled(im, value.imaginary(), weight)
+    return Lanes(_mod(re), None if im is None else _mod(im))
+
+
+def _add_scaled(total: Residues, value: Residues, weight: Fraction) -> None:
+    """Add a number below 2^32 that is congruent to the weighted value."""
+    if weight == 1:
+        total += value
+    elif weight == -1:
+        total += _P
+        total -= value
+    else:
+        total += _mod(value * np.uint64(residue(weight)))
 
 
 def _power(x: Residues, exponent: int) -> Residues:
@@ -103,11 +139,11 @@ def _power(x: Residues, exponent: int) -> Residues:
 
 def reciprocal(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
     """1/a, and the lanes in which it exists (zero elsewhere)."""
-    alive = ~a.is_zero()
-    if a.im is None:
-        return Lanes(_power(a.re, P - 2)), alive
-    norm = _power(_mod(_mod(a.re * a.re) + _mod(a.im * a.im)), P - 2)
-    return Lanes(_mod(a.re * norm), _mod((_P - a.im) % _P * norm)), alive
+    alive, re, im = ~a.is_zero(), a.re, a.im
+    if im is None:
+        return Lanes(_power(re, P - 2)), alive
+    norm = _power(_mod(_mod(re * re) + _mod(im * im)), P - 2)
+    return Lanes(_mod(re * norm), _mod((_P - im) % _P * norm)), alive
 
 
 def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
@@ -116,27 +152,26 @@ def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
     For real a it always does: of a or of -a, times i. Otherwise sqrt(x + iy) = u + i y/(2u) with
     u^2 = (x + n)/2 and n^2 = x^2 + y^2; the other sign of n is tried where the first has no root.
     """
-    if a.im is None:
-        root = _power(a.re, (P + 1) // 4)
-        real = _mod(root * root) == a.re
+    x, y = a.re, a.im
+    root = _power(x, (P + 1) // 4)
+    real = _mod(root * root) == x
+    if y is None:
         zero = np.zeros_like(root)
-        return Lanes(np.where(real, root, zero), np.where(real, zero, root)), np.ones(a.re.shape, bool)
+        return Lanes(np.where(real, root, zero), np.where(real, zero, root)), np.ones(x.shape, bool)
     half = np.uint64((P + 1) // 2)
-    square = _mod(_mod(a.re * a.re) + _mod(a.im * a.im))
+    square = _mod(_mod(x * x) + _mod(y * y))
     norm = _power(square, (P + 1) // 4)
     alive = _mod(norm * norm) == square
-    first = _mod(_mod(a.re + norm) * half)
+    first = _mod(_mod(x + norm) * half)
     u = _power(first, (P + 1) // 4)
     fits = _mod(u * u) == first
-    second = _mod(_mod(a.re + _P - norm) * half)
+    second = _mod(_mod(x + _P - norm) * half)
     v = _power(second, (P + 1) // 4)
     u = np.where(fits, u, v)
     alive &= fits | (_mod(v * v) == second)
-    purely_real = a.im == 0
+    purely_real = y == 0
     inverse = _power(_mod(u * np.uint64(2)), P - 2)
-    re, im = u, _mod(a.im * inverse)
-    root = _power(a.re, (P + 1) // 4)
-    real = _mod(root * root) == a.re
+    re, im = u, _mod(y * inverse)
     re = np.where(purely_real, np.where(real, root, 0), re)
     im = np.where(purely_real, np.where(real, 0, root), im)
     alive |= purely_real
@@ -145,7 +180,7 @@ def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
 
 def select(mask: NDArray[np.bool_], a: Lanes, b: Lanes) -> Lanes:
     """a where the mask holds, else b."""
-    if a.im is None and b.im is None:
+    if a.is_real and b.is_real:
         return Lanes(np.where(mask, a.re, b.re))
     return Lanes(np.where(mask, a.re, b.re), np.where(mask, a.imaginary(), b.imaginary()))
 

@@ -1,6 +1,7 @@
 """The ring of power series in time: formulas run on it become recurrences for Taylor coefficients.
 
-What moves is a series, the rest a number all the time; numbers in front of products are taken out of them.
+Time-dependent values are truncated power series; constants stay scalars, and constant factors are pulled out of
+products.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from .rings import Terms
+from .protocol import Terms
 
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """One value. What moves is a series; the rest is a number all the time.
+    """One value: a series if it depends on time (``moves``), else a number.
 
     ``level`` counts the convolutions on the way from the inputs.
     """
@@ -78,7 +79,7 @@ class SeriesRing:
         for x, y in ((a, b), (b, a)):
             if x.op == "const":
                 return self.combine([(y, x.data)])
-        (a, front, weight), (b, other, also) = _taken_apart(a), _taken_apart(b)
+        (a, front, weight), (b, other, also) = _split_factors(a), _split_factors(b)
         fronts = [f for f in (front, other) if f is not None]
         if a.moves and b.moves:
             found = self._item("product", sorted((a, b), key=lambda x: x.number))
@@ -105,12 +106,12 @@ class SeriesRing:
         return a if a is b else self._item("select", (mask, a, b))
 
     def is_zero(self, a: Item) -> bool:
-        """Whether it vanishes by the way it is made."""
+        """Return whether it is zero by construction."""
         return a is self.zero
 
 
-def _taken_apart(item: Item) -> tuple[Item, Item | None, Fraction]:
-    """A value without the numbers in front of it: what is left, a number that does not move, and a weight."""
+def _split_factors(item: Item) -> tuple[Item, Item | None, Fraction]:
+    """A value split into its time-dependent rest, its constant factor (or None) and its rational weight."""
     weight = Fraction(1)
     if item.op == "sum" and len(item.args) == 1 and not item.data[1]:
         item, weight = item.args[0], item.data[0][0]

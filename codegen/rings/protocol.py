@@ -25,8 +25,9 @@ FUNCTIONS = {
     "stumpff0": 1, "stumpff1": 1, "stumpff2": 1, "stumpff3": 1, "stumpff4": 1, "stumpff5": 1,
     "nan": 0, "epsilon": 0, "rounded": 1,
 }  # fmt: skip
-#: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1;
-#: "rounded" is its argument, of which the exact layer forgets everything: rounding errors can be looked at.
+#: "nan" stands for "no value" in a branch of `select`; "epsilon" is the spacing of the target's numbers at 1.
+#: "rounded" equals its argument numerically but is opaque to exact simplification: it computes a rounding error as the
+#: difference of two expressions that are equal exactly.
 #: Spacing of float64 numbers at 1.
 FLOAT64_EPSILON = Fraction(1, 2**52)
 #: Comparisons and their combinations: their results are masks, which only `select` takes.
@@ -144,7 +145,7 @@ _NUMPY: dict[str, Any] = {
 class PrecisionRing:
     """mpmath numbers at the context's precision, one item at a time; division by zero and bad roots give NaN.
 
-    ``epsilon`` is that of the numbers whose reference this is: tolerances, and so statuses, are theirs.
+    ``epsilon`` is the unit roundoff of the target precision: tolerance tests take the same branch as on the target.
     """
 
     def __init__(self, digits: int = 50, epsilon: Fraction = FLOAT64_EPSILON) -> None:
@@ -237,7 +238,7 @@ class LaneRing:
 
     @property
     def comparisons_made(self) -> int:
-        """How many different comparisons there were."""
+        """Number of different comparisons."""
         return len(self._comparisons)
 
     def comparison(self, name: str, a: Lanes, b: Lanes) -> int:
@@ -248,11 +249,15 @@ class LaneRing:
         self._comparisons.append((name, a, b))
         return len(self._comparisons) - 1
 
+    def release(self) -> None:
+        """Forget the operands of comparisons."""
+        self._comparisons = []
+
     def _equal(self, a: Lanes, b: Lanes) -> bool:
         return self.is_zero(self.combine([(a, Fraction(1)), (b, Fraction(-1))]))
 
     def _conic(self, which: int, argument: Lanes, w: Lanes, salt: int) -> Lanes:
-        """Point (c, s) with c^2 + w s^2 = 1 that depends on the argument only: the rational parametrisation."""
+        """Point (c, s) with c^2 + w s^2 = 1 that depends on the argument only: the rational parametrization."""
         t = modular.opaque(salt, [argument])
         wtt = self.multiply(w, self.multiply(t, t))
         one = self.constant(Fraction(1))

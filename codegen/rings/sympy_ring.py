@@ -1,4 +1,4 @@
-"""Kernels as SymPy expressions: what users see in `kernel.expr` and what exact tests compare."""
+"""SymPy expressions as coefficients: for `kernel.expr`, and for exact tests."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from typing import Any
 
 import sympy
 
-from .rings import Terms
-from .targets.printer import coefficient_name
-from .trace import Kernel
+from .protocol import Terms
 
 
 class SymbolicRing:
@@ -51,9 +49,3 @@ class SymbolicRing:
 
     def is_zero(self, a: Any) -> bool:
         return bool(a == 0)
-
-
-def expressions(kernel: Kernel) -> list[Any]:
-    """Each output's coefficients, as expressions in symbols like ``m_e12``; unexpanded, as traced."""
-    symbols = [sympy.Symbol(coefficient_name(i, j), real=True) for i in kernel.inputs for j in range(i.kind.size)]
-    return kernel.evaluate_flat(symbols, SymbolicRing())

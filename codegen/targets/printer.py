@@ -1,4 +1,4 @@
-"""Printing of a form's graph as straight-line code: what all targets share.
+"""Printing of a variant's graph as straight-line code: the part that all targets share.
 
 A target says how a constant, a function, a selection, a declaration and a call look; the rest is the same text
 everywhere, in the same order of operations, so that all targets compute the same bits.
@@ -11,25 +11,13 @@ from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 
-from ..binding import Argument
-from ..graph import Node, reachable
-from ..simplify import Form
-from ..trace import Input, Kernel
+from ..ir.graph import Node, reachable
+from ..optimise.variants import Variant
+from ..trace.kernel import Kernel, coefficient_name
 
-#: A single-use value longer than this gets a name: lines that a person can read.
+#: A single-use value longer than this gets a name: lines that a person can read. Numbers of rows count as if they were
+#: numbered, so that what they are called changes no compiled code.
 MAX_INLINE = 72
-
-
-def blade_label(algebra_name: str) -> str:
-    """Blade names as they may stand in identifiers: the scalar's "1" becomes "s"."""
-    return "s" if algebra_name == "1" else algebra_name
-
-
-def coefficient_name(item: Input, index: int) -> str:
-    """Local variable of one input coefficient, for example ``m_e12``."""
-    if item.kind.form == "numbers":
-        return f"{item.name}_{index}"
-    return f"{item.name}_{blade_label(item.kind.algebra.blade_name(item.kind.blades[index]))}"
 
 
 def comment_text(note: str) -> str:
@@ -37,35 +25,26 @@ def comment_text(note: str) -> str:
     return " ".join(note.split()).replace("/*", "/ *").replace("*/", "* /")
 
 
-def interface(kernel: Kernel) -> tuple[list[Argument], list[Argument]]:
-    """Inputs and outputs of a kernel as functions of arrays see them."""
-    inputs = [Argument(i.name, 0 if i.kind.is_scalar_argument else i.kind.size) for i in kernel.inputs]
-    codes = [o.role == "status" for o in kernel.outputs]
-    outputs = [
-        Argument(o.name, 0 if code else len(o.nodes), code) for o, code in zip(kernel.outputs, codes, strict=True)
-    ]
-    return inputs, outputs
-
-
 class Printer(ABC):
-    """Statements for one form in one language."""
+    """Statements for one variant in one language."""
 
-    def __init__(self, form: Form) -> None:
-        self.form = form
-        self.kernel = form.kernel
+    def __init__(self, variant: Variant) -> None:
+        self.variant = variant
+        self.kernel = variant.kernel
         self.lines: list[str] = []
         self.nodes = self._order()
         self.uses = Counter(a.id for node in self.nodes for a in node.args)
-        self.uses.update(node.id for node in form.roots)
+        self.uses.update(node.id for node in variant.roots)
         self.text: dict[int, str] = {}
         self.atomic: set[int] = set()
+        self.excess: dict[int, int] = {}  # characters of names of numbers, beyond those of their index
         self.calls: dict[tuple[Kernel, tuple[int, ...]], list[str]] = {}
         self.names = 0
 
     def _order(self) -> list[Node]:
         """Depth first from the outputs: values are made shortly before they are used."""
         order: dict[int, Node] = {}
-        for root in self.form.roots:
+        for root in self.variant.roots:
             stack: list[tuple[Node, bool]] = [(root, False)]
             while stack:
                 node, done = stack.pop()
@@ -76,10 +55,10 @@ class Printer(ABC):
                 else:
                     stack.append((node, True))
                     stack.extend((a, False) for a in reversed(node.args))
-        assert len(order) == len(reachable(self.form.roots))
+        assert len(order) == len(reachable(self.variant.roots))
         return list(order.values())
 
-    # -- what a target says --------------------------------------------------------------------------------
+    # -- the part of a target --------------------------------------------------------------------------------
 
     @abstractmethod
     def constant(self, value: Fraction) -> str:
@@ -118,9 +97,11 @@ class Printer(ABC):
             return
         if node.op == "var":
             i, j = node.data
-            self._set(node, coefficient_name(self.kernel.inputs[i], j), atomic=True)
+            item = self.kernel.inputs[i]
+            self.excess[node.id] = len(item.labels[j]) - len(str(j)) if item.labels else 0
+            self._set(node, coefficient_name(item, j), atomic=True)
         elif node.op == "call":
-            self._set(node, self._called(node), atomic=True)
+            self._set(node, self._call_element(node), atomic=True)
         elif node.op == "sum":
             self._arithmetic(node, self._sum(node))
         elif node.op == "mul":
@@ -145,9 +126,11 @@ class Printer(ABC):
         self._set(node, name, atomic=True)
 
     def _arithmetic(self, node: Node, text: str) -> None:
-        if self.uses[node.id] > 1 or len(text) > MAX_INLINE:
+        excess = sum(self.excess.get(a.id, 0) for a in node.args)
+        if self.uses[node.id] > 1 or len(text) - excess > MAX_INLINE:
             self._name(node, text)
         else:
+            self.excess[node.id] = excess
             self._set(node, text, atomic=False)
 
     def _factor(self, node: Node, left: bool = False) -> str:
@@ -175,7 +158,7 @@ class Printer(ABC):
             text = f"{text} {sign} {part}" if text else (f"-{part}" if weight < 0 else part)
         return text
 
-    def _called(self, node: Node) -> str:
+    def _call_element(self, node: Node) -> str:
         kernel, output, index = node.data
         key = (kernel, tuple(a.id for a in node.args))
         if key not in self.calls:

@@ -6,28 +6,48 @@ import re
 from collections.abc import Iterable
 from functools import cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 from typing import Any
 
 import jinja2
 
-_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"', re.MULTILINE)
+#: A line of C that includes a header of ours.
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"[^\n]*$', re.MULTILINE)
+
+
+#: The templates among the files of their folders.
+_SUFFIXES = (".h", ".j2", ".cdef", ".css")
 
 
 def template_text(name: str) -> str:
-    """Text of a file of `bladesmith.templates`, for example ``"c/platform.h"``."""
-    return resources.files(f"{__package__.rpartition('.')[0]}.templates").joinpath(name).read_text(encoding="utf-8")
+    """Text of a template or header by its name, which no other has: for example ``"platform.h"``."""
+    return _templates()[name].read_text(encoding="utf-8")
+
+
+@cache
+def _templates() -> dict[str, Traversable]:
+    """Templates and headers of all folders, by name."""
+    found: dict[str, Traversable] = {}
+    waiting = [resources.files(f"{__package__.partition('.')[0]}.templates")]
+    while waiting:
+        for item in waiting.pop().iterdir():
+            if item.is_dir():
+                waiting.append(item)
+            elif item.name.endswith(_SUFFIXES):
+                found[item.name] = item
+    return found
 
 
 def included_headers(texts: Iterable[str], known: Iterable[str] = ()) -> dict[str, str]:
-    """Headers of templates/c that C texts include, directly or not: name -> text; those of known names left out."""
+    """Headers of templates that C texts include, directly or not: name -> text; those of known names left out."""
     found: dict[str, str] = {}
     passed = set(known)
     waiting = list(texts)
     while waiting:
-        for name in _INCLUDE.findall(waiting.pop()):
+        for name in INCLUDE.findall(waiting.pop()):
             if name not in passed:
                 passed.add(name)
-                found[name] = template_text(f"c/{name}")
+                found[name] = template_text(name)
                 waiting.append(found[name])
     return found
 

@@ -1,29 +1,30 @@
-"""A kernel called inside another formula: nodes of a shared call, under the same proofs as the caller's own."""
+"""Calls between kernels: call nodes in the graph of the caller, under the same proofs as its own nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from .errors import TraceError
-from .graph import Graph, MoreLanesNeeded, Node
-from .multivector import Multivector
-from .trace import Kernel, operand
+from ..algebra.members import violation
+from ..algebra.multivector import Multivector
+from ..errors import TraceError
+from ..ir.graph import Graph, NeedMoreSamples, Node
+from .kernel import Kernel, operand
 
 
 def call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any:
     """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
     if callee.graph.lanes.count > graph.lanes.count:
-        raise MoreLanesNeeded
+        raise NeedMoreSamples(callee.graph.lanes.count)
     flat: list[Node] = []
     like = next(a for a in arguments if isinstance(a, Multivector))
     for item, value in zip(callee.inputs, arguments, strict=True):
         if item.kind.form == "numbers":
-            flat.extend(_lifted(like, v).scalar() for v in value)
+            flat.extend(_lift(like, v).scalar() for v in value)
             continue
-        mv = _lifted(like, value)
+        mv = _lift(like, value)
         lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
-        problem = item.kind.violated(lanes)
+        problem = violation(item.kind, lanes)
         if problem:
             raise TraceError(f"{callee.name}: argument {item.name} is not a {item.kind.name}: {problem}.")
         flat.extend(item.kind.values(mv))
@@ -38,5 +39,5 @@ def call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any
     return results[0] if len(results) == 1 else tuple(results)
 
 
-def _lifted(like: Multivector, value: Any) -> Multivector:
+def _lift(like: Multivector, value: Any) -> Multivector:
     return value if isinstance(value, Multivector) else like.constant(value)

@@ -1,4 +1,4 @@
-"""The elementary functions of templates/c/elementary.h in plain Python: the same operations, the same bits.
+"""The elementary functions of templates/c/lib/elementary.h in plain Python: the same operations, the same bits.
 
 Each function takes NumPy arrays and scalars, float64 or float32, as it stands, and scalars of either kind once
 `compiled` has put it through numba, which is never imported here. NumPy warns of the branches not taken.

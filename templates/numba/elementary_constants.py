@@ -1,4 +1,4 @@
-"""Constants of elementary.py, those of templates/c/elementary.h: printed by benchmarks/derive_elementary.py.
+"""Constants of elementary.py, those of templates/c/lib/elementary.h: printed by benchmarks/derive_elementary.py.
 
 Data only, in both precisions.
 """

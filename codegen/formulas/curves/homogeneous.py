@@ -1,63 +1,42 @@
-"""Homogeneous polynomials in (a, b) over another ring: how a formula along a curve yields its own coefficients.
+"""Curves as homogeneous polynomials in (a, b): their coefficients, their values, and their rates.
 
-Run a formula with `parameters(...)` for a = 1 - t and b = t: its result is the list of coefficients of a^(n-k) b^k,
-first k = 0, built by convolution, without subtraction of equal terms. For a + b = 1 these are scaled Bernstein
-coefficients (the k-th Bernstein coefficient times n choose k). Sums must be of equal degree: a formula that adds
-unequal ones is not homogeneous and is refused.
+A formula that runs on `parameters(...)` for a = 1 - t and b = t returns the polynomial of its result. For a + b = 1 the
+coefficients are scaled Bernstein coefficients (the k-th Bernstein coefficient times n choose k).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Annotated
 
-from .algebra import Algebra
-from .errors import TraceError
-from .multivector import Multivector
-from .rings import Ring, Terms
+from ...algebra.algebra import Algebra
+from ...algebra.multivector import Multivector, from_values
+from ...errors import TraceError
+from ...rings.bernstein import HomogeneousRing
+from ...rings.protocol import Ring
+from ...trace.outputs import Result, row
+from ...trace.rows import BladesOf
 
-#: Coefficients of a^n, a^(n-1) b, ..., b^n.
-Polynomial = tuple[Any, ...]
+Scalars = Sequence[Multivector]
+#: Coefficients of trivectors, of bivectors; of quadrivectors, each under the vector that its blade lacks.
+Trivectors = Annotated[Sequence[Multivector], BladesOf("circle")]
+Bivectors = Annotated[Sequence[Multivector], BladesOf("point_pair")]
+Quadrivectors = Annotated[Sequence[Multivector], BladesOf("vector")]
 
 
-class HomogeneousRing:
-    """Polynomials as tuples of coefficients of the base ring; the empty tuple is zero, of every degree."""
+def from_row(numbers: Scalars, kind: str) -> list[Multivector]:
+    """Multivectors on a kind's blades from a row of their coefficients."""
+    algebra, ring = numbers[0].algebra, numbers[0].ring
+    blades = algebra.kind(kind).blades
+    rows = (numbers[i : i + len(blades)] for i in range(0, len(numbers), len(blades)))
+    return [from_values(algebra, ring, blades, [c.scalar() for c in values]) for values in rows]
 
-    def __init__(self, base: Ring) -> None:
-        self.base = base
-        self.is_symbolic = getattr(base, "is_symbolic", False)
 
-    def constant(self, value: Fraction) -> Polynomial:
-        return (self.base.constant(value),) if value else ()
-
-    def combine(self, terms: Terms) -> Polynomial:
-        live = [(p, w) for p, w in terms if p]
-        if not live:
-            return ()
-        length = len(live[0][0])
-        if any(len(p) != length for p, _ in live):
-            raise TraceError("the formula adds polynomials of different degrees in (a, b); write 1 as a + b there.")
-        return tuple(self.base.combine([(p[k], w) for p, w in live]) for k in range(length))
-
-    def multiply(self, a: Polynomial, b: Polynomial) -> Polynomial:
-        if not a or not b:
-            return ()
-        parts: list[list[tuple[Any, Fraction]]] = [[] for _ in range(len(a) + len(b) - 1)]
-        for i, x in enumerate(a):
-            for j, y in enumerate(b):
-                if not (self.base.is_zero(x) or self.base.is_zero(y)):
-                    parts[i + j].append((self.base.multiply(x, y), Fraction(1)))
-        return tuple(self.base.combine(p) for p in parts)
-
-    def apply(self, name: str, *arguments: Polynomial) -> Any:
-        raise TraceError(f"{name} of a polynomial in (a, b) is no polynomial.")
-
-    def select(self, mask: Any, a: Polynomial, b: Polynomial) -> Any:
-        raise TraceError("a selection between polynomials in (a, b) is no polynomial.")
-
-    def is_zero(self, a: Polynomial) -> bool:
-        return all(self.base.is_zero(c) for c in a)
+def to_row(values: Sequence[Multivector], kind: str, name: str) -> Result:
+    """Coefficients of multivectors on a kind's blades as one row of numbers."""
+    blades = values[0].algebra.kind(kind).blades
+    return row([c.new({0: c.terms[b]} if b in c.terms else {}) for c in values for b in blades], name)
 
 
 def parameters(algebra: Algebra, base: Ring) -> tuple[Multivector, Multivector]:

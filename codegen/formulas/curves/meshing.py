@@ -7,11 +7,11 @@ gathers in them and every point is on its own circle to rounding.
 
 from __future__ import annotations
 
-from ..multivector import Multivector, absolute, select, sqrt
-from .conformal import infinity as ni
-from .euclidean import euclidean_part as euclidean
-from .outcome import NOISE, epsilon, only_if
-from .rays import dot
+from ...algebra.multivector import Multivector, absolute, select, sqrt
+from ..objects.conformal import infinity as ni
+from ..objects.euclidean import dot
+from ..objects.euclidean import euclidean_part as euclidean
+from ..products.outcome import NOISE, epsilon, where_or_nan
 from .surface_points import swept_direction
 
 
@@ -34,7 +34,7 @@ def swept_normal(position: Multivector, carrier: Multivector, rate: Multivector)
     normal, terms = swept_direction(position, carrier, rate)
     largest = _largest(normal)
     noise = NOISE * epsilon(position) * terms
-    scaled = normal / only_if(largest > noise, largest)
+    scaled = normal / where_or_nan(largest > noise, largest)
     return scaled / sqrt(dot(scaled, scaled))
 
 

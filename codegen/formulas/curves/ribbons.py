@@ -9,110 +9,48 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import comb
+from typing import NamedTuple
 
-from ..homogeneous import HomogeneousRing, coefficients, parameters, polynomial, value
-from ..multivector import Multivector, absolute, from_values, select, sqrt
-from ..trace import Result, named, row
-from .conformal import infinity as ni
-from .conformal import origin as no
-from .conformal import point
-from .euclidean import euclidean_part as euclidean
-from .outcome import epsilon
-from .rays import dot, line, line_direction, unit
-from .rulings import aligned, carriers, motion_seen, plane_normal, volume_of
-from .sizes import Sizes, product_sizes, sizes
+from ...algebra.multivector import Multivector, absolute, select, sqrt
+from ...rings.bernstein import HomogeneousRing
+from ...trace.outputs import Result, named, row
+from ..objects.conformal import infinity as ni
+from ..objects.conformal import origin as no
+from ..objects.conformal import point
+from ..objects.euclidean import dot
+from ..products.outcome import epsilon
+from ..products.sizes import sizes
+from ..rays.rays import line, line_direction, unit
+from .homogeneous import Bivectors, Scalars, coefficients, from_row, parameters, polynomial, value
+from .rulings import carriers, motion_seen, parallel_parameters, plane_normal, volume_of
 from .surface_conditions import powers
-from .surfaces import Scalars, branch, evolved_circle, evolved_circle_rate, weight
+from .surfaces import branch, branch_at, center_of_round, evolved_circle, evolved_circle_rate, weight
 
-#: Coefficients of a bivector.
-BIVECTOR = 10
-#: Spacings of numbers at 1 that a square of a pair may be off 1, relative to its terms, and be taken for 1.
-UNIT_SQUARE = 8
-#: As many may a meet be off zero, relative to its terms, and be taken for it: products, sums, the ray's moment.
+#: Spacings that a meet may be off 0, relative to its terms, and be taken for 0: products, sums, the ray's moment.
 MEET = 8
-#: Of the normal at the middle of a segment, squared: below it the surface has no normal at the point itself.
+#: Squared roundings, relative to the normal in the middle of a segment, below which a point has no normal of its own.
 NO_NORMAL = 1 << 12
 
 
 def bivectors(numbers: Scalars) -> list[Multivector]:
     """Bivectors from a row of their coefficients."""
-    algebra, ring = numbers[0].algebra, numbers[0].ring
-    blades = algebra.kind("point_pair").blades
-    rows = [numbers[i : i + BIVECTOR] for i in range(0, len(numbers), BIVECTOR)]
-    return [from_values(algebra, ring, blades, [c.scalar() for c in values]) for values in rows]
-
-
-def _flat(values: Sequence[Multivector], name: str) -> Result:
-    """Bivectors as one row of numbers."""
-    blades = values[0].algebra.kind("point_pair").blades
-    return row([c.new({0: c.terms[b]} if b in c.terms else {}) for c in values for b in blades], name)
-
-
-# -- constants of one surface --------------------------------------------------------------------------
-
-
-def ribbon_constants(controls: Scalars) -> tuple[Result, ...]:
-    """S0, K, the controls with their binomials, Q C', and sizes, of a curve that begins and ends with pairs.
-
-    Sizes: the sum of the squares of Q's coefficients, and of the products that they are made of, for telling what is
-    nothing but rounding; what rounding may make of the squares of the ends; of the carriers of C', coefficients of
-    the direction and of the moment, then of the terms of those of Q C'.
-    """
-    return _constants(controls, ends=1)
-
-
-def ribbon_free_constants(controls: Scalars) -> tuple[Result, ...]:
-    """The same of a curve whose ends may be no pairs."""
-    return _constants(controls, ends=0)
-
-
-def _constants(controls: Scalars, ends: int) -> tuple[Result, ...]:
-    given, base = bivectors(controls), controls[0].ring
-    n, ring = len(given) - 1, HomogeneousRing(base)
-    scaled = [comb(n, k) * c for k, c in enumerate(given)]
-    pair = polynomial(scaled, ring)
-    square = -(pair * ~pair)
-    found = coefficients(square.grade(4), 2 * n, base)[ends : 2 * n + 1 - ends]
-    q, degree = polynomial(found, ring), 2 * (n - ends)
-    norm, kappa = coefficients(square.grade(0), 2 * n, base), coefficients(dot(q, q), 2 * degree, base)
-    products = coefficients((q * pair).grade(2), degree + n, base)
-    written = [epsilon(c) * UNIT_SQUARE * product_sizes(sizes(c), sizes(c))[1] for c in (given[0], given[-1])]
-    size = _together(scaled)
-    levers = [size[:2], product_sizes(product_sizes(size, size), size)[:2]]
-    near = [*_nearness(scaled, found, ends), *written, *(size for lever in levers for size in lever)]
-    return (
-        row(norm, "norm"),
-        row(kappa, "kappa"),
-        _flat(scaled, "scaled"),
-        _flat(products, "products"),
-        row(near, "near"),
-    )
-
-
-def _nearness(scaled: Sequence[Multivector], found: Sequence[Multivector], ends: int) -> list[Multivector]:
-    n, nothing = len(scaled) - 1, scaled[0].new({})
-    squares = [_square(c) for c in scaled]
-    made = [squares[i] * squares[j] for j in range(n + 1) for i in range(j + 1) if i < j or ends <= i <= n - ends]
-    return [nothing.sum(map(_square, found)), nothing.sum(made)]
-
-
-def _square(x: Multivector) -> Multivector:
-    """Sum of the squares of the coefficients."""
-    return x.sum(c * c for c in x.coefficients())
-
-
-def _together(values: Sequence[Multivector]) -> Sizes:
-    """Sums of the sizes of several multivectors."""
-    parts = [sizes(x) for x in values]
-    first, second, third = (values[0].sum(p[i] for p in parts) for i in range(3))
-    return first, second, third
+    return from_row(numbers, "point_pair")
 
 
 # -- constants of one ray and one surface --------------------------------------------------------------
 
 
+class Levers(NamedTuple):
+    """What rounding may leave of B and of E: a part by the size of the ray's origin, and the rest."""
+
+    controls_by_origin: Multivector
+    controls: Multivector
+    products_by_origin: Multivector
+    products: Multivector
+
+
 def ribbon_ray(
-    origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars, levers: Scalars
+    origin: Multivector, direction: Multivector, controls: Bivectors, products: Bivectors, levers: Levers
 ) -> tuple[Result, Result]:
     """B = L v C' and E = L v (Q C'), for a line of the direction's weight, and what rounding may leave of each."""
     ray = line(origin, direction)
@@ -141,7 +79,7 @@ def _polynomials(meets: Scalars, norm: Scalars, kappa: Scalars) -> tuple[Multive
 def ribbon_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     """Bernstein coefficients of p = w (E^2 + K B^2) - 2 S0 B E, the product of both branches over w.
 
-    Of degree 6 n - 2 (6 n where the ends are no pairs).
+    Its degree is 6 n - 2 (6 n where the ends are no pairs).
     """
     b, e, s0, k, w = _polynomials(meets, norm, kappa)
     degree = 2 * (len(norm) - 1) + (len(kappa) - 1) // 2
@@ -181,7 +119,7 @@ def ribbon_condition(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivect
 
 
 def ribbon_condition_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
-    """What its rounding error is relative to: the absolute values of its terms, and of those of S0, dm = m dS0/s."""
+    """Scale of its rounding error: the absolute values of its terms, and of those of S0, dm = m dS0/s."""
     b_, e, s0, k, w = _values([absolute(c) for c in meets], norm, kappa, a, b)
     m, s = branch(s0, k, w)
     written = value([absolute(c) for c in norm], a, b)
@@ -212,12 +150,6 @@ def ribbon_pair(
     return evolved_circle(norm, kappa, controls, products, a, b)
 
 
-def pair_center(pair: Multivector) -> Multivector:
-    """Middle of the end points of a pair of any weight: the image of infinity. Good on intervals."""
-    image = (pair * ni(pair) * pair).grade(1)
-    return euclidean(image) / -dot(image, ni(image))
-
-
 def pair_half_square(
     norm: Scalars, kappa: Scalars, pair: Multivector, a: Multivector, b: Multivector
 ) -> Multivector:  # fmt: skip
@@ -226,7 +158,7 @@ def pair_half_square(
     F^2 over that of its carrier F ^ n_inf, with F^2 = 2 m s^2 from the norm: of the coefficients of a short pair,
     rounding is all that is left of its length.
     """
-    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+    m, s = branch_at(norm, kappa, a, b)
     carrier = pair ^ ni(pair)
     return 2 * m * (s * s) / dot(carrier, carrier)
 
@@ -236,9 +168,9 @@ def pair_half_square(
 
 def ribbon_point(
     origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Bivectors, products: Bivectors,
 ) -> tuple[Result, ...]:  # fmt: skip
-    """Where a ray is nearest to a root's carrier: t, `_lengths` and how far it passes; position, sine squared.
+    """Point of a ray nearest to a root's carrier: t, `_lengths` and distance there; position, sine squared.
 
     X ^ L_C for X = origin + t direction is a plane through the carrier, of normal n + t k: it is least there. The sine
     is that between ray and carrier.
@@ -256,9 +188,9 @@ def ribbon_point(
 
 def ribbon_place(
     position: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Bivectors, products: Bivectors,
 ) -> Result:  # fmt: skip
-    """Of a position on the carrier of a pair: how far it is from the pair's middle, along it; half of the pair.
+    """Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length.
 
     And the squared sine between a direction and the carrier.
     """
@@ -272,12 +204,12 @@ def _lengths(
     position: Multivector, pair: Multivector, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector
 ) -> list[Multivector]:
     along = unit(line_direction(pair ^ ni(pair)))
-    return [dot(position - pair_center(pair), along), sqrt(pair_half_square(norm, kappa, pair, a, b))]
+    return [dot(position - center_of_round(pair), along), sqrt(pair_half_square(norm, kappa, pair, a, b))]
 
 
 def ribbon_ends(
     origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Bivectors, products: Bivectors,
 ) -> Result:  # fmt: skip
     """For a ray along the carrier of a pair: where it passes the pair's middle, half of it in t, its distance there.
 
@@ -287,20 +219,20 @@ def ribbon_ends(
     """
     arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
     pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
-    square, towards = dot(direction, direction), pair_center(pair) - origin
+    square, towards = dot(direction, direction), center_of_round(pair) - origin
     middle = dot(towards, direction) / square
     beside = towards - middle * direction
     half_square = pair_half_square(norm, kappa, pair, a, b) / square
     m, off, by_t, motion, turn = motion_seen(origin + middle * direction, direction, pair, rate)
     step = -(dot(off, motion) + half_square * dot(by_t, turn)) / (dot(motion, motion) + half_square * dot(turn, turn))
     sine = dot(by_t, by_t) / (square * dot(m, m))
-    starts = (middle + t for t in aligned(m, off, by_t, motion, turn))
+    starts = (middle + t for t in parallel_parameters(m, off, by_t, motion, turn))
     return row([middle, sqrt(half_square), sqrt(dot(beside, beside)), *starts, step, sine], "ends")
 
 
 def ribbon_polish(
     origin: Multivector, direction: Multivector, t: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Bivectors, products: Bivectors,
 ) -> Result:  # fmt: skip
     """Newton step (dt, db) towards X ^ L_C = 0 for X = origin + t direction.
 
@@ -318,7 +250,7 @@ def ribbon_polish(
 
 def ribbon_normal(
     position: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Bivectors, products: Bivectors,
 ) -> Multivector:  # fmt: skip
     """Unit normal at a position on the ribbon: of the carrier L_C and of dX = X . (L_C dL_C).
 
@@ -329,7 +261,7 @@ def ribbon_normal(
     pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
     carrier, turned = carriers(pair, rate)
     omega = (carrier * turned).grade(2)
-    here, middle = (_across(x, carrier, omega) for x in (position, pair_center(pair)))
+    here, middle = (_across(x, carrier, omega) for x in (position, center_of_round(pair)))
     least = NO_NORMAL * epsilon(position) * epsilon(position)
     return unit(select(dot(here, here) > least * dot(middle, middle), here, middle))
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from ..multivector import Multivector, reciprocal, select, sqrt
-from .conformal import infinity as ni
-from .conformal import origin as no
-from .euclidean import euclidean_part as euclidean
-from .euclidean import space
-from .outcome import size
-from .rays import dot, line_direction
+from ...algebra.multivector import Multivector, reciprocal, select, sqrt
+from ..objects.conformal import infinity as ni
+from ..objects.conformal import origin as no
+from ..objects.euclidean import dot, space
+from ..objects.euclidean import euclidean_part as euclidean
+from ..products.outcome import size
+from ..rays.rays import line_direction
 
 
 def plane_normal(plane: Multivector) -> Multivector:
@@ -32,7 +32,7 @@ def carriers(pair: Multivector, rate: Multivector) -> tuple[Multivector, Multive
     return weight * (pair ^ ni(pair)), weight * (rate ^ ni(rate))
 
 
-def aligned(
+def parallel_parameters(
     m: Multivector, off: Multivector, by_t: Multivector, motion: Multivector, turn: Multivector
 ) -> tuple[Multivector, Multivector]:
     """Both t where off + t by_t and motion + t turn are parallel, seen along m."""

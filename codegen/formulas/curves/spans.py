@@ -1,4 +1,4 @@
-"""Where sums of circles or point pairs along a curve stand for real objects: polynomials whose signs decide it.
+"""Polynomials whose signs decide where sums of circles or point pairs along a curve stand for real objects.
 
 C' = sum c_k a^(n-k) b^k with b = t, a = 1 - t. -C' ~C' = S0 + w Q, with w = a b where both ends are blades, else w = 1;
 K = Q^2. C' has a real projection where K < 0, and where S0 > 0 and D = S0^2 - w^2 K > 0: that is where the smaller
@@ -11,14 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import comb
 
-from ..homogeneous import HomogeneousRing, coefficients, parameters, polynomial
-from ..multivector import Multivector, absolute, from_values
-from ..trace import Result, row
-from .sizes import Sizes, product_sizes, sizes
-
-Scalars = Sequence[Multivector]
-#: Coefficients of a circle, or a point pair.
-WIDTH = 10
+from ...algebra.multivector import Multivector, absolute
+from ...rings.bernstein import HomogeneousRing
+from ...trace.outputs import Result, row
+from ..products.sizes import Sizes, product_sizes, sizes
+from .homogeneous import Scalars, coefficients, from_row, parameters, polynomial
 
 
 def circle_norms(controls: Scalars) -> tuple[Result, ...]:
@@ -43,12 +40,9 @@ def free_point_pair_norms(controls: Scalars) -> tuple[Result, ...]:
 
 def _norms(controls: Scalars, kind: str, ends: int) -> tuple[Result, ...]:
     algebra, base = controls[0].algebra, controls[0].ring
-    ring, n = HomogeneousRing(base), len(controls) // WIDTH - 1
-    rows = (controls[i : i + WIDTH] for i in range(0, len(controls), WIDTH))
-    blades = algebra.kind(kind).blades
-    scaled = [
-        comb(n, k) * from_values(algebra, base, blades, [c.scalar() for c in part]) for k, part in enumerate(rows)
-    ]
+    values, ring = from_row(controls, kind), HomogeneousRing(base)
+    n = len(values) - 1
+    scaled = [comb(n, k) * c for k, c in enumerate(values)]
     round_ = polynomial(scaled, ring)
     square = -(round_ * ~round_)
     inner = slice(ends, 2 * n + 1 - ends)
@@ -61,7 +55,7 @@ def _norms(controls: Scalars, kind: str, ends: int) -> tuple[Result, ...]:
     # bounds: of -C' ~C' by the sizes of the controls, of K by those of Q, which may be much smaller
     written = _polynomials([sizes(c) for c in scaled], ring)
     of_square = product_sizes(written, written)
-    noise = _trimmed(of_square, 2 * n, inner, ring)
+    noise = _trim(of_square, 2 * n, inner, ring)
     of_q = _polynomials([sizes(c) for c in squares], ring)
     linear, quadratic = product_sizes(of_q, noise)[1], product_sizes(noise, noise)[1]
     of_s0, of_k = of_square[1], product_sizes(of_q, of_q)[1]
@@ -69,19 +63,19 @@ def _norms(controls: Scalars, kind: str, ends: int) -> tuple[Result, ...]:
     of_d = 2 * (size * of_s0) + size * size + w_square * (of_k + 2 * linear)
     rest = of_s0 * of_s0 + w_square * quadratic
 
-    def named(x: Multivector, degree: int, name: str) -> Result:
+    def _named_row(x: Multivector, degree: int, name: str) -> Result:
         return row(coefficients(x, degree, base), name)
 
     of_kappa = 4 * (n - ends)
     return (
-        named(s0, 2 * n, "norm"),
-        named(k, of_kappa, "kappa"),
-        named(s0 * s0 - w_square * k, 4 * n, "isolated"),
-        named(of_s0, 2 * n, "norm_bound"),
-        named(of_k + 2 * linear, of_kappa, "kappa_bound"),
-        named(quadratic, of_kappa, "kappa_rest"),
-        named(of_d, 4 * n, "isolated_bound"),
-        named(rest, 4 * n, "isolated_rest"),
+        _named_row(s0, 2 * n, "norm"),
+        _named_row(k, of_kappa, "kappa"),
+        _named_row(s0 * s0 - w_square * k, 4 * n, "isolated"),
+        _named_row(of_s0, 2 * n, "norm_bound"),
+        _named_row(of_k + 2 * linear, of_kappa, "kappa_bound"),
+        _named_row(quadratic, of_kappa, "kappa_rest"),
+        _named_row(of_d, 4 * n, "isolated_bound"),
+        _named_row(rest, 4 * n, "isolated_rest"),
     )
 
 
@@ -91,7 +85,7 @@ def _polynomials(parts: Sequence[Sizes], ring: HomogeneousRing) -> Sizes:
     return first, second, third
 
 
-def _trimmed(x: Sizes, degree: int, inner: slice, ring: HomogeneousRing) -> Sizes:
+def _trim(x: Sizes, degree: int, inner: slice, ring: HomogeneousRing) -> Sizes:
     """Without the first and last coefficients, where inner says so."""
     first, second, third = (polynomial(coefficients(part, degree, ring.base)[inner], ring) for part in x)
     return first, second, third

@@ -8,18 +8,18 @@ from __future__ import annotations
 from fractions import Fraction
 from math import comb
 
-from ..homogeneous import HomogeneousRing, coefficients, parameters, polynomial, value
-from ..multivector import Multivector, absolute, select, sqrt
-from ..trace import Result, row
-from .outcome import epsilon
-from .rays import zero
+from ...algebra.multivector import Multivector, absolute, select, sqrt
+from ...rings.bernstein import HomogeneousRing
+from ...trace.outputs import Result, row
+from ..products.outcome import epsilon
+from ..rays.rays import zero
+from .homogeneous import Quadrivectors, Scalars, Trivectors, coefficients, parameters, polynomial, value
 from .surfaces import (
     QUAD,
-    Scalars,
-    branch,
+    branch_at,
     branch_rates,
     coefficient_product,
-    ended,
+    ends_with_circles,
     evolved_circle,
     line_frame,
     meet_rows,
@@ -36,7 +36,9 @@ LINE = 16
 TOUCH = 8
 
 
-def evolved_sizes(norm: Scalars, kappa: Scalars, quad: Scalars, controls: Scalars, products: Scalars) -> Result:
+def evolved_sizes(
+    norm: Scalars, kappa: Scalars, quad: Quadrivectors, controls: Trivectors, products: Trivectors
+) -> Result:
     """Size of Q relative to the products that it is made of, and the most that the terms of p can add up to.
 
     The first is rounding where all circles lie on one sphere. The second is for unit lines through the origin.
@@ -44,13 +46,13 @@ def evolved_sizes(norm: Scalars, kappa: Scalars, quad: Scalars, controls: Scalar
     c, qc = trivectors(controls), trivectors(products)
     q = [coefficient_product(x, x) for x in (quad_vector(quad[i : i + QUAD]) for i in range(0, len(quad), QUAD))]
     squares = [coefficient_product(x, x) for x in c]
-    inner = squares[1:-1] if ended(norm, kappa) else squares
+    inner = squares[1:-1] if ends_with_circles(norm, kappa) else squares
     nothing = zero(norm[0])
     whole = nothing.sum(squares)
     pairs = (whole * whole - nothing.sum(x * x for x in squares)) / 2 + nothing.sum(x * x for x in inner)
     s0, k = (_largest([absolute(x) for x in part]) for part in (norm, kappa))
     b, e = (sqrt(_largest([coefficient_product(x, x) for x in part], square=True)) for part in (c, qc))
-    w = nothing + (Fraction(1, 4) if ended(norm, kappa) else 1)
+    w = nothing + (Fraction(1, 4) if ends_with_circles(norm, kappa) else 1)
     return row([sqrt(nothing.sum(q) / pairs), LINE * _both(1, b * b, b * e, e * e, s0, k, w)], "sizes")
 
 
@@ -69,8 +71,8 @@ def _largest(scaled: Scalars, square: bool = False) -> Multivector:
 def evolved_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     """Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches.
 
-    With u = B.B, x = B.E, e = E.E. Of degree 12 n - 4. The printed polynomial without its spurious factor w^2 Q^2, and
-    without a division.
+    With u = B.B, x = B.E, e = E.E; its degree is 12 n - 4. The printed polynomial without its spurious factor w^2 Q^2,
+    and without a division.
     """
     degree, ring = _degree(norm, kappa), meets[0].ring
     scaled = coefficients(_both(-1, *_polynomials(meets, norm, kappa)), degree, ring)
@@ -158,7 +160,7 @@ def evolved_condition(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivec
 def evolved_condition_rate(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """The condition and its derivative by t, 2 Y . dY with dY = dm B + (m dB - d(w E)): only dm divides, by s."""
     w = weight(norm, kappa, a, b)
-    m, s = branch(value(norm, a, b), value(kappa, a, b), w)
+    m, s = branch_at(norm, kappa, a, b)
     raised, _, dw = branch_rates(norm, kappa, a, b)
     rows = meet_rows(meets, norm)
     meet = [value(first, a, b) for first, _ in rows]
@@ -169,14 +171,14 @@ def evolved_condition_rate(meets: Scalars, norm: Scalars, kappa: Scalars, a: Mul
 
 def evolved_condition_bound(
     origin: Multivector, direction: Multivector, meets: Scalars, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Trivectors, products: Trivectors,
 ) -> Result:  # fmt: skip
-    """What the rounding error of the condition is relative to: |Y| times what that of Y is relative to, and more.
+    """Scale of the condition's rounding error: |Y| times that of Y, and a term of second order.
 
     The last term counts where Y is nothing but rounding.
     """
     written = [absolute(c) for c in norm]
-    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+    m, s = branch_at(norm, kappa, a, b)
     large = m + select(s > 0, m * value(written, a, b) / s, value(written, a, b))
     y = [evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm)]
     c, qc = trivectors(controls), trivectors(products)
@@ -189,7 +191,7 @@ def evolved_condition_bound(
 
 
 def _square_bound(y: Scalars, terms: Scalars) -> Multivector:
-    """What the rounding error of the square of a meet is relative to, from what those of its parts are relative to."""
+    """Scale of the rounding error of a meet's square, from the scales of its parts."""
     (w, v, h), (dw, dv, dh) = ([absolute(x) for x in part] for part in (y, terms))
     rounding = TOUCH * epsilon(w)
     return 2 * (v * dv + w * dh + h * dw) + rounding * (dv * dv + 2 * (dw * dh))
@@ -197,7 +199,7 @@ def _square_bound(y: Scalars, terms: Scalars) -> Multivector:
 
 def evolved_meet_square(meets: Scalars, norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Result:
     """f = (L v C)^2 itself, for the unit circle C."""
-    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+    m, s = branch_at(norm, kappa, a, b)
     y = [evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm)]
     return row([_meet_product(y, y) / (2 * s * s * m)], "f")
 
@@ -221,9 +223,9 @@ def common_sphere_condition(meets: Scalars, norm: Scalars, a: Multivector, b: Mu
 
 def common_sphere_condition_bound(
     origin: Multivector, direction: Multivector, meets: Scalars, norm: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars,
+    a: Multivector, b: Multivector, controls: Trivectors,
 ) -> Result:  # fmt: skip
-    """What the rounding error of the square of B is relative to."""
+    """Scale of the rounding error of the square of B."""
     y = [value(part, a, b) for part, _ in meet_rows(meets, norm)]
     c = trivectors(controls)
     terms = [value([wedge_terms(part, x) for x in c], a, b) for part in line_frame(origin, direction)]

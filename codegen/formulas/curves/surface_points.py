@@ -1,23 +1,23 @@
-"""Where rays meet surfaces evolved along curves of circles: points, steps towards them, normals.
+"""Hits of rays on surfaces evolved along curves of circles: points, steps towards them, normals.
 
 Arguments are those of surfaces.py: a row of constants, a ray and its scalars, and a = 1 - t, b = t.
 """
 
 from __future__ import annotations
 
-from ..homogeneous import value
-from ..multivector import Multivector, reciprocal
-from ..trace import Result, named, row
-from .conformal import infinity as ni
-from .conformal import origin as no
-from .conformal import point
-from .euclidean import euclidean_part as euclidean
-from .outcome import size
-from .rays import dot, dual_sphere, line, pair_parameters, unit, zero
+from ...algebra.multivector import Multivector, reciprocal
+from ...trace.outputs import Result, named, row
+from ..objects.conformal import infinity as ni
+from ..objects.conformal import origin as no
+from ..objects.conformal import point
+from ..objects.euclidean import dot
+from ..objects.euclidean import euclidean_part as euclidean
+from ..products.outcome import size
+from ..rays.rays import dual_sphere, line, pair_parameters, unit, zero
+from .homogeneous import Scalars, Trivectors
 from .surfaces import (
-    Scalars,
-    branch,
-    circle_center,
+    branch_at,
+    center_of_round,
     circle_square,
     coefficient_product,
     evolved_circle,
@@ -25,15 +25,14 @@ from .surfaces import (
     evolved_circle_rate,
     meet_rows,
     trivectors,
-    weight,
 )
 
 
 def evolved_point(
     origin: Multivector, direction: Multivector, meets: Scalars, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Trivectors, products: Trivectors,
 ) -> tuple[Result, Result]:  # fmt: skip
-    """Where a ray meets the plane of a root's circle: (t, squared cosine to the circle's axis), position; far away.
+    """Hit of a ray on the plane of a root's circle: (t, squared cosine to the circle's axis), position; far away.
 
     At a root the meet Y = w X + v D + h n_inf is null and the hit point itself, X + (v/w) D + .., with v^2 = 2 w h; its
     w is the cosine times the weight of the circle's carrier. Where circles grow to lines w and v are next to nothing,
@@ -42,7 +41,7 @@ def evolved_point(
     c, qc = trivectors(controls), trivectors(products)
     w, v, h = (evolved_circle(norm, kappa, *part, a, b) for part in meet_rows(meets, norm))
     carrier = evolved_circle(norm, kappa, [x ^ ni(x) for x in c], [x ^ ni(x) for x in qc], a, b)
-    m, s = branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+    m, s = branch_at(norm, kappa, a, b)
     square = dot(direction, direction)
     t = v / (w * square)
     cosine = -w * w * square / dot(carrier, carrier)
@@ -53,21 +52,21 @@ def evolved_point(
 
 def evolved_sphere(
     origin: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Trivectors, products: Trivectors,
 ) -> Result:  # fmt: skip
     """Both parameters t of the ray on the sphere that has the circle as equator.
 
     For a ray in the circle's plane, where Y vanishes, these are its points on the circle.
     """
     round_ = evolved_circle(norm, kappa, trivectors(controls), trivectors(products), a, b)
-    relative = origin - circle_center(round_)
+    relative = origin - center_of_round(round_)
     pair = line(relative, direction) & dual_sphere(zero(relative), circle_square(round_)).undual()
     return row(pair_parameters(pair, relative, direction), "t")
 
 
 def evolved_polish(
     origin: Multivector, direction: Multivector, t: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Trivectors, products: Trivectors,
 ) -> Result:  # fmt: skip
     """Gauss-Newton step (dt, db) towards X ^ C = 0 for X = F(origin + t direction); last dt with the circle kept.
 
@@ -88,11 +87,11 @@ def evolved_polish(
 
 def evolved_normal(
     position: Multivector, norm: Scalars, kappa: Scalars,
-    a: Multivector, b: Multivector, controls: Scalars, products: Scalars,
+    a: Multivector, b: Multivector, controls: Trivectors, products: Trivectors,
 ) -> Multivector:  # fmt: skip
     """Unit normal at a position on the surface: that of the sphere through the circle that touches the surface there.
 
-    Neighbouring circles meet the moving point, X ^ C = 0 = dX ^ C + X ^ dC, so (X ^ dC)* holds C and the direction dX.
+    Neighboring circles meet the moving point, X ^ C = 0 = dX ^ C + X ^ dC, so (X ^ dC)* holds C and the direction dX.
     """
     here = point(position)
     sphere = (here ^ evolved_circle_motion(norm, kappa, trivectors(controls), trivectors(products), a, b)).dual()

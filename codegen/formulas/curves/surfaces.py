@@ -10,40 +10,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..homogeneous import monomial_rates, monomials, rate, value
-from ..multivector import Multivector, absolute, from_values, select, sqrt
-from ..trace import Result, named, row
-from .conformal import infinity as ni
-from .conformal import point
-from .euclidean import euclidean_part as euclidean
-from .rays import dot, dual_sphere, line, zero
+from ...algebra.multivector import Multivector, absolute, from_values, select, sqrt
+from ...trace.outputs import Result, named, row
+from ..objects.conformal import infinity as ni
+from ..objects.conformal import point
+from ..objects.euclidean import dot
+from ..objects.euclidean import euclidean_part as euclidean
+from ..rays.rays import dual_sphere, line, zero
+from .homogeneous import Quadrivectors, Scalars, Trivectors, from_row, monomial_rates, monomials, rate, to_row, value
 
-Scalars = Sequence[Multivector]
-#: Coefficients of a trivector, and of the meet of a ray with one in the ray's own frame.
-TRIVECTOR, MEET = 10, 3
+#: Coefficients of the meet of a ray with a trivector, in the ray's own frame.
+MEET = 3
 #: Coefficients of Q.
 QUAD = 5
 
 
 def trivectors(numbers: Scalars) -> list[Multivector]:
     """Trivectors from a row of their coefficients."""
-    algebra, ring = numbers[0].algebra, numbers[0].ring
-    blades = algebra.kind("circle").blades
-    rows = [numbers[i : i + TRIVECTOR] for i in range(0, len(numbers), TRIVECTOR)]
-    return [from_values(algebra, ring, blades, [c.scalar() for c in values]) for values in rows]
-
-
-def _flat(values: Sequence[Multivector], name: str) -> Result:
-    """Trivectors as one row of numbers."""
-    blades = values[0].algebra.kind("circle").blades
-    return row([c.new({0: c.terms[b]} if b in c.terms else {}) for c in values for b in blades], name)
+    return from_row(numbers, "circle")
 
 
 # -- constants of one surface --------------------------------------------------------------------------
 
 
 def square_term(
-    norm: Multivector, quad: Scalars, first: Multivector, last: Multivector, weight: Multivector
+    norm: Multivector, quad: Quadrivectors, first: Multivector, last: Multivector, weight: Multivector
 ) -> tuple[Result, Result]:
     """Coefficients of S0 and w Q with the product of two controls added: -weight (C ~D + D ~C)/2."""
     square = -(weight / 2) * (first * ~last + last * ~first)
@@ -51,14 +42,14 @@ def square_term(
     return row([norm + square.grade(0)], "norm_sum"), row(_quad_numbers(q), "quad_sum")
 
 
-def kappa_term(kappa: Multivector, first: Scalars, last: Scalars, weight: Multivector) -> Result:
+def kappa_term(kappa: Multivector, first: Quadrivectors, last: Quadrivectors, weight: Multivector) -> Result:
     """A coefficient of K with the product of two of Q's added."""
     return row([kappa + weight * dot(quad_vector(first), quad_vector(last))], "kappa_sum")
 
 
-def product_term(product: Scalars, quad: Scalars, control: Multivector) -> Result:
+def product_term(product: Trivectors, quad: Quadrivectors, control: Multivector) -> Result:
     """A coefficient of Q C' with the product of one of Q's and a control added."""
-    return _flat([trivectors(product)[0] + (quad_vector(quad) * control).grade(3)], "product_sum")
+    return to_row([trivectors(product)[0] + (quad_vector(quad) * control).grade(3)], "circle", "product_sum")
 
 
 def _quad_blades(like: Multivector) -> list[int]:
@@ -89,14 +80,14 @@ def evolved_nearest(origin: Multivector, direction: Multivector) -> tuple[Result
 
 
 def evolved_approach(origin: Multivector, direction: Multivector, center: Multivector, radius: Multivector) -> Result:
-    """Parameter of the point of a ray nearest to a centre, and half the chord in its sphere; NaN for a miss."""
+    """Parameter of the point of a ray nearest to a center, and half the chord in its sphere; NaN for a miss."""
     relative = origin - center
     pair = line(relative, direction) & dual_sphere(zero(relative), radius * radius).undual()
     square = dot(direction, direction)
     return row([-dot(relative, direction) / square, sqrt(dot(pair, pair)) / square], "middle_half")
 
 
-def evolved_meets(origin: Multivector, direction: Multivector, controls: Scalars, products: Scalars) -> Result:
+def evolved_meets(origin: Multivector, direction: Multivector, controls: Trivectors, products: Trivectors) -> Result:
     """Coefficients of the meets B = L v C' and E = L v (Q C') of the unit line L = X ^ D ^ n_inf.
 
     A meet is Y = w X + v D + h n_inf, three numbers: w, v, h.
@@ -139,15 +130,15 @@ def meet_rows(meets: Scalars, norm: Scalars) -> list[tuple[Scalars, Scalars]]:
 
 def weight(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Multivector:
     """w: a b where the ends are circles."""
-    return a * b if ended(norm, kappa) else a.constant(1)
+    return a * b if ends_with_circles(norm, kappa) else a.constant(1)
 
 
 def weight_rate(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> Multivector:
-    return a - b if ended(norm, kappa) else zero(a)
+    return a - b if ends_with_circles(norm, kappa) else zero(a)
 
 
-def ended(norm: Scalars, kappa: Scalars) -> bool:
-    """Whether the curve begins and ends with circles."""
+def ends_with_circles(norm: Scalars, kappa: Scalars) -> bool:
+    """Return whether the curve begins and ends with circles."""
     return len(kappa) < 2 * len(norm) - 1
 
 
@@ -159,6 +150,11 @@ def branch(s0: Multivector, k: Multivector, w: Multivector) -> tuple[Multivector
     return select(s0 >= 0, s0 + s, -quad / (s - s0)), s
 
 
+def branch_at(norm: Scalars, kappa: Scalars, a: Multivector, b: Multivector) -> tuple[Multivector, Multivector]:
+    """m and s at (a, b)."""
+    return branch(value(norm, a, b), value(kappa, a, b), weight(norm, kappa, a, b))
+
+
 # -- the circle of a parameter -------------------------------------------------------------------------
 
 
@@ -168,7 +164,7 @@ def evolved_circle(
 ) -> Multivector:  # fmt: skip
     """The circle at (a, b), up to a positive weight: (m - w Q) C'."""
     w = weight(norm, kappa, a, b)
-    m, _ = branch(value(norm, a, b), value(kappa, a, b), w)
+    m, _ = branch_at(norm, kappa, a, b)
     return m * value(controls, a, b) - w * value(products, a, b)
 
 
@@ -190,7 +186,7 @@ def evolved_circle_rate(
 ) -> Multivector:  # fmt: skip
     """Derivative of `evolved_circle` by t."""
     w = weight(norm, kappa, a, b)
-    m, s = branch(value(norm, a, b), value(kappa, a, b), w)
+    m, s = branch_at(norm, kappa, a, b)
     raised, _, dw = branch_rates(norm, kappa, a, b)
     dc, dqc = (rate_at(part, a, b) for part in (controls, products))
     return raised / s * value(controls, a, b) + m * dc - dw * value(products, a, b) - w * dqc
@@ -205,7 +201,7 @@ def evolved_circle_motion(
     With C^2 = 2 s^2 m and F for its root, F d(C/F) = dC - (ds/s + dm/(2 m)) C.
     """
     w = weight(norm, kappa, a, b)
-    m, s = branch(value(norm, a, b), value(kappa, a, b), w)
+    m, s = branch_at(norm, kappa, a, b)
     raised, spread, dw = branch_rates(norm, kappa, a, b)
     over = 1 / s
     dm = raised * over
@@ -223,8 +219,8 @@ def rate_at(coefficients: Sequence[Multivector], a: Multivector, b: Multivector)
     return value(rate(coefficients), a, b) if len(coefficients) > 1 else zero(coefficients[0])
 
 
-def circle_center(round_: Multivector) -> Multivector:
-    """Centre of a circle of any weight: the image of infinity."""
+def center_of_round(round_: Multivector) -> Multivector:
+    """Center of a circle or point pair of any weight: the image of infinity. Good on intervals."""
     image = (round_ * ni(round_) * round_).grade(1)
     return euclidean(image) / -dot(image, ni(image))
 

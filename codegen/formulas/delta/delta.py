@@ -3,7 +3,8 @@
 Three arms in vertical planes about e3, seen in each arm's own plane: there a position is a spinor x + z j, j = e1 e3,
 with x along the arm's direction s and z along e3. ``robot`` is a row (reach, upper, forearm, unit, length, rest): the
 base's radius less the platform's and the lengths of the arms, in units of ``length``, a power of two near the forearm;
-unit is 1/length, ``rest`` what rounding took from reach. ``sides`` say for each arm which elbow, ``side`` which root.
+unit is 1/length, ``rest`` what rounding took from reach. ``sides`` say for each arm which elbow, ``root`` which of two
+positions (`side_of`).
 
 Near a singular pose a root nearly vanishes. Its derivative divides by it, and so needs it with more digits than the
 lengths have: it is made once more on a ring with twice as many (`delta_digits`).
@@ -16,20 +17,43 @@ from fractions import Fraction
 from math import isqrt
 from typing import NamedTuple
 
-from ..multivector import Mask, Multivector, absolute, atan2, cos, select, sin, sqrt
-from ..status import Status
-from ..trace import Result, row
-from .delta_digits import doubled, shortened
-from .euclidean import axes, coordinates, cross, length, vector
-from .outcome import NOISE, as_computed, epsilon, outcome, undefined
+from ...algebra.multivector import Mask, Multivector, absolute, atan2, cos, select, sin, sqrt
+from ...status import Status
+from ...trace.outputs import Result, row
+from ..objects.euclidean import axes, coordinates, cross, length, vector
+from ..products.double_double import to_double_double, to_single
+from ..products.outcome import NOISE, as_computed, epsilon, not_a_number, outcome
 
 Row = tuple[Multivector, ...]
-#: Of a square that may have lost its digits.
+#: Root of a square that may have lost its digits.
 Root = Callable[[Multivector], Multivector]
 #: sin 60 degrees to 60 digits.
 SINE = Fraction(isqrt(3 * 10**120), 2 * 10**60)
 #: A length that is negative by fewer rounding errors of its terms than this is zero: the arm is stretched.
 STRETCHED = 16
+
+
+class Coordinates(NamedTuple):
+    """The row of a position ``y``, or of its rates."""
+
+    e1: Multivector
+    e2: Multivector
+    e3: Multivector
+
+
+class Arms(NamedTuple):
+    """A row of one number for each arm."""
+
+    arm1: Multivector
+    arm2: Multivector
+    arm3: Multivector
+
+
+class Branch(NamedTuple):
+    """The row ``root``: see `side_of`."""
+
+    volume: Multivector
+    height: Multivector
 
 
 class Robot(NamedTuple):
@@ -81,8 +105,7 @@ def _reach(y: Multivector, robot: Robot, s: Multivector, side: Multivector, know
     The sphere cuts the arm's plane in a circle of radius q about the wrist's projection, at the distance p of the
     shoulder. The ends of T are z = u (c -+ sqrt(T^2) j)/p^2, c = upper^2 + p^2 - q^2, and T^2 is Heron's product of
     the four sums of upper, p and q: what is negative of them tells why there is no elbow. Nothing is subtracted that
-    is not a length of the robot. ``known`` gives the root of Heron's
-    product where it is known with all its digits.
+    is not a length of the robot. ``known`` gives the root of Heron's product where it is known with all its digits.
     """
     u = y - robot.reach * s
     e3 = down(y)
@@ -115,17 +138,20 @@ def _still(root: Multivector) -> Root:
     return lambda _: root
 
 
-def reaches_of(y: Row, robot: Row, sides: Row, roots: Sequence[Root | None] = (None,) * 3) -> list[Reach]:
-    parts = Robot(*robot)
-    position = vector(tuple(c * parts.unit for c in y))
-    return [_reach(position, parts, *each) for each in zip(arm_directions(position), sides, roots, strict=True)]
+def _lengths(robot: Robot) -> tuple[Multivector, Multivector, Multivector]:
+    """Reach, upper arm and forearm with twice the digits."""
+    return to_double_double(robot.reach, robot.rest), to_double_double(robot.upper), to_double_double(robot.forearm)
 
 
-def exact_roots(y: Row, robot: Row) -> Row:
+def reaches_of(y: Coordinates, robot: Robot, sides: Arms, roots: Sequence[Root | None] = (None,) * 3) -> list[Reach]:
+    position = vector(tuple(c * robot.unit for c in y))
+    return [_reach(position, robot, *each) for each in zip(arm_directions(position), sides, roots, strict=True)]
+
+
+def exact_roots(y: Coordinates, robot: Robot) -> Row:
     """The roots of all arms, 4 upper^2 p^2 - c^2 with twice the digits: c = upper^2 + u^2 - forearm^2."""
-    parts = Robot(*robot)
-    position = doubled(vector(tuple(c * parts.unit for c in y)))
-    reach, upper, forearm = doubled(parts.reach, parts.rest), doubled(parts.upper), doubled(parts.forearm)
+    position = to_double_double(vector(tuple(c * robot.unit for c in y)))
+    reach, upper, forearm = _lengths(robot)
     lengths, height = upper * upper - forearm * forearm, position | down(position)
     roots = []
     for s in arm_directions(position):
@@ -133,7 +159,7 @@ def exact_roots(y: Row, robot: Row) -> Row:
         along = u | s
         c = lengths + (u * u).grade(0)
         square = 4 * upper * upper * (along * along + height * height) - c * c
-        roots.append(as_computed(sqrt(_positive(shortened(square, y[0])))))
+        roots.append(as_computed(sqrt(_positive(to_single(square, y[0])))))
     return tuple(roots)
 
 
@@ -144,76 +170,89 @@ def all_of(masks: list[Mask]) -> Mask:
     return total
 
 
-def _reach_codes(reach: Reach, finite: Mask) -> list[tuple[Mask, Status]]:
-    return [
-        (~finite, Status.INVALID),
-        (~reach.is_reached, Status.UNREACHABLE),
-        (reach.is_aligned, Status.SINGULAR),
-    ]
-
-
 def angles_of(reaches: list[Reach]) -> Result:
     turn = arm_turn(reaches[0].spinor)
     return row([atan2(-(r.spinor | turn), r.spinor.grade(0)) for r in reaches], "theta")
 
 
-def inverse(y: Row, robot: Row, sides: Row) -> tuple[Result, Result]:
+def inverse(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
     """Angles of the arms for a position of the platform, from s_i towards e3 (7.7.2).
 
     UNREACHABLE: an arm does not reach its wrist. SINGULAR: the wrist is on a motor's axis. `arm_codes` says which.
     """
-    return _told(y, reaches_of(y, robot, sides))
+    return _angles_and_status(y, reaches_of(y, robot, sides))
 
 
-def inverse_precise(y: Row, robot: Row, sides: Row) -> tuple[Result, Result]:
+def inverse_precise(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
     """`inverse` with all digits next to singular poses, too, where it has half of them."""
-    return _told(y, reaches_of(y, robot, sides, [_still(root) for root in exact_roots(y, robot)]))
+    return _angles_and_status(y, reaches_of(y, robot, sides, [_still(root) for root in exact_roots(y, robot)]))
 
 
-def _told(y: Row, reaches: list[Reach]) -> tuple[Result, Result]:
+def _angles_and_status(y: Coordinates, reaches: list[Reach]) -> tuple[Result, Result]:
     """The angles, NaN where there are none, and why."""
     like, finite = y[0], are_finite(y)
     reached, free = all_of([r.is_reached for r in reaches]), all_of([~r.is_aligned for r in reaches])
-    good, nan = reached & free & finite, undefined(like)
+    good, nan = reached & free & finite, not_a_number(like)
     status = outcome(like, (~finite, Status.INVALID), (~reached, Status.UNREACHABLE), (~free, Status.SINGULAR))
     return row([select(good, angle, nan) for angle in angles_of(reaches).values], "theta"), status
 
 
-def arm_codes(y: Row, robot: Row, sides: Row) -> Result:
+def arm_codes(y: Coordinates, robot: Robot, sides: Arms) -> Result:
     """The status of each arm: OK, UNREACHABLE, SINGULAR (the wrist is on its motor's axis) or INVALID."""
     finite = are_finite(y)
-    codes = [outcome(y[0], *_reach_codes(r, finite)).value for r in reaches_of(y, robot, sides)]
+    codes = [
+        outcome(
+            y[0], (~finite, Status.INVALID), (~r.is_reached, Status.UNREACHABLE), (r.is_aligned, Status.SINGULAR)
+        ).value
+        for r in reaches_of(y, robot, sides)
+    ]
     return row(codes, "codes")
 
 
 def are_finite(values: Row) -> Mask:
-    """Whether each number less itself is zero; as computed one by one, for sums may be rounded in any order."""
+    """Return whether each number less itself is zero; as computed one by one, for sums may be rounded in any order."""
     return values[0].sum(as_computed(x - as_computed(x)) for x in values) <= 0
 
 
 # -- forward kinematics ------------------------------------------------------------------------------------------
 
 
-def sphere_centers(theta: Row, robot: Robot) -> list[Multivector]:
-    """a_i, the elbows less the platform's radius: the centres of the spheres on which the platform is."""
+def sphere_centers(theta: Arms, robot: Robot) -> list[Multivector]:
+    """a_i, the elbows less the platform's radius: the centers of the spheres on which the platform is."""
     like = theta[0]
     places = [(robot.reach + robot.upper * cos(t), robot.upper * sin(t)) for t in theta]
     return [x * s + z * down(like) for (x, z), s in zip(places, arm_directions(like), strict=True)]
 
 
+def side_of(theta: Arms, robot: Robot, root: Branch) -> Multivector:
+    """+1 where the forearms' volume is positive, v_1 ^ v_2 ^ v_3 = + |..| e123, and -1 where it is negative.
+
+    ``root`` is a row of two numbers, of which one is zero. The other is 1 or -1: first the sign of the volume itself,
+    which is continuous in theta; or second 1 for the position farther along e3 and -1 for the one nearer. Seen along
+    e3 the centers a_i = k_i s_i + .. run counter-clockwise where k_1 k_2 + k_2 k_3 + k_3 k_1 > 0; there, and where
+    both are equally far, the farther one has the positive volume. The sum is rounded alike in all kernels, so that
+    they take the same position.
+    """
+    ks = [as_computed(robot.reach + robot.upper * cos(t)) for t in theta]
+    products = [as_computed(ks[i] * ks[j]) for i, j in ((0, 1), (1, 2), (2, 0))]
+    area = as_computed(as_computed(products[0] + products[1]) + products[2])
+    one = robot.reach.constant(1)
+    return as_computed(root.volume + root.height * select(area < 0, -one, one))
+
+
 class Meeting(NamedTuple):
-    """Where three spheres of one radius meet: on the axis of the circle A_1 ^ A_2 ^ A_3 of their centres."""
+    """Meeting point of three spheres of one radius, on the axis of the circle A_1 ^ A_2 ^ A_3 of their centers."""
 
     position: Multivector
     meet: Mask
     coincide: Mask
 
 
-def meeting_of(theta: Row, robot: Robot, side: Multivector, known: Root | None = None) -> Meeting:
+def meeting_of(theta: Arms, robot: Robot, side: Multivector, known: Root | None = None) -> Meeting:
     """T = I5 (Sigma_1* ^ Sigma_2* ^ Sigma_3*), by its middle o and its half, sqrt((forearm - |o|)(forearm + |o|)).
 
-    With b, c from the first centre to the others, o = (b^2 c - c^2 b) (b ^ c)^-1/2. ``known`` gives the
-    half of its square where it is known with all its digits.
+    With b, c from the first center to the others, o = (b^2 c - c^2 b) (b ^ c)^-1/2. ``side`` is +1 or -1, that of
+    b x c (`side_of`). ``known`` gives the half of its square where it is known with all its digits.
     """
     a = sphere_centers(theta, robot)
     b, c = a[1] - a[0], a[2] - a[0]
@@ -234,14 +273,14 @@ def meeting_of(theta: Row, robot: Robot, side: Multivector, known: Root | None =
     return Meeting(position, (gap >= -rounding) & (area > 0), ~apart)
 
 
-def exact_height(theta: Row, robot: Row) -> Multivector:
-    """The half of `meeting_of` with twice the digits: forearm^2 - a b c/(4 area^2) of the centres' squared distances.
+def exact_height(theta: Arms, robot: Robot) -> Multivector:
+    """The half of `meeting_of` with twice the digits: forearm^2 - a b c/(4 area^2) of the centers' squared distances.
 
-    Those are of the elbows' spinors, k^2 + k'^2 + k k' + (z - z')^2: directions meet at s . s' = -1/2.
+    The distances are of the elbows' spinors, k^2 + k'^2 + k k' + (z - z')^2: directions meet at s . s' = -1/2.
     """
-    parts, like = Robot(*robot), theta[0]
-    reach, upper, forearm = doubled(parts.reach, parts.rest), doubled(parts.upper), doubled(parts.forearm)
-    angles = [doubled(t) for t in theta]
+    like = theta[0]
+    reach, upper, forearm = _lengths(robot)
+    angles = [to_double_double(t) for t in theta]
     ks, zs = [reach + upper * cos(t) for t in angles], [upper * sin(t) for t in angles]
     distances = []
     for i, j in ((0, 1), (1, 2), (2, 0)):
@@ -251,24 +290,24 @@ def exact_height(theta: Row, robot: Row) -> Multivector:
     side, product = a + b - c, a * b
     area = 4 * product - side * side
     square = forearm * forearm * area - product * c
-    return as_computed(sqrt(_positive(shortened(square, like)) / shortened(area, like)))
+    return as_computed(sqrt(_positive(to_single(square, like)) / to_single(area, like)))
 
 
-def forward(theta: Row, robot: Row, side: Multivector) -> tuple[Result, Result]:
+def forward(theta: Arms, robot: Robot, root: Branch) -> tuple[Result, Result]:
     """Position of the platform for the angles of the arms (7.7.2).
 
     UNREACHABLE: the forearms do not meet. SINGULAR: two of them start at one point, and leave the platform free.
     """
-    return _found(theta, Robot(*robot), meeting_of(theta, Robot(*robot), side))
+    return _position_and_status(theta, robot, meeting_of(theta, robot, side_of(theta, robot, root)))
 
 
-def forward_precise(theta: Row, robot: Row, side: Multivector) -> tuple[Result, Result]:
+def forward_precise(theta: Arms, robot: Robot, root: Branch) -> tuple[Result, Result]:
     """`forward` with all digits next to singular poses, too, where it has half of them."""
-    parts = Robot(*robot)
-    return _found(theta, parts, meeting_of(theta, parts, side, _still(exact_height(theta, robot))))
+    known = _still(exact_height(theta, robot))
+    return _position_and_status(theta, robot, meeting_of(theta, robot, side_of(theta, robot, root), known))
 
 
-def _found(theta: Row, robot: Robot, found: Meeting) -> tuple[Result, Result]:
+def _position_and_status(theta: Arms, robot: Robot, found: Meeting) -> tuple[Result, Result]:
     """The position, NaN where there is none, and why."""
     like, finite = theta[0], are_finite(theta)
     good = found.meet & ~found.coincide & finite
@@ -276,4 +315,4 @@ def _found(theta: Row, robot: Robot, found: Meeting) -> tuple[Result, Result]:
         like, (~finite, Status.INVALID), (found.coincide, Status.SINGULAR), (~found.meet, Status.UNREACHABLE)
     )
     values = [x * robot.length for x in coordinates(found.position)]
-    return row([select(good, x, undefined(like)) for x in values], "y"), status
+    return row([select(good, x, not_a_number(like)) for x in values], "y"), status

@@ -6,11 +6,16 @@ a Jacobian is as good next to a singular pose as elsewhere.
 
 from __future__ import annotations
 
-from ..differentiate import tangent_formula
-from ..multivector import Mask, Multivector, select
-from ..status import Status
-from ..trace import Result, as_outputs, row
+from ...algebra.multivector import Mask, Multivector, select
+from ...status import Status
+from ...trace.derivatives import tangent_formula
+from ...trace.outputs import Result, as_outputs, row
+from ..objects.euclidean import coordinates
+from ..products.outcome import not_a_number, outcome
 from .delta import (
+    Arms,
+    Branch,
+    Coordinates,
     Robot,
     Row,
     all_of,
@@ -21,25 +26,23 @@ from .delta import (
     meeting_of,
     moving,
     reaches_of,
+    side_of,
 )
-from .euclidean import coordinates
-from .outcome import outcome, undefined
 
 
-def inverse_angles(y: Row, robot: Row, sides: Row) -> Result:
+def inverse_angles(y: Coordinates, robot: Robot, sides: Arms) -> Result:
     """The angles alone, whatever becomes of them."""
     return angles_of(reaches_of(y, robot, sides))
 
 
-def inverse_angles_at(y: Row, robot: Row, sides: Row, roots: Row) -> Result:
+def inverse_angles_at(y: Coordinates, robot: Robot, sides: Arms, roots: Arms) -> Result:
     """The same where the roots are known with all their digits: what is differentiated."""
     return angles_of(reaches_of(y, robot, sides, [moving(root) for root in roots]))
 
 
-def forward_position_at(theta: Row, robot: Row, side: Multivector, height: Multivector) -> Result:
-    """The position alone, its height over the centres' plane known with all its digits: what is differentiated."""
-    parts = Robot(*robot)
-    return row([x * parts.length for x in coordinates(meeting_of(theta, parts, side, moving(height)).position)], "y")
+def forward_position_at(theta: Arms, robot: Robot, side: Multivector, height: Multivector) -> Result:
+    """The position alone, its height over the centers' plane known with all its digits: what is differentiated."""
+    return row([x * robot.length for x in coordinates(meeting_of(theta, robot, side, moving(height)).position)], "y")
 
 
 _inverse_tangent = tangent_formula(inverse_angles, __name__, constant=["robot", "sides"])
@@ -56,11 +59,11 @@ def _columns(tangent: object, x: Row, *constant: object) -> list[Row]:
 
 def _matrix(columns: list[Row], good: Mask) -> Result:
     """Row-major; NaN where there is no answer."""
-    nan = undefined(columns[0][0])
+    nan = not_a_number(columns[0][0])
     return row([select(good, columns[j][i], nan) for i in range(3) for j in range(3)], "jacobian")
 
 
-def inverse_jacobian(y: Row, robot: Row, sides: Row) -> tuple[Result, Result]:
+def inverse_jacobian(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
     """d theta_i/d y_j, row-major (7.7.5). SINGULAR: an arm is stretched or folded, or a wrist is on a motor's axis."""
     reaches, finite = reaches_of(y, robot, sides), are_finite(y)
     reached, roots = all_of([r.is_reached for r in reaches]), exact_roots(y, robot)
@@ -69,9 +72,10 @@ def inverse_jacobian(y: Row, robot: Row, sides: Row) -> tuple[Result, Result]:
     return _matrix(_columns(_inverse_tangent_at, y, robot, sides, roots), reached & free & finite), status
 
 
-def forward_jacobian(theta: Row, robot: Row, side: Multivector) -> tuple[Result, Result]:
+def forward_jacobian(theta: Arms, robot: Robot, root: Branch) -> tuple[Result, Result]:
     """d y_i/d theta_j, row-major (7.7.5). SINGULAR: the forearms lie in one plane, or two start at one point."""
-    found, finite = meeting_of(theta, Robot(*robot), side), are_finite(theta)
+    side = side_of(theta, robot, root)
+    found, finite = meeting_of(theta, robot, side), are_finite(theta)
     height = exact_height(theta, robot)
     free = ~found.coincide & (height > 0)
     status = outcome(
@@ -87,7 +91,7 @@ def forward_jacobian(theta: Row, robot: Row, side: Multivector) -> tuple[Result,
 # -- motions -----------------------------------------------------------------------------------------------------
 
 
-def inverse_rates(y: Row, dy: Row, robot: Row, sides: Row) -> tuple[Result, Result]:
+def inverse_rates(y: Coordinates, dy: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
     """Angles and their speeds for a position and its velocity."""
     return tuple(as_outputs(_inverse_tangent(y, robot, sides, dy)))  # type: ignore[return-value]
 
@@ -95,14 +99,26 @@ def inverse_rates(y: Row, dy: Row, robot: Row, sides: Row) -> tuple[Result, Resu
 _second_tangent = tangent_formula(inverse_rates, __name__, constant=["robot", "sides"])
 
 
-def inverse_motion(y: Row, dy: Row, ddy: Row, robot: Row, sides: Row) -> tuple[Result, Result, Result, Result]:
-    """Angles, speeds and accelerations of the arms for a motion of the platform. Statuses as of `inverse_jacobian`."""
+def inverse_motion(
+    y: Coordinates, dy: Coordinates, ddy: Coordinates, robot: Robot, sides: Arms
+) -> tuple[Result, Result, Result, Result]:
+    """Angles, speeds and accelerations of the arms for a motion of the platform.
+
+    Statuses as of `inverse_jacobian`, and INVALID where numbers overflow: in single precision a robot of millimeters.
+    """
     reaches, finite = reaches_of(y, robot, sides), are_finite((*y, *dy, *ddy))
     reached = all_of([r.is_reached for r in reaches])
     free = all_of([(r.root > 0) & ~r.is_aligned for r in reaches])
-    good, nan = reached & free & finite, undefined(y[0])
     found = as_outputs(_second_tangent(y, dy, robot, sides, dy, ddy))
     values = [(name, found[i].values) for name, i in (("theta", 0), ("speed", 1), ("acceleration", 3))]
+    held = are_finite(tuple(x for _, each in values for x in each))
+    good, nan = reached & free & finite & held, not_a_number(y[0])
     theta, speed, acceleration = (row([select(good, x, nan) for x in each], name) for name, each in values)
-    status = outcome(y[0], (~finite, Status.INVALID), (~reached, Status.UNREACHABLE), (~free, Status.SINGULAR))
+    status = outcome(
+        y[0],
+        (~finite, Status.INVALID),
+        (~reached, Status.UNREACHABLE),
+        (~free, Status.SINGULAR),
+        (~held, Status.INVALID),
+    )
     return theta, speed, acceleration, status

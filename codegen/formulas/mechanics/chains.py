@@ -1,4 +1,4 @@
-"""Serial chains: joints as screws, the turns and places that they add up to, and the twists (thesis 7.2 to 7.14).
+"""Serial chains: joints as screws, the poses that they add up to, and the twists (thesis 7.2 to 7.14).
 
 A pose of a frame is a rotor q and the place p of its origin, R = (1 - p n/2) q: what is far from the world's origin is
 then never multiplied by a turn. A joint turns about the unit vector a through its place and advances along it, with
@@ -7,16 +7,17 @@ the unit twist S = k (a I3 + (p x a) n) + l a n; it moves what follows by exp(-x
 
 from __future__ import annotations
 
-from ..multivector import Multivector, cos, select, sin
-from ..status import Status
-from ..trace import Result, named, row
-from .euclidean import attached_part, coordinates, cross, direction_of, euclidean_part, null_vector, space
-from .exponentials import log_motor
-from .flows import nudged
-from .mechanics import screw_of, seen
-from .motions import translation_of, translator
-from .outcome import is_finite, only_if, outcome
-from .screws import along, direction_part
+from ...algebra.multivector import Multivector, cos, select, sin
+from ...status import Status
+from ...trace.outputs import Result, named
+from ..motions.flows import renormalize
+from ..motions.motions import translation_of, translator
+from ..motions.screws import direction_part
+from ..motions.twists import screw_row
+from ..objects.euclidean import attached_part, cross, direction_of, dot, euclidean_part, null_vector, space
+from ..products.exponentials import log_motor
+from ..products.outcome import is_finite, outcome, where_or_nan
+from .mechanics import screw_of, to_body_frame
 
 # -- a joint's numbers --------------------------------------------------------------------------------------
 
@@ -24,7 +25,7 @@ from .screws import along, direction_part
 def joint(twist: Multivector, near: Multivector) -> tuple[Result, Result, Result, Result, Result]:
     """a, the point of the axis that is nearest to a place, k and l of a twist S.
 
-    Of a translation a is its direction, k is zero and the place the one given. INVALID: zero, or not finite.
+    For a translation a is its direction, k is zero and the place the one given. INVALID: zero, or not finite.
     """
     m, moment = direction_part(twist), attached_part(twist)
     about = moment - cross(near, m)
@@ -34,12 +35,12 @@ def joint(twist: Multivector, near: Multivector) -> tuple[Result, Result, Result
     nothing = twist.constant(0)
     foot = near + select(turns, inverse * cross(a, about), nothing)
     finite = is_finite(twist) & is_finite(near)
-    known = only_if(finite & (turns | slides), twist.constant(1))
-    advance = select(turns, along(about, a), 1 / only_if(slides, slide_inverse))
+    known = where_or_nan(finite & (turns | slides), twist.constant(1))
+    advance = select(turns, dot(about, a), 1 / where_or_nan(slides, slide_inverse))
     return (
         named("direction", select(turns, a, u) * known),
         named("place", foot * known),
-        named("turn", select(turns, along(m, a), nothing) * known),
+        named("turn", select(turns, dot(m, a), nothing) * known),
         named("advance", advance * known),
         outcome(twist, (~finite, Status.INVALID), (~turns & ~slides, Status.INVALID)),
     )
@@ -69,27 +70,29 @@ def slide_along(direction: Multivector) -> tuple[Multivector, Result]:
 # -- along the chain ----------------------------------------------------------------------------------------
 
 
-def placed(q: Multivector, place: Multivector, offset: Multivector, axis: Multivector, way: Multivector) -> Multivector:
-    """Where a joint is: an offset on, and as far along its axis as it has moved."""
+def joint_position(
+    q: Multivector, place: Multivector, offset: Multivector, axis: Multivector, way: Multivector
+) -> Multivector:
+    """Position of a joint: an offset on, and as far along its axis as it has moved."""
     return place + (q >> (offset + way * axis)).grade(1)
 
 
-def turned(q: Multivector, axis: Multivector, angle: Multivector) -> Multivector:
+def rotate(q: Multivector, axis: Multivector, angle: Multivector) -> Multivector:
     """q exp(-angle a I3/2)."""
     return q * (cos(angle / 2) - sin(angle / 2) * axis * space(q))
 
 
-def pointed(q: Multivector, axis: Multivector) -> Multivector:
+def link_direction(q: Multivector, axis: Multivector) -> Multivector:
     """A direction of a link, in the world."""
     return (q >> axis).grade(1)
 
 
-def framed(q: Multivector, place: Multivector, offset: Multivector, turn: Multivector) -> tuple[Result, Result]:
+def frame_pose(q: Multivector, place: Multivector, offset: Multivector, turn: Multivector) -> tuple[Result, Result]:
     """Pose of a frame that stands an offset on and turned, its rotor one to rounding."""
-    return named("rotor", nudged(q) * turn), named("place", place + (q >> offset).grade(1))
+    return named("rotor", renormalize(q) * turn), named("place", place + (q >> offset).grade(1))
 
 
-def landed(q: Multivector, place: Multivector, base: Multivector) -> Multivector:
+def compose(q: Multivector, place: Multivector, base: Multivector) -> Multivector:
     """The motor of a pose, place and base added up."""
     return translator(base + place) * q
 
@@ -110,8 +113,8 @@ def twist_about(turn: Multivector, velocity: Multivector, place: Multivector) ->
 def column(
     axis: Multivector, place: Multivector, reference: Multivector, turn: Multivector, advance: Multivector
 ) -> Result:
-    """Of a joint's unit twist the turn, and the velocity of the point at a place, along the world's axes."""
-    return _row(unit_twist(axis, place - reference, turn, advance))
+    """Column of a Jacobian: the turn of a joint's unit twist and its velocity at a place, along the world's axes."""
+    return screw_row(unit_twist(axis, place - reference, turn, advance), "column")
 
 
 def seen_column(
@@ -119,14 +122,10 @@ def seen_column(
     advance: Multivector,
 ) -> Result:  # fmt: skip
     """The same along the axes of a frame."""
-    return _row(seen(q, unit_twist(axis, place - reference, turn, advance)))
+    return screw_row(to_body_frame(q, unit_twist(axis, place - reference, turn, advance)), "column")
 
 
-def _row(screw: Multivector) -> Result:
-    return row([*coordinates(direction_part(screw)), *coordinates(attached_part(screw))], "column")
-
-
-def accumulated(
+def link_twist(
     omega: Multivector, rate: Multivector, joint: Multivector, speed: Multivector, push: Multivector
 ) -> tuple[Result, Result]:
     """Twist of a link and its rate, from those of the link before: Omega + S dx (7.13), and dS = S x Omega (7.14)."""
@@ -137,13 +136,13 @@ def accumulated(
 # -- back from a pose ---------------------------------------------------------------------------------------
 
 
-def taken_apart(r: Multivector, base: Multivector) -> tuple[Result, Result]:
+def decompose(r: Multivector, base: Multivector) -> tuple[Result, Result]:
     """Rotor and place of a motor, the place as seen from the base."""
     return named("rotor", euclidean_part(r)), named("place", translation_of(r) - base)
 
 
-def missing(q: Multivector, place: Multivector, goal: Multivector, goal_place: Multivector) -> Result:
-    """What takes a frame to its goal in a unit of time: w of the shortest turn, and the way of the frame's origin.
+def pose_error(q: Multivector, place: Multivector, goal: Multivector, goal_place: Multivector) -> Result:
+    """Twist from a frame to its goal in a unit of time: w of the shortest rotation, and the path of the frame's origin.
 
     The motor between both as seen from the frame's origin is (1 - d n/2) Q ~q, Q and -Q one goal. Turn and way are
     taken by themselves, -2 log(Q ~q) and d: then half the square of both together falls along a twist by their plain
@@ -151,4 +150,4 @@ def missing(q: Multivector, place: Multivector, goal: Multivector, goal_place: M
     """
     turn = goal * ~q
     nearer = select(turn.grade(0) < 0, q.constant(-1), q.constant(1))
-    return _row(-2 * log_motor(nearer * turn)[0] + (goal_place - place) * null_vector(q))
+    return screw_row(-2 * log_motor(nearer * turn)[0] + (goal_place - place) * null_vector(q), "column")

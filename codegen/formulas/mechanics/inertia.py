@@ -1,21 +1,20 @@
 """Inertia of a rigid body in any frame: the inverse and the rate of Q, matrices, and solids (thesis 6.4).
 
 A body has a mass, moments about its principal axes (mass included, a vector) and a motor ``frame`` that takes the frame
-along these axes at the centre of mass to the one that twists and momenta are in. Q itself is `mechanics.momentum_in`.
+along these axes at the center of mass to the one that twists and momenta are in. Q itself is `mechanics.momentum_in`.
 """
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector
-from ..status import Status
-from ..trace import Result, named, row
-from .euclidean import attached_part, axes, coordinates, euclidean_part, null_vector, space
-from .frames import matrix_of
+from ...algebra.multivector import Mask, Multivector
+from ...status import Status
+from ...trace.outputs import Result, named, row
+from ..motions.motions import translation_of
+from ..motions.twists import screw_row
+from ..objects.euclidean import attached_part, axes, coordinates, dot, euclidean_part, null_vector, space
+from ..products.frames import matrix_of
+from ..products.outcome import outcome, where_or_nan
 from .mechanics import bracket, momentum_in, power, principal_momentum, twist_in
-from .motions import translation_of
-from .outcome import only_if, outcome
-from .screws import along
-from .twists import screw_row
 
 
 def velocity(
@@ -31,7 +30,7 @@ def _only_solid(moments: Multivector) -> tuple[Multivector, Mask]:
     solid = moments.constant(1) > 0
     for moment in coordinates(moments):
         solid = solid & (moment > 0)
-    return only_if(solid, moments.constant(1)) * moments, solid
+    return where_or_nan(solid, moments.constant(1)) * moments, solid
 
 
 def velocity_rate(
@@ -40,7 +39,7 @@ def velocity_rate(
 ) -> tuple[Multivector, Result]:  # fmt: skip
     """d/dt of Q^-1(Psi) in a frame that moves with ``twist`` while dPsi = wrench: (6.17) with what it had lost.
 
-    Q^-1(dPsi + Omega x Psi) + Q^-1(Psi) x Omega: dR = -Omega R/2 on both sides of Q_B^-1. Of the body's own twist the
+    Q^-1(dPsi + Omega x Psi) + Q^-1(Psi) x Omega: dR = -Omega R/2 on both sides of Q_B^-1. For the body's own twist the
     last term vanishes: Euler's equations.
     """
     moments, solid = _only_solid(moments)
@@ -59,7 +58,7 @@ def momentum_rate(
 
 
 def energy(frame: Multivector, mass: Multivector, moments: Multivector, twist: Multivector) -> Multivector:
-    """Half the power of Q(Omega) on Omega: (m u^2 + w . I w)/2 in the frame at the centre of mass."""
+    """Half the power of Q(Omega) on Omega: (m u^2 + w . I w)/2 in the frame at the center of mass."""
     own = (~frame >> twist).grade(2)
     return power(own, principal_momentum(mass, moments, own)) / 2
 
@@ -75,7 +74,7 @@ def inertia_matrix(frame: Multivector, mass: Multivector, moments: Multivector) 
 
 
 def center_and_tensor(frame: Multivector, moments: Multivector) -> tuple[Result, Result]:
-    """Where the centre of mass is, and the tensor about it along the axes of the frame, row by row."""
+    """Center of mass, and the tensor about it along the axes of the frame, row by row."""
     turn = euclidean_part(frame)
 
     def angular(w: Multivector) -> Multivector:
@@ -99,11 +98,11 @@ def principal_screws(frame: Multivector) -> tuple[Result, ...]:
 def tetrahedron(a: Multivector, b: Multivector, c: Multivector) -> tuple[Result, Result, Result]:
     """Volume and moments of the tetrahedron of a triangle and the origin, signed by the side that the triangle shows.
 
-    Six volumes are a ^ b ^ c; its centre is at s/4, s = a + b + c, and the integral of x (x . y) is
+    Six volumes are a ^ b ^ c; its center is at s/4, s = a + b + c, and the integral of x (x . y) is
     V/20 (a (a . y) + b (b . y) + c (c . y) + s (s . y)). (Row by row.)
     """
     volume = ((a ^ b ^ c) * ~space(a)).grade(0) / 6
     total = a + b + c
-    matrix = matrix_of(lambda y: a.sum(x * along(x, y) for x in (a, b, c, total)), axes(a), axes(a))
+    matrix = matrix_of(lambda y: a.sum(x * dot(x, y) for x in (a, b, c, total)), axes(a), axes(a))
     second = [volume * entry / 20 for entries in matrix for entry in entries]
     return named("volume", volume), named("first", volume * total / 4), row(second, "second")

@@ -6,22 +6,21 @@ bodies at the start, is R X ~R for each. A motor S of one body as another sees i
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select
-from ..trace import Result, row
-from .euclidean import axes, euclidean_part
-from .exponentials import exp_bivector, log_motor
+from ...algebra.multivector import Multivector, select
+from ...trace.outputs import Result, row
+from ..objects.euclidean import axes
+from ..products.exponentials import exp_bivector, log_motor
+from ..registration.registration import near_motor
 from .mechanics import adjoint, basis_twists, coefficient, velocity_at
-from .motions import translation_of
-from .registration import near_motor
 
 
-def placed(s: Multivector, x: Multivector) -> Result:
+def transform_object(s: Multivector, x: Multivector) -> Result:
     """S X ~S, on the blades of X."""
     moved = s >> x
     return row([coefficient(moved, blade) for blade in x.terms], "placed")
 
 
-def composed(r: Multivector, s: Multivector) -> Multivector:
+def compose(r: Multivector, s: Multivector) -> Multivector:
     """R S: a body whose parent is at R, and which its parent sees at S."""
     return near_motor(r * s)
 
@@ -36,7 +35,7 @@ def carrying(r: Multivector) -> Result:
     return adjoint(~r)
 
 
-def stepped(omega: Multivector, s: Multivector) -> Multivector:
+def move_by_twist(omega: Multivector, s: Multivector) -> Multivector:
     """exp(-Omega/2) S: moved by a twist for a unit of time."""
     return near_motor(exp_bivector(-omega / 2) * s)
 
@@ -51,8 +50,3 @@ def way(r: Multivector, target: Multivector) -> Multivector:
 def point_rates(place: Multivector) -> Result:
     """Velocities of a point for each unit twist, one after the other."""
     return row([v.scalar_product(a) for v in (velocity_at(e, place) for e in basis_twists(place)) for a in axes(place)])
-
-
-def moved_point(r: Multivector, place: Multivector) -> Multivector:
-    """Where a body at R has a point that was at a place."""
-    return (euclidean_part(r) >> place).grade(1) + translation_of(r)

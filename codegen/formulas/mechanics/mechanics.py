@@ -8,16 +8,27 @@ the row of a wrench holds its power on each of them, and no metric is needed to 
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Annotated, NamedTuple
 
-from ..algebra import Algebra
-from ..multivector import Multivector, select, sqrt
-from ..trace import Result, named, row
-from .euclidean import attached_part, axes, cross, euclidean_part, length, null_vector, space
-from .exponentials import exp_bivector
-from .motions import translation_of
-from .screws import along, direction_part
+from ...algebra.algebra import Algebra
+from ...algebra.multivector import Multivector, select, sqrt
+from ...trace.outputs import Result, named, row
+from ...trace.rows import BladesOf
+from ..motions.motions import translation_of
+from ..motions.screws import direction_part
+from ..objects.euclidean import attached_part, axes, cross, dot, euclidean_part, length, null_vector, space
+from ..products.exponentials import exp_bivector
 
-Numbers = tuple[Multivector, ...]
+#: Numbers for each of a twist's blades.
+Covector = Annotated[tuple[Multivector, ...], BladesOf("twist")]
+
+
+class SpringLaw(NamedTuple):
+    """Numbers of a spring with a damper along it."""
+
+    stiffness: Multivector
+    rest: Multivector
+    damping: Multivector
 
 
 def twist_blades(algebra: Algebra) -> tuple[int, ...]:
@@ -43,11 +54,11 @@ def covector(wrench: Multivector) -> list[Multivector]:
     return [power(e, wrench) for e in basis_twists(wrench)]
 
 
-def of_covector(numbers: Numbers) -> Multivector:
+def of_covector(powers: Covector) -> Multivector:
     """The wrench with these powers: unit twists and unit wrenches pair off, up to signs."""
-    like = numbers[0]
+    like = powers[0]
     basis = basis_twists(like)
-    return like.sum(c * power(e, f) * f for c, e in zip(numbers, basis, strict=True) for f in basis)
+    return like.sum(c * power(e, f) * f for c, e in zip(powers, basis, strict=True) for f in basis)
 
 
 # -- motion ------------------------------------------------------------------------------------------------
@@ -58,7 +69,7 @@ def motor_rate(r: Multivector, omega: Multivector) -> Multivector:
     return -(r * omega) / 2
 
 
-def turned(r: Multivector, omega: Multivector) -> Multivector:
+def move_by_twist(r: Multivector, omega: Multivector) -> Multivector:
     """R exp(-Omega/2)."""
     return r * exp_bivector(-omega / 2)
 
@@ -68,13 +79,13 @@ def relative(r: Multivector, s: Multivector) -> Multivector:
     return ~r * s
 
 
-def seen(r: Multivector, screw: Multivector) -> Multivector:
+def to_body_frame(r: Multivector, screw: Multivector) -> Multivector:
     """~R S R: a screw of the world in the body's frame."""
     return (~r >> screw).grade(2)
 
 
 def distance_of(r: Multivector) -> Multivector:
-    """How far the frame's origin is from the world's."""
+    """Distance of the frame's origin from the world's."""
     return length(translation_of(r))
 
 
@@ -85,21 +96,21 @@ def adjoint(r: Multivector) -> Result:
 
 
 def coefficient(x: Multivector, blade: int) -> Multivector:
-    """Of a blade, zero where x has none."""
+    """Coefficient of a blade, zero where x has none."""
     return x.new({0: x.terms[blade]} if blade in x.terms else {})
 
 
 # -- momentum ----------------------------------------------------------------------------------------------
 
 
-def gyroscopic(omega: Multivector, momentum: Numbers) -> Result:
+def gyroscopic(omega: Multivector, momentum: Covector) -> Result:
     """Omega x Psi, the wrench that turning a momentum takes: Q dOmega = W + Omega x Psi."""
     psi = of_covector(momentum)
     return row(covector(omega.commutator(psi).grade(2)), "gyroscopic")
 
 
-def central_gyroscopic(omega: Multivector, momentum: Numbers) -> Result:
-    """`gyroscopic` in a frame at the centre of mass.
+def central_gyroscopic(omega: Multivector, momentum: Covector) -> Result:
+    """`gyroscopic` in a frame at the center of mass.
 
     There Psi = m v I3 + L n, and v n x Psi = (v x m v) n is zero: left out, for its rounding is a torque too, which in
     fast flight of a small body is as large as those that turn it.
@@ -114,15 +125,15 @@ def covector_of(wrench: Multivector) -> Result:
     return row(covector(wrench), "covector")
 
 
-def world_wrench(r: Multivector, numbers: Numbers) -> Multivector:
+def world_wrench(r: Multivector, powers: Covector) -> Multivector:
     """R W ~R of the wrench with these powers in the body's frame."""
-    return (r >> of_covector(numbers)).grade(2)
+    return (r >> of_covector(powers)).grade(2)
 
 
 def mass_matrix(mass: Multivector, moments: Multivector, frame: Multivector) -> Result:
     """Q (6.15): powers of Q(Omega) on unit twists, for each unit twist Omega, row by row.
 
-    ``frame`` is the motor from the frame along the principal axes at the centre of mass to the body's own; ``moments``
+    ``frame`` is the motor from the frame along the principal axes at the center of mass to the body's own; ``moments``
     is the vector of the moments of inertia about those axes, mass included.
     """
     momenta = [frame >> principal_momentum(mass, moments, (~frame >> e).grade(2)) for e in basis_twists(mass)]
@@ -154,12 +165,12 @@ def twist_in(frame: Multivector, mass: Multivector, moments: Multivector, psi: M
 
 
 def principal_momentum(mass: Multivector, moments: Multivector, omega: Multivector) -> Multivector:
-    """m v I3 + (I w) n along the principal axes at the centre of mass."""
+    """m v I3 + (I w) n along the principal axes at the center of mass."""
     w, v = direction_part(omega), attached_part(omega)
-    return mass * v * space(omega) + scaled(moments, w) * null_vector(omega)
+    return mass * v * space(omega) + componentwise_product(moments, w) * null_vector(omega)
 
 
-def scaled(a: Multivector, b: Multivector) -> Multivector:
+def componentwise_product(a: Multivector, b: Multivector) -> Multivector:
     """Products of the coordinates of two vectors."""
     return a.sum(a.scalar_product(e) * b.scalar_product(e) * e for e in axes(b))
 
@@ -180,12 +191,12 @@ def pull(r: Multivector, center: Multivector, weight: Multivector) -> Result:
 
 def wrench_at(force: Multivector, position: Multivector) -> Multivector:
     """f I3 + (p x f) n."""
-    return force * space(force) + cross(position, force) * null_vector(force)
+    return screw_of(force, cross(position, force))
 
 
-def carried(r: Multivector, wrench: Multivector) -> Result:
+def wrench_to_body(r: Multivector, wrench: Multivector) -> Result:
     """A wrench of the world as the body sees it."""
-    return row(covector(seen(r, wrench)), "carried")
+    return row(covector(to_body_frame(r, wrench)), "carried")
 
 
 def velocity_at(omega: Multivector, position: Multivector) -> Multivector:
@@ -195,30 +206,31 @@ def velocity_at(omega: Multivector, position: Multivector) -> Multivector:
 
 def spring(
     r: Multivector, omega: Multivector, own: Multivector, s: Multivector, psi: Multivector, other: Multivector,
-    numbers: Numbers,
+    law: SpringLaw,
 ) -> tuple[Result, Result]:  # fmt: skip
     """Spring and damper between points of two bodies: stiffness, length at rest, damping along it.
 
     Forces on both. Where both points are one, a spring that has a length at rest has no direction: it pulls nowhere.
     """
-    stiffness, rest, damping = numbers
+    stiffness, rest, damping = law
     turns = [euclidean_part(r), euclidean_part(s)]
-    gap = _place(s, other) - _place(r, own)
+    gap = moved_point(s, other) - moved_point(r, own)
     rate = (turns[1] >> velocity_at(psi, other)).grade(1) - (turns[0] >> velocity_at(omega, own)).grade(1)
-    square = along(gap, gap)
+    square = dot(gap, gap)
     long = square > 0
     inverse = select(long, 1 / sqrt(select(long, square, square.constant(1))), square.constant(0))
-    force = (stiffness * (1 - rest * inverse) + damping * along(rate, gap) * inverse * inverse) * gap
+    force = (stiffness * (1 - rest * inverse) + damping * dot(rate, gap) * inverse * inverse) * gap
     on_own, on_other = (~turns[0] >> force).grade(1), (~turns[1] >> -force).grade(1)
     return row(covector(wrench_at(on_own, own)), "own"), row(covector(wrench_at(on_other, other)), "other")
 
 
-def _place(r: Multivector, position: Multivector) -> Multivector:
-    return (euclidean_part(r) >> position).grade(1) + translation_of(r)
+def moved_point(r: Multivector, place: Multivector) -> Multivector:
+    """Position of a body's point that was at a place, for the body at R."""
+    return (euclidean_part(r) >> place).grade(1) + translation_of(r)
 
 
 def drag(omega: Multivector, center: Multivector, angular: Multivector, linear: Multivector) -> Result:
-    """Against the turning of a body, and against the motion of its centre."""
+    """Against the turning of a body, and against the motion of its center."""
     force = -linear * velocity_at(omega, center)
     couple = -angular * direction_part(omega) * null_vector(omega)
     return row(covector(wrench_at(force, center) + couple), "drag")

@@ -5,20 +5,21 @@ Each takes the arguments of the formula that it is named after, then a direction
 
 from __future__ import annotations
 
-from ..differentiate import tangent_formula
-from ..multivector import Multivector
-from . import maps, mechanics, pins
+from ...algebra.multivector import Multivector
+from ...trace.derivatives import tangent_formula
+from ..motions import maps
+from . import mechanics, pins
 
 gyroscopic = tangent_formula(mechanics.gyroscopic, __name__)
 central_gyroscopic = tangent_formula(mechanics.central_gyroscopic, __name__)
 pull = tangent_formula(mechanics.pull, __name__, constant=["center"])
-carried = tangent_formula(mechanics.carried, __name__)
+wrench_to_body = tangent_formula(mechanics.wrench_to_body, __name__)
 drag = tangent_formula(mechanics.drag, __name__, constant=["center"])
 spring = tangent_formula(mechanics.spring, __name__)
 relative = tangent_formula(mechanics.relative, __name__)
 adjoint = tangent_formula(mechanics.adjoint, __name__)
 bracket = tangent_formula(mechanics.bracket, __name__)
-pinned = tangent_formula(pins.pinned, __name__)
+body_object = tangent_formula(pins.body_object, __name__)
 moved_rates = tangent_formula(pins.moved_rates, __name__)
 turned_rate = tangent_formula(pins.turned_rate, __name__)
 path_rates = tangent_formula(pins.path_rates, __name__, constant=["v", "dv", "ddv"])

@@ -5,12 +5,12 @@ Rows of numbers stand for multivectors on the blades of the pinned object, in th
 
 from __future__ import annotations
 
-from ..multivector import Multivector
-from ..trace import Result, named, row
-from .mechanics import adjoint, basis_twists, bracket, coefficient, covector, seen
+from ...algebra.multivector import Multivector
+from ...trace.outputs import Result, named, row
+from .mechanics import adjoint, basis_twists, bracket, coefficient, covector, to_body_frame
 
 
-def pinned(r: Multivector, v: Multivector) -> Result:
+def body_object(r: Multivector, v: Multivector) -> Result:
     """U = ~R V R: an object of the world as the body sees it (6.7)."""
     return _row(~r >> v, v, "u")
 
@@ -33,7 +33,7 @@ def turned_rate(u: Multivector, omega: Multivector) -> Result:
 
 def held_rates(r: Multivector, omega: Multivector, v: Multivector) -> tuple[Result, Result]:
     """`moved_rates` and `turned_rate` of what is pinned."""
-    u = _restricted(~r >> v, v)
+    u = _restrict(~r >> v, v)
     return moved_rates(u), turned_rate(u, omega)
 
 
@@ -42,7 +42,7 @@ def relation(
 ) -> tuple[Result, Result, Result, Result]:
     """A body as another one sees it: ~S R, its twist there, the bracket of the other's twist with that, `adjoint`."""
     motor = ~s * r
-    carried = seen(motor, psi)
+    carried = to_body_frame(motor, psi)
     own = omega - carried
     bend = _row(bracket(carried, own), omega, "bend")
     return named("motor", motor), _row(own, omega, "own"), bend, adjoint(motor)
@@ -50,7 +50,7 @@ def relation(
 
 def held_power(r: Multivector, v: Multivector) -> Result:
     """Power of a wrench of the world on each unit twist of the body."""
-    return row(covector(seen(r, v)), "power")
+    return row(covector(to_body_frame(r, v)), "power")
 
 
 def path_rates(
@@ -60,12 +60,12 @@ def path_rates(
 
     dU = b(dV) - U x Omega, and U x dOmega is the second one less ddU.
     """
-    u, du, ddu = (_restricted(~r >> x, v) for x in (v, dv, ddv))
+    u, du, ddu = (_restrict(~r >> x, v) for x in (v, dv, ddv))
     acceleration = u.commutator(omega).commutator(omega) + ddu - 2 * du.commutator(omega)
     return _row(du, v, "rate"), _row(acceleration, v, "acceleration")
 
 
-def _restricted(x: Multivector, like: Multivector) -> Multivector:
+def _restrict(x: Multivector, like: Multivector) -> Multivector:
     return x.new({b: c for b, c in x.terms.items() if b in like.terms})
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from ..multivector import Multivector, sqrt
-from ..trace import Result, named, row
-from .euclidean import attached_part, cross, euclidean_part, null_vector, space
-from .exponentials import exp_bivector
-from .mechanics import Numbers, covector, of_covector, scaled
+from ...algebra.multivector import Multivector, sqrt
+from ...trace.outputs import Result, named, row
+from ..mechanics.mechanics import Covector, componentwise_product, covector, of_covector
+from ..objects.euclidean import attached_part, cross, dot, euclidean_part, null_vector, space
+from ..products.exponentials import exp_bivector
 from .motions import translation_of, translator
-from .screws import along, direction_part
+from .screws import direction_part
 
 # -- a free body in a field that is the same everywhere ----------------------------------------------------
 #
-# Place and turn part there: R = (1 - x n/2) q, and the centre of mass goes its own way.
+# Position and rotation separate there: R = (1 - x n/2) q, and the center of mass has a path of its own.
 
 
 def rotor_rate(q: Multivector, w: Multivector) -> Multivector:
@@ -22,17 +22,17 @@ def rotor_rate(q: Multivector, w: Multivector) -> Multivector:
 
 def spin_rate(w: Multivector, moments: Multivector, inverse: Multivector) -> Multivector:
     """dw with I dw = (I w) x w, along the principal axes."""
-    turning = cross(scaled(moments, w), w)
-    return scaled(inverse, turning)
+    turning = cross(componentwise_product(moments, w), w)
+    return componentwise_product(inverse, turning)
 
 
 def lever_rate(q: Multivector, center: Multivector, weight: Multivector, inverse: Multivector) -> Multivector:
-    """What a force that is the same all over the world adds to dw of a body that turns about a point."""
-    return scaled(inverse, cross(center, (~q >> weight).grade(1)))
+    """Contribution of a force that is the same all over the world to dw of a body that turns about a point."""
+    return componentwise_product(inverse, cross(center, (~q >> weight).grade(1)))
 
 
-def nudged(q: Multivector) -> Multivector:
-    """q (3 - q ~q)/2: of a rotor that is nearly one, the one next to it, to second order."""
+def renormalize(q: Multivector) -> Multivector:
+    """q (3 - q ~q)/2: the unit rotor next to one whose norm is nearly 1, to second order."""
     return q * ((3 - q.scalar_product(~q)) / 2)
 
 
@@ -48,7 +48,9 @@ def flight(r: Multivector, omega: Multivector) -> tuple[Result, Result, Result, 
     )
 
 
-def landed(q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector) -> tuple[Result, Result]:
+def state_after_flight(
+    q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector
+) -> tuple[Result, Result]:
     """The state that `flight` takes apart; the rotor need not quite be one."""
     turn = q / sqrt(q.scalar_product(~q))
     omega = spin * space(q) + (~turn >> velocity).grade(1) * null_vector(q)
@@ -57,13 +59,13 @@ def landed(q: Multivector, place: Multivector, velocity: Multivector, spin: Mult
 
 # -- flows of a split Hamiltonian --------------------------------------------------------------------------
 #
-# The state is the motor of a frame at the centre of mass, or at the point that is held, along the principal axes there,
+# The state is the motor of a frame at the center of mass, or at the point that is held, along the principal axes there,
 # with the linear momentum p and the angular momentum L about the frame's origin, both along the world's axes.
 
 
-def parts_of_momentum(r: Multivector, numbers: Numbers) -> tuple[Result, Result]:
+def parts_of_momentum(r: Multivector, powers: Covector) -> tuple[Result, Result]:
     """p and L, or force and moment, of what has these powers in the body's frame."""
-    wrench = of_covector(numbers)
+    wrench = of_covector(powers)
     turn = euclidean_part(r)
     p, angular = ((turn >> x).grade(1) for x in (direction_part(wrench), attached_part(wrench)))
     return named("linear", p), named("angular", angular)
@@ -76,7 +78,7 @@ def momentum_row(r: Multivector, linear: Multivector, angular: Multivector) -> R
     return row(covector(p * space(p) + moment * null_vector(p)), "momentum")
 
 
-def drifted(r: Multivector, way: Multivector) -> Multivector:
+def translate(r: Multivector, way: Multivector) -> Multivector:
     """The body moved along."""
     return (translator(way) * r).grade(0, 2, 4)
 
@@ -88,7 +90,7 @@ def central_turn(r: Multivector, angular: Multivector, share: Multivector) -> Mu
 
 def axial_turn(r: Multivector, angular: Multivector, axis: Multivector, share: Multivector) -> Multivector:
     """Flow of (L . a)^2 share/2 for a unit vector a of the body: it turns about a."""
-    rate = share * along(_in_body(r, angular), axis)
+    rate = share * dot(_in_body(r, angular), axis)
     return r * exp_bivector(-rate * axis * space(r) / 2)
 
 

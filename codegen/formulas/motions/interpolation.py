@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from ..differentiate import derivative_formula
-from ..multivector import Multivector, select
-from ..trace import Result, named
-from .blades import Checked, cases_of_sum, checked_sum, project_far_sum, project_sum, project_to_blade, written_size
-from .outcome import NOISE, epsilon
-from .sizes import product_sizes, sizes
+from ...algebra.multivector import Multivector, select
+from ...trace.derivatives import derivative_formula
+from ...trace.outputs import Result, named
+from ..objects.blades import (
+    Checked,
+    cases_of_sum,
+    checked_sum,
+    project_far_sum,
+    project_sum,
+    project_to_blade,
+    written_size,
+)
+from ..products.outcome import NOISE, epsilon
+from ..products.sizes import product_sizes, sizes
 
 
 def interpolant(x1: Multivector, x2: Multivector, alpha: Multivector) -> Multivector:

@@ -6,11 +6,11 @@ turn the series is the difference of large terms; the split form divides by the 
 
 from __future__ import annotations
 
-from ..multivector import Multivector, absolute, cos, sin, sqrt
-from ..status import Status
-from .euclidean import attached_part, euclidean_part, null_vector
+from ...algebra.multivector import Multivector, absolute, cos, sin, sqrt
+from ...status import Status
+from ..objects.euclidean import attached_part, euclidean_part, null_vector
+from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
 from .maps import Rate, bend, exponential_motor, square_parts
-from .outcome import NOISE, epsilon, only_if, outcome
 
 
 def series_rate_world(phi: Multivector, omega: Multivector) -> Rate:
@@ -47,7 +47,7 @@ def split_rate_body(phi: Multivector, omega: Multivector) -> Rate:
     alpha = sqrt(-(turn * turn).grade(0))
     c, s = cos(alpha / 2), sin(alpha / 2)
     regular = (alpha > 0) & ((c > 0) | (absolute(s) > NOISE * epsilon(phi)))
-    plane = turn / only_if(regular, alpha)
+    plane = turn / where_or_nan(regular, alpha)
     own, r = c - plane * s, exponential_motor(phi)
     spin = euclidean_part(omega)
     d_own, d_r = -(own * spin) / 2, -(r * omega) / 2

@@ -11,12 +11,12 @@ from functools import cache
 from math import comb, factorial
 from typing import NamedTuple
 
-from ..multivector import Multivector, absolute, sqrt, stumpff1, stumpff2, stumpff3
-from ..status import Status
-from ..trace import Result
-from .euclidean import attached_part, euclidean_part, null_vector
-from .exponentials import exp_bivector
-from .outcome import NOISE, epsilon, only_if, outcome
+from ...algebra.multivector import Multivector, absolute, sqrt, stumpff1, stumpff2, stumpff3
+from ...status import Status
+from ...trace.outputs import Result
+from ..objects.euclidean import attached_part, euclidean_part, null_vector
+from ..products.exponentials import exp_bivector
+from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
 
 Rate = tuple[Multivector, Result]
 #: 4 pi^2, where the exponential map is first singular, to 40 digits: coefficients are differences of its powers.
@@ -53,7 +53,7 @@ def bend(w: Multivector) -> Bend:
     z = w / 4
     c1, c3 = stumpff1(z), stumpff3(z)
     regular = absolute(c1) > NOISE * epsilon(w)
-    per_sine = 1 / only_if(regular, c1)
+    per_sine = 1 / where_or_nan(regular, c1)
     value = (stumpff2(z) - c3) * per_sine
     higher = _stumpff4(z) - _stumpff5(z)
     slope = ((3 * higher - c3) * per_sine + value * value) / 32
@@ -68,9 +68,10 @@ def _stumpff5(w: Multivector) -> Multivector:
     return w.new({0: w.ring.apply("stumpff5", w.scalar())})
 
 
-#: Poles of k that are taken out of its series below, and the terms of what is left: with two it converges like 9^-n
-#: up to the full turn, where the last term is 1e-17 of the sum.
-POLES, TERMS = 2, 18
+#: Poles of k that are split off its series below: with two, the rest converges like 9^-n up to the full turn.
+POLES = 2
+#: Terms of the rest: at the full turn the last one is 1e-17 of the sum.
+TERMS = 18
 
 
 @cache

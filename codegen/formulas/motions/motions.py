@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ..multivector import Mask, Multivector, absolute, cos, select, sin, sqrt
-from ..status import Status
-from ..trace import Result, named, row
-from .euclidean import (
+from ...algebra.multivector import Mask, Multivector, absolute, cos, select, sin, sqrt
+from ...status import Status
+from ...trace.outputs import Result, named, row
+from ..objects.euclidean import (
     attached_part,
     axes,
     canonical_sign,
@@ -20,7 +20,7 @@ from .euclidean import (
     null_vector,
     space,
 )
-from .outcome import only_if, outcome
+from ..products.outcome import outcome, where_or_nan
 
 #: How far f_i . f_j of a matrix's columns may be from the unit matrix: matrices are often read from text.
 MATRIX_TOLERANCE = Fraction(1, 1000)
@@ -59,7 +59,7 @@ def motor_parts(r: Multivector) -> tuple[Result, Result]:
 
 
 def translation_of(r: Multivector) -> Multivector:
-    """Where a unit motor takes the origin."""
+    """Image of the origin under a unit motor."""
     return -2 * attached_part(r * ~euclidean_part(r)).grade(1)
 
 
@@ -76,8 +76,8 @@ def motor_to_matrix(r: Multivector) -> Result:
 def rotor_from_columns(columns: list[Multivector]) -> Multivector:
     """The unit rotor with <R>_0 >= 0 that takes e_k to the k-th column of a rotation matrix, at every angle.
 
-    For every even A, A + sum_k f_k A e_k = 4 <~R A>_0 R. Of A = 1, e12, e13, e23 the one with the largest factor
-    is taken, so nothing cancels (no angle is special).
+    For every even A, A + sum_k f_k A e_k = 4 <~R A>_0 R. The A among 1, e12, e13, e23 with the
+    largest factor is taken, so nothing cancels (no angle is special).
     """
     basis = axes(columns[0])
     planes = [a ^ b for i, a in enumerate(basis) for b in basis[i + 1 :]]
@@ -94,7 +94,7 @@ def rotor_from_columns(columns: list[Multivector]) -> Multivector:
 
 
 def is_rotation(columns: list[Multivector]) -> Mask:
-    """Whether the columns are orthonormal and right-handed, to `MATRIX_TOLERANCE`."""
+    """Return whether the columns are orthonormal and right-handed, to `MATRIX_TOLERANCE`."""
     volume = columns[0]
     for f in columns[1:]:
         volume = volume ^ f
@@ -115,7 +115,7 @@ def motor_from_matrix(
     columns = [e1, e2, e3]
     valid = is_rotation(columns)
     turn = rotor_from_columns(columns)
-    unit = only_if(valid, origin.constant(1))
+    unit = where_or_nan(valid, origin.constant(1))
     return translator(origin) * (turn * unit), outcome(origin, (~valid, Status.INVALID))
 
 
@@ -123,4 +123,4 @@ def rotor_from_matrix(e1: Multivector, e2: Multivector, e3: Multivector) -> tupl
     """The same for a rotation matrix, from the images of e1, e2, e3."""
     columns = [e1, e2, e3]
     valid = is_rotation(columns)
-    return rotor_from_columns(columns) * only_if(valid, e1.constant(1)), outcome(e1, (~valid, Status.INVALID))
+    return rotor_from_columns(columns) * where_or_nan(valid, e1.constant(1)), outcome(e1, (~valid, Status.INVALID))

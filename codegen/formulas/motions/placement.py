@@ -1,36 +1,37 @@
-"""Where objects are (centre, axis, size), turns about there, and similarities from one place to another (thesis 4.10).
+"""Positions of objects (center, axis, size), rotations about them, and similarities between them (thesis 4.10).
 
 Objects are unit blades, rounds and flats alike. `located` reads them; the other formulas take what it gives.
 """
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, select, sqrt
-from ..status import Status
-from ..trace import Result, named
-from .conformal import Checked, infinity, origin, round_center
-from .euclidean import attached_part, axes, cross, euclidean_part, space
+from ...algebra.multivector import Mask, Multivector, absolute, select, sqrt
+from ...status import Status
+from ...trace.outputs import Result, named
+from ..objects.blades import Checked
+from ..objects.conformal import infinity, origin, round_center
+from ..objects.euclidean import attached_part, axes, cross, euclidean_part, space
+from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
 from .motions import translator
-from .outcome import NOISE, epsilon, only_if, outcome
 
 Place = tuple[Multivector, Multivector, Multivector]
 
 
 def is_hyper(x: Multivector) -> bool:
-    """Whether x is the dual of a vector: planes and spheres; in the plane lines and circles."""
+    """Return whether x is the dual of a vector: planes and spheres; in the plane lines and circles."""
     return x.grades == (len(x.algebra.vectors) - 1,)
 
 
 def is_round(x: Multivector) -> Mask:
-    """Whether a plane or sphere is a sphere, to rounding."""
+    """Return whether a plane or sphere is a sphere, to rounding."""
     return _is_round_vector(x.dual())
 
 
-# -- centre, axis and size -----------------------------------------------------------------------------------
+# -- center, axis and size -----------------------------------------------------------------------------------
 
 
 def located(x: Multivector) -> tuple[Result, Result, Result]:
-    """Centre (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object.
+    """Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object.
 
     The axis is the normal of a circle or plane, the direction of a line or of a point pair. Spheres (e1 is given)
     and flat points (0) have none. 1/radius is negative for a sphere that is inside out.
@@ -43,31 +44,31 @@ def located(x: Multivector) -> tuple[Result, Result, Result]:
 
 
 def _is_round_vector(d: Multivector) -> Mask:
-    """Whether d is a sphere (C - r^2/2 n_inf)/r, not a plane n + d n_inf."""
+    """Return whether d is a sphere (C - r^2/2 n_inf)/r, not a plane n + d n_inf."""
     u, weight = euclidean_part(d), d | infinity(d)
     noise = NOISE * epsilon(d)
     return weight * weight > noise * noise * (u * u).grade(0)
 
 
 def _vector_place(d: Multivector) -> Place:
-    """Of a plane n + d n_inf or a sphere (C - r^2/2 n_inf)/r."""
+    """Position of a plane n + d n_inf or a sphere (C - r^2/2 n_inf)/r."""
     u, first = euclidean_part(d), axes(d)[0]
     weight = -(d | infinity(d))
     foot = u * attached_part(d)
     if not weight.terms:
         return foot, u, d.constant(0)
     curved = _is_round_vector(d)
-    axis = select(curved, first, u / sqrt(only_if(~curved, (u * u).grade(0))))
-    center = select(curved, u / only_if(curved, weight), foot)
+    axis = select(curved, first, u / sqrt(where_or_nan(~curved, (u * u).grade(0))))
+    center = select(curved, u / where_or_nan(curved, weight), foot)
     return center, axis, select(curved, weight, d.constant(0))
 
 
 def _bivector_place(x: Multivector, d: Multivector) -> Place:
-    """Of a point pair d, or of a line or circle x with the dual d."""
+    """Position of a point pair d, or of a line or circle x with the dual d."""
     if x.grades == (2,):
         foot, axis = euclidean_part(attached_part(d)), d.new({})
         weight = -d.scalar_product(infinity(d) ^ origin(d))
-        foot = foot / only_if(absolute(weight) > 0, weight)
+        foot = foot / where_or_nan(absolute(weight) > 0, weight)
     else:
         axis = -(euclidean_part(d) * space(d)).grade(1)
         foot = cross(axis, attached_part(d))
@@ -80,18 +81,18 @@ def _bivector_place(x: Multivector, d: Multivector) -> Place:
     curvature = sqrt(square)
     return (
         select(curved, center, foot),
-        select(curved, u / only_if(curved, curvature), axis),
+        select(curved, u / where_or_nan(curved, curvature), axis),
         select(curved, curvature, d.constant(0)),
     )
 
 
 def _is_there(axis: Multivector) -> Mask:
-    """Whether a unit vector or 0 is a unit vector."""
+    """Return whether a unit vector or 0 is a unit vector."""
     return (axis * axis).grade(0) > 0
 
 
 def _upright(axis: Multivector) -> Multivector:
-    """A unit vector perpendicular to a unit vector: the part of the basis vector that is least along it, normalised."""
+    """A unit vector perpendicular to a unit vector: the part of the basis vector that is least along it, normalized."""
     candidates = axes(axis)
     best, least = candidates[0], absolute(axis | candidates[0])
     for e in candidates[1:]:
@@ -108,7 +109,7 @@ def _upright(axis: Multivector) -> Multivector:
 def turns(center: Multivector, axis: Multivector) -> tuple[Result, Result]:
     """Half a turn that takes the object there to its negative, and half of that.
 
-    In the plane of its axis and an `upright`, about its centre. Without an axis (flat points) the half turn is the
+    In the plane of its axis and an `upright`, about its center. Without an axis (flat points) the half turn is the
     inversion in the unit sphere about it, with the reflection in e1.
     """
     inversion = (origin(center) - infinity(center) / 2) ^ axes(center)[0]
@@ -127,7 +128,7 @@ def similarity(
 ) -> Checked:
     """Translation, rotation and scaling from one place to another (4.10, dilation exp(-g/2 E0), g = ln(r2/r1)).
 
-    T(c2) D R ~T(c1): the centres c, the scaling by r2/r1, the rotation R between the axes by the smallest angle.
+    T(c2) D R ~T(c1): the centers c, the scaling by r2/r1, the rotation R between the axes by the smallest angle.
     Flats are moved by their points nearest the origin, without scaling. NOT_UNIQUE: axes that are opposite (half a
     turn about the `upright` of the second); a sphere and one that is inside out (x1 goes to -x2). SINGULAR: a round
     and a flat.
@@ -137,7 +138,7 @@ def similarity(
     same = (first & second) | (~first & ~second)
     inside_out = ((curvature1 < 0) & (curvature2 > 0)) | ((curvature1 > 0) & (curvature2 < 0))
     a, b = select(first, absolute(curvature1), one), select(second, absolute(curvature2), one)
-    scaling = (a + b - (a - b) * (infinity(center1) ^ origin(center1))) / (2 * sqrt(only_if(same, a)) * sqrt(b))
+    scaling = (a + b - (a - b) * (infinity(center1) ^ origin(center1))) / (2 * sqrt(where_or_nan(same, a)) * sqrt(b))
     turned = _is_there(axis1) & _is_there(axis2)
     turn, opposite = _turn(axis1, axis2)
     r = translator(center2) * (scaling * select(turned, turn, one)) * translator(-center1)
@@ -153,7 +154,7 @@ def _turn(a: Multivector, b: Multivector) -> tuple[Multivector, Mask]:
     sum_square = ((a + b) * (a + b)).grade(0)
     noise = NOISE * epsilon(a)
     opposite = sum_square <= noise * noise
-    first = (1 + b * a) / sqrt(only_if(~opposite, sum_square))
+    first = (1 + b * a) / sqrt(where_or_nan(~opposite, sum_square))
     led = (first >> a).grade(1)
     second_sum = ((led + b) * (led + b)).grade(0)
     turn = (1 + b * led) / sqrt(second_sum) * first

@@ -7,16 +7,17 @@ rounding error's scale. Where digits are lost, or no unique rotor exists, a firs
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, keep_scalar, select, sqrt
-from ..status import Status
-from ..trace import Result, row
-from .blades import principal_root, project_sum, written_size
-from .conformal import Checked, normalise_point
-from .euclidean import canonical_sign, euclidean_part
+from ...algebra.multivector import Mask, Multivector, absolute, select, sqrt
+from ...algebra.product_terms import keep_scalar
+from ...status import Status
+from ...trace.outputs import Result, row
+from ..objects.blades import Checked, principal_root, project_sum, written_size
+from ..objects.conformal import normalise_point
+from ..objects.euclidean import canonical_sign, euclidean_part
+from ..products.outcome import NOISE, as_computed, epsilon, outcome, size
+from ..products.products import absolute_product
 from .motions import translator
-from .outcome import NOISE, as_computed, epsilon, outcome, size
 from .placement import is_hyper, is_round
-from .products import absolute_product
 
 
 def gamma(x: Multivector) -> int:
@@ -62,9 +63,9 @@ def _hyper_rotor(p0: Multivector, p2: Multivector, flipped: Mask) -> Multivector
 
 
 def margin(x1: Multivector, x2: Multivector) -> tuple[Multivector, Multivector]:
-    """How far x1, x2 are from having no rotor or several, and the scale of its rounding errors.
+    """Distance of x1, x2 from pairs without a unique rotor, and the scale of its rounding errors.
 
-    Of the eigenvalues of h (complex, or real where linked), the distance from zero and from the negative axis.
+    It is that of the eigenvalues of h (complex, or real where linked) from zero and from the negative axis.
     `plain_rotor` loses its inverse in digits, once or twice; near the rounding unit of the scale no rotor is left.
     """
     p0, _, p4 = _parts(x1, x2)
@@ -93,6 +94,25 @@ def rotor_between(x1: Multivector, x2: Multivector) -> tuple[Multivector, Result
     rotor = _hyper_rotor(p0, p2, flipped)
     code = outcome(x1, (flipped, Status.NOT_UNIQUE), (lost, Status.SINGULAR))
     return rotor, row([select(flipped, 1 - p0, room), written], "quality"), code
+
+
+def flat_rotor(x1: Multivector, x2: Multivector) -> tuple[Multivector, Result]:
+    """The rotor between lines or planes so near a half turn that `rotor_between` finds them singular.
+
+    They have p0^2 - p2^2 = 1 and p2^2 <= 0, with no difference in it: where 1 + p0 is rounding, -p2^2/(1 - p0) still
+    has the digits of p2. SINGULAR: p2 is rounding too, or the rotor's axis so far away that R x1 ~R would be.
+    """
+    p0, p2, p4 = _parts(x1, x2)
+    square = -(p2 * p2).grade(0)
+    noise = NOISE * epsilon(x1) * (1 + absolute_product(x2, x1, keep_scalar))
+    h0 = square / (1 - p0)
+    root = sqrt(h0 / 2)
+    slope = 1 / (4 * root)
+    rotor = root + (2 * slope) * p2
+    if p4.terms:
+        rotor = rotor + slope * p4 - (slope / h0) * (p4 * p2).grade(2)
+    known = (square > noise * noise) & (NOISE * epsilon(x1) * size(rotor) * size(rotor) < 1)
+    return rotor, outcome(x1, (~known, Status.SINGULAR))
 
 
 def translation_between(x1: Multivector, x2: Multivector) -> Checked:

@@ -6,14 +6,14 @@ L* = m I3 + (p x m) n. The signs are those of MATHS: the printed (3.9) is the li
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, select
-from ..status import Status
-from ..trace import Result, named, row
-from .conformal import point
-from .euclidean import attached_part, axes, cross, direction_of, euclidean_part, null_vector, space
-from .exponentials import exp_bivector
-from .frames import matrix_of
-from .outcome import NOISE, as_computed, epsilon, is_finite, only_if, outcome
+from ...algebra.multivector import Mask, Multivector, absolute, select
+from ...status import Status
+from ...trace.outputs import Result, named, row
+from ..objects.conformal import point
+from ..objects.euclidean import attached_part, axes, cross, direction_of, dot, euclidean_part, null_vector, space
+from ..products.exponentials import exp_bivector
+from ..products.frames import matrix_of
+from ..products.outcome import NOISE, as_computed, epsilon, is_finite, outcome, where_or_nan
 
 
 def twist_of(line: Multivector) -> Multivector:
@@ -31,14 +31,9 @@ def direction_part(twist: Multivector) -> Multivector:
     return -(euclidean_part(twist) * space(twist)).grade(1)
 
 
-def rejected(t: Multivector, m: Multivector) -> Multivector:
+def rejection(t: Multivector, m: Multivector) -> Multivector:
     """The part of a vector across the unit vector m, to rounding of its own size: (t ^ m) m."""
     return ((t ^ m) * m).grade(1)
-
-
-def along(t: Multivector, m: Multivector) -> Multivector:
-    """t . m, also where an operand vanishes identically."""
-    return t.scalar_product(m)
 
 
 # -- screws ------------------------------------------------------------------------------------------------
@@ -51,7 +46,7 @@ def screw(s: Multivector) -> tuple[Result, Result, Result, Result]:
     NOT_UNIQUE: a pure translation; the axis is the line through the origin along it, the magnitude its length
     |t| (the pitch, which is infinite, is NaN here). SINGULAR: zero. INVALID: not finite.
     """
-    return _decomposed(s, direction_part(s), s.constant(1) > 0)
+    return _decompose(s, direction_part(s), s.constant(1) > 0)
 
 
 def screw_of_lines(
@@ -66,28 +61,28 @@ def screw_of_lines(
     d1, d2 = as_computed(twist_of(l1)), as_computed(twist_of(l2))
     s, m2 = a * d1 + b * d2, direction_part(d2)
     m = a * direction_part(d1) + b * m2
-    square = along(m, m)
+    square = dot(m, m)
     noise = NOISE * epsilon(m) * (absolute(a) + absolute(b))
     turns = square > noise * noise
-    fraction = b * along(m2, m) / only_if(turns, square)
-    axis, pitch, magnitude, status = _decomposed(s, m, turns)
+    fraction = b * dot(m2, m) / where_or_nan(turns, square)
+    axis, pitch, magnitude, status = _decompose(s, m, turns)
     return axis, pitch, magnitude, named("fraction", fraction), status
 
 
-def _decomposed(s: Multivector, m: Multivector, may_turn: Mask) -> tuple[Result, Result, Result, Result]:
+def _decompose(s: Multivector, m: Multivector, may_turn: Mask) -> tuple[Result, Result, Result, Result]:
     """Axis, pitch, magnitude and status; a direction m that may not turn counts as zero."""
     t, nothing = attached_part(s), s.constant(0)
     m, scale = direction_of(m)
     u, t_scale = direction_of(t)
     turns, moves = (scale > 0) & may_turn, t_scale > 0
-    moment = rejected(t * scale, m)
+    moment = rejection(t * scale, m)
     direction = select(turns, m, u)
     twist = direction * space(s) + select(turns, moment, nothing) * null_vector(s)
     finite = is_finite(s)
-    magnitude = select(turns & finite, 1 / scale, only_if(moves & finite, 1 / t_scale))
+    magnitude = select(turns & finite, 1 / scale, where_or_nan(moves & finite, 1 / t_scale))
     return (
         named("axis", line_of(twist)),
-        named("pitch", only_if(turns, along(t, m) * scale)),
+        named("pitch", where_or_nan(turns, dot(t, m) * scale)),
         named("magnitude", magnitude),
         outcome(
             s,
@@ -122,29 +117,29 @@ def closest_point(l1: Multivector, l2: Multivector) -> tuple[Multivector, Result
     """
     d1, d2 = as_computed(twist_of(l1)), as_computed(twist_of(l2))  # their lengths are one to rounding only
     m1, m2, t1, t2 = direction_part(d1), direction_part(d2), attached_part(d1), attached_part(d2)
-    side = select(along(m1, m2) < 0, l1.constant(-1), l1.constant(1))
+    side = select(dot(m1, m2) < 0, l1.constant(-1), l1.constant(1))
     m_sum, t_sum = m1 + side * m2, t1 + side * t2
     m_gap, t_gap = m1 - side * m2, t1 - side * t2
-    square = along(m_sum, m_sum)
-    scale = along(m_gap, m_sum) / square  # rounding of the lines' own lengths: equal lengths have none
+    square = dot(m_sum, m_sum)
+    scale = dot(m_gap, m_sum) / square  # rounding of the lines' own lengths: equal lengths have none
     m_gap, t_gap = m_gap - scale * m_sum, t_gap - scale * t_sum
-    gap = along(m_gap, m_gap)
+    gap = dot(m_gap, m_gap)
     noise = NOISE * epsilon(l1)
     crossing = gap > noise * noise
     nearest = cross(m_sum, t_sum) / square
-    height = along(m_sum, cross(m_gap, t_gap)) / (only_if(crossing, gap) * square)
+    height = dot(m_sum, cross(m_gap, t_gap)) / (where_or_nan(crossing, gap) * square)
     position = nearest + select(crossing, height, l1.constant(0)) * m_sum
     finite = is_finite(l1) & is_finite(l2)
-    position = position * only_if(finite, l1.constant(1))
+    position = position * where_or_nan(finite, l1.constant(1))
     return point(position), outcome(l1, (~finite, Status.INVALID), (~crossing, Status.NOT_UNIQUE))
 
 
 def line_equations(line: Multivector) -> tuple[Result, Result]:
-    """What a point's distance from a unit line is measured with: the matrix of x -> (x ^ m) m, and a point of it."""
+    """Equations of a point's distance from a unit line: the matrix of x -> (x ^ m) m, and a point of it."""
     twist = twist_of(line)
     m = direction_part(twist)
     frame = axes(line)
-    matrix = matrix_of(lambda x: rejected(x, m), frame, frame)
+    matrix = matrix_of(lambda x: rejection(x, m), frame, frame)
     return row([entry for entries in matrix for entry in entries], "matrix"), named(
         "point", cross(m, attached_part(twist))
     )

@@ -1,10 +1,11 @@
-"""Where the logarithm has a choice: the plane of a full turn that commutes with the rest of a rotor."""
+"""Plane of a full turn that commutes with the rest of a rotor: there the logarithm has a choice."""
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, select, sqrt
-from .euclidean import attached_part, axes, space
-from .outcome import NOISE, as_computed, epsilon, size
+from ...algebra.multivector import Mask, Multivector, select, sqrt
+from ..objects.euclidean import attached_part, axes, space
+from ..products.double_rotations import square_of
+from ..products.outcome import NOISE, as_computed, epsilon, size
 
 
 def turn_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
@@ -36,13 +37,13 @@ def turn_plane(v2: Multivector) -> tuple[Multivector, Mask]:
         null = [e for e, g in zip(basis, diagonal, strict=True) if not g]
         vectors = [e for e, g in zip(reversed(basis), reversed(diagonal), strict=True) if g]
         for x in [*vectors, v2.sum(null)] if null else vectors:
-            score = -_square((x ^ v2).dual())
+            score = -square_of((x ^ v2).dual())
             better = score > best
             chosen, best = select(better, x, chosen), select(better, score, best)
         plane = (chosen ^ v2).dual()
     elif algebra.dimension == 4:
         plane = v2.dual()
-        best = -_square(plane)
+        best = -square_of(plane)
     pairs = [
         (x, y)
         for i, x in enumerate(basis)
@@ -55,12 +56,8 @@ def turn_plane(v2: Multivector) -> tuple[Multivector, Mask]:
         plane = as_computed(plane * select(usable, 1 / sqrt(best), v2.constant(0)))
         for _ in range(2):  # a turn that was no more than noise in v2 leaves noise/|v2| of v2 in it
             plane = as_computed(plane + ((plane ^ plane) * plane).grade(2) / 2)
-            plane = plane * select(usable, 1 / sqrt(-_square(plane)), v2.constant(0))
+            plane = plane * select(usable, 1 / sqrt(-square_of(plane)), v2.constant(0))
     if not pairs:
         return plane, usable
     x, y = pairs[0]
     return plane - (x * y) * select(nothing, v2.constant(1), v2.constant(0)), usable | nothing
-
-
-def _square(b: Multivector) -> Multivector:
-    return (b * b).grade(0)

@@ -1,19 +1,21 @@
 """Twists, wrenches and the products of screws (thesis 6.2, 6.3), and the forms that others give to forces (6.2.5).
 
 A twist is w I3 + v n with the velocity v of the frame's origin, a wrench f I3 + tau n with the moment tau about it:
-dual lines and their sums in CGA, lines and theirs in PGA. What the motion of a body needs of them is in `mechanics`.
+dual lines and their sums in CGA, lines and theirs in PGA. Formulas for the motion of a body are in `mechanics`.
 """
 
 from __future__ import annotations
 
-from ..multivector import Multivector
-from ..status import Status
-from ..trace import Result, named, row
-from .conformal import point
-from .euclidean import attached_part, coordinates, cross, direction_of, null_vector, vector
-from .mechanics import Numbers, screw_of
-from .outcome import is_finite, only_if, outcome
-from .screws import along, direction_part, line_of, rejected, twist_of
+from typing import NamedTuple
+
+from ...algebra.multivector import Multivector
+from ...status import Status
+from ...trace.outputs import Result, named, row
+from ..mechanics.mechanics import screw_of
+from ..objects.conformal import point
+from ..objects.euclidean import attached_part, coordinates, cross, direction_of, dot, null_vector, vector
+from ..products.outcome import is_finite, outcome, where_or_nan
+from .screws import direction_part, line_of, rejection, twist_of
 
 # -- as numbers --------------------------------------------------------------------------------------------
 
@@ -23,14 +25,25 @@ def moment_about(wrench: Multivector, place: Multivector) -> Multivector:
     return attached_part(wrench) - cross(place, direction_part(wrench))
 
 
-def screw_row(screw: Multivector) -> Result:
+def screw_row(screw: Multivector, name: str = "screw") -> Result:
     """(a, b) of a I3 + b n as six numbers."""
-    return row([*coordinates(direction_part(screw)), *coordinates(attached_part(screw))], "screw")
+    return row([*coordinates(direction_part(screw)), *coordinates(attached_part(screw))], name)
 
 
-def screw_of_row(numbers: Numbers) -> Multivector:
+class ScrewRow(NamedTuple):
+    """(a, b) of a I3 + b n."""
+
+    a1: Multivector
+    a2: Multivector
+    a3: Multivector
+    b1: Multivector
+    b2: Multivector
+    b3: Multivector
+
+
+def screw_of_row(screw: ScrewRow) -> Multivector:
     """a I3 + b n of six numbers."""
-    return screw_of(vector(numbers[:3]), vector(numbers[3:]))
+    return screw_of(vector(screw[:3]), vector(screw[3:]))
 
 
 # -- products ----------------------------------------------------------------------------------------------
@@ -72,12 +85,12 @@ def vector_of_wrench(wrench: Multivector) -> tuple[Result, Result, Result, Resul
     f, tau = direction_part(wrench), attached_part(wrench)
     unit, scale = direction_of(f)
     acts = scale > 0
-    across = rejected(tau * scale, unit)
+    across = rejection(tau * scale, unit)
     place = cross(unit, across)
-    left_over = along(tau, unit) * unit * only_if(acts, wrench.constant(1))
+    left_over = dot(tau, unit) * unit * where_or_nan(acts, wrench.constant(1))
     finite = is_finite(wrench)
     return (
-        named("force", f * only_if(acts, wrench.constant(1))),
+        named("force", f * where_or_nan(acts, wrench.constant(1))),
         named("point", point(place)),
         named("couple", left_over * null_vector(wrench)),
         outcome(wrench, (~finite, Status.INVALID), (~acts, Status.SINGULAR)),

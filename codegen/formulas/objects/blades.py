@@ -1,13 +1,13 @@
-"""The blade manifold: norms, normalisation, and the projection of a pure-grade multivector to the nearest blade."""
+"""The blade manifold: norms, normalization, and the projection of a pure-grade multivector to the nearest blade."""
 
 from __future__ import annotations
 
-from ..differentiate import derivative_formula
-from ..multivector import Mask, Multivector, absolute, select, sqrt
-from ..status import Status
-from ..trace import Result
-from .outcome import NOISE, epsilon, is_finite, only_if, outcome
-from .sizes import displaced, product_sizes, sizes
+from ...algebra.multivector import Mask, Multivector, absolute, select, sqrt
+from ...status import Status
+from ...trace.derivatives import derivative_formula
+from ...trace.outputs import Result
+from ..products.outcome import NOISE, epsilon, is_finite, outcome, where_or_nan
+from ..products.sizes import displace, product_sizes, sizes
 
 Checked = tuple[Multivector, Result]
 
@@ -82,7 +82,7 @@ def written_size(*terms: Multivector) -> Multivector:
 
 
 def cases_of_sum(x: Multivector, written: Multivector, distance: Multivector | None = None) -> tuple[Mask, Mask]:
-    """Where x has a projection, and where it is imaginary: decided on what rounding may have left of each sum.
+    """Masks of sums with a projection, and of imaginary ones: decided on what rounding may have left of each sum.
 
     x = X1 + X2 with commuting blades of squares a >= b: s0 = a + b, s4^2 = 4 a b, norm = a - b. The projection is
     X1/sqrt(a): a must be positive, and larger than b. Where s0 < 0 only s4^2 < 0 tells that a is positive.
@@ -94,7 +94,7 @@ def cases_of_sum(x: Multivector, written: Multivector, distance: Multivector | N
         return weight > unit * terms[0], weight < 0  # the mean of points is never imaginary
     sigma = -(x * ~x)
     s0, s4 = sigma.grade(0), sigma.grade(4)
-    noise = product_sizes(sizes(x, unit, terms), terms if distance is None else displaced(terms, distance))
+    noise = product_sizes(sizes(x, unit, terms), terms if distance is None else displace(terms, distance))
     noise0 = unit * noise[1]
     positive, negative = s0 > noise0, s0 < -noise0
     square = (s4 * s4).grade(0)
@@ -107,9 +107,9 @@ def cases_of_sum(x: Multivector, written: Multivector, distance: Multivector | N
 
 
 def checked_sum(x: Multivector, cases: tuple[Mask, Mask], value: Multivector) -> Checked:
-    """The value where x has a projection, with the status of its case. Whatever is not finite has one that says so."""
+    """The value where x has a projection, with the status of its case; INVALID where anything is not finite."""
     regular, imaginary = cases
-    value = value * only_if(regular, x.constant(1))
+    value = value * where_or_nan(regular, x.constant(1))
     status = outcome(
         x,
         (~is_finite(x), Status.INVALID),

@@ -1,22 +1,21 @@
 """Objects of CGA from their parameters, and their parameters back (thesis 1.3; conventions of the whole project).
 
-Objects are direct and normalised: X^2 = +1 for point pairs, lines and circles, -1 for planes and spheres,
-X . n_inf = -1 for points. Parameters are Euclidean vectors and numbers. What goes through points is built and
-normalised about the first of them, so the distance from the origin costs no digits of the shape.
+Objects are direct and normalized: X^2 = +1 for point pairs, lines and circles, -1 for planes and spheres,
+X . n_inf = -1 for points. Parameters are Euclidean vectors and numbers. Objects through points are built and
+normalized about the first of them, so the distance from the origin costs no digits of the shape.
 """
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, keep_outer, keep_scalar, reciprocal, select, sqrt
-from ..status import Status
-from ..trace import Result, named
-from .blades import norm_squared
+from ...algebra.multivector import Mask, Multivector, absolute, reciprocal, select, sqrt
+from ...algebra.product_terms import keep_outer, keep_scalar
+from ...status import Status
+from ...trace.outputs import Result, named
+from ..motions.motions import translator
+from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
+from ..products.products import absolute_product
+from .blades import Checked, norm_squared
 from .euclidean import attached_part, cross, direction_of, euclidean_part, length, space
-from .motions import translator
-from .outcome import NOISE, epsilon, only_if, outcome
-from .products import absolute_product
-
-Checked = tuple[Multivector, Result]
 
 
 def infinity(like: Multivector) -> Multivector:
@@ -38,7 +37,7 @@ def point(position: Multivector) -> Multivector:
 
 
 def direction(vector: Multivector) -> Multivector:
-    """v ^ n_inf, not normalised."""
+    """v ^ n_inf, not normalized."""
     return vector ^ infinity(vector)
 
 
@@ -73,7 +72,7 @@ def dual_sphere(center: Multivector, radius: Multivector) -> Multivector:
 def sphere(center: Multivector, radius: Multivector) -> Checked:
     """Outward sphere (in the plane: circle). INVALID: the radius is not positive."""
     valid = radius > 0
-    return dual_sphere(center, only_if(valid, radius)).undual(), outcome(center, (~valid, Status.INVALID))
+    return dual_sphere(center, where_or_nan(valid, radius)).undual(), outcome(center, (~valid, Status.INVALID))
 
 
 def circle(center: Multivector, normal: Multivector, radius: Multivector) -> Checked:
@@ -81,50 +80,53 @@ def circle(center: Multivector, normal: Multivector, radius: Multivector) -> Che
     n, scale = direction_of(normal)
     valid = (radius > 0) & (scale > 0)
     carrier = n + (n | center) * infinity(n)
-    dual = dual_sphere(center, only_if(valid, radius)) ^ carrier
+    dual = dual_sphere(center, where_or_nan(valid, radius)) ^ carrier
     return dual.undual(), outcome(center, (~valid, Status.INVALID))
 
 
 def point_pair(a: Multivector, b: Multivector) -> Checked:
-    """A ^ B, normalised; from a to b. SINGULAR: a = b.
+    """A ^ B, normalized; from a to b. SINGULAR: a = b.
 
     With m the midpoint and h half of b - a, A ^ B = 2 (m + n0 + (m^2 + h^2)/2 n_inf) ^ (h + (h . m) n_inf).
     """
-    middle = (a + b) / 2
-    h, scale = direction_of((b - a) / 2)
-    ni = infinity(a)
-    center = point(middle) * scale + ni / (2 * scale)  # both over |h|
-    pair = center ^ (h + (h | middle) * ni)
-    return pair, outcome(a, (~(scale > 0), Status.SINGULAR))
+    return pair_of((a + b) / 2, (b - a) / 2)
+
+
+def pair_of(middle: Multivector, half: Multivector) -> Checked:
+    """`point_pair` of the points middle -+ half."""
+    h, scale = direction_of(half)
+    ni = infinity(half)
+    dual_sphere = point(middle) * scale + ni / (2 * scale)  # over |h|
+    return dual_sphere ^ (h + (h | middle) * ni), outcome(half, (~(scale > 0), Status.SINGULAR))
 
 
 def line_through(a: Multivector, b: Multivector) -> Checked:
-    """A ^ B ^ n_inf, normalised; from a to b. SINGULAR: a = b."""
+    """A ^ B ^ n_inf, normalized; from a to b. SINGULAR: a = b."""
     m, scale = direction_of(b - a)
     return (a + origin(a)) ^ m ^ infinity(a), outcome(a, (~(scale > 0), Status.SINGULAR))
 
 
 def circle_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
-    """A ^ B ^ C, normalised. SINGULAR: the points are on a line."""
+    """A ^ B ^ C, normalized. SINGULAR: the points are on a line."""
     u, v = b - a, c - a
     noise = NOISE * epsilon(a)
     area = (u ^ v).scalar_product(v ^ u)
     bent = area > noise * noise * (u * u).grade(0) * (v * v).grade(0)
-    return _spanned(a, [point(u), point(v)], bent)
+    return _span(a, [point(u), point(v)], bent)
 
 
 def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
-    """A ^ B ^ C ^ n_inf, normalised. SINGULAR: the points are on a line."""
-    return _spanned(a, [b - a, c - a, infinity(a)])
+    """A ^ B ^ C ^ n_inf, normalized. SINGULAR: the points are on a line."""
+    return _span(a, [b - a, c - a, infinity(a)])
 
 
 def sphere_through(a: Multivector, b: Multivector, c: Multivector, d: Multivector) -> Checked:
-    """A ^ B ^ C ^ D, normalised, in the orientation of the points. SINGULAR: they are on a circle."""
-    return _spanned(a, [point(b - a), point(c - a), point(d - a)])
+    """A ^ B ^ C ^ D, normalized, in the orientation of the points. SINGULAR: they are on a circle."""
+    return _span(a, [point(b - a), point(c - a), point(d - a)])
 
 
-def _spanned(a: Multivector, others: list[Multivector], round_: Mask | None = None) -> Checked:
-    """n0 ^ (others), normalised about the origin and moved to a; singular where only rounding is left of it.
+def _span(a: Multivector, others: list[Multivector], round_: Mask | None = None) -> Checked:
+    """n0 ^ (others), normalized about the origin and moved to a; singular where only rounding is left of it.
 
     Or where the mask ``round_`` does not hold.
     """
@@ -136,7 +138,7 @@ def _spanned(a: Multivector, others: list[Multivector], round_: Mask | None = No
     regular = square > noise * noise * absolute_product(terms, terms, keep_scalar)
     if round_ is not None:
         regular = regular & round_
-    unit = blade / sqrt(only_if(regular, square))
+    unit = blade / sqrt(where_or_nan(regular, square))
     return translator(a) >> unit, outcome(a, (~regular, Status.SINGULAR))
 
 
@@ -144,14 +146,14 @@ def normalise_point(x: Multivector) -> Checked:
     """A point at weight one, X . n_inf = -1. SINGULAR: it is at infinity."""
     weight = -(x | infinity(x))
     regular = absolute(weight) > 0
-    return x / only_if(regular, weight), outcome(x, (~regular, Status.SINGULAR))
+    return x / where_or_nan(regular, weight), outcome(x, (~regular, Status.SINGULAR))
 
 
 def normalise_flat_point(x: Multivector) -> Checked:
     """A flat point at weight one. SINGULAR: it is at infinity."""
     weight = -x.scalar_product(infinity(x) ^ origin(x))
     regular = absolute(weight) > 0
-    return x / only_if(regular, weight), outcome(x, (~regular, Status.SINGULAR))
+    return x / where_or_nan(regular, weight), outcome(x, (~regular, Status.SINGULAR))
 
 
 # -- back to parameters ------------------------------------------------------------------------------------
@@ -193,7 +195,7 @@ def sphere_parameters(x: Multivector) -> tuple[Result, Result, Result, Result]:
     dual = x.dual()
     weight = -(dual | infinity(x))
     regular = absolute(weight) > 0
-    scale = reciprocal(only_if(regular, weight))
+    scale = reciprocal(where_or_nan(regular, weight))
     orientation = select(weight < 0, x.constant(-1), x.constant(1))
     return (
         named("center", euclidean_part(dual) * scale),
@@ -218,7 +220,7 @@ def circle_parameters(x: Multivector) -> tuple[Result, Result, Result, Result]:
 def point_pair_parameters(x: Multivector) -> tuple[Result, Result, Result]:
     """End points a and b of a unit point pair A ^ B. SINGULAR: it is a flat point.
 
-    From the centre and the half vector: the printed (4.5) loses digits as the ends meet.
+    From the center and the half vector: the printed (4.5) loses digits as the ends meet.
     """
     center, u, regular = round_center(x)
     half = u / (u * u).grade(0)
@@ -226,16 +228,16 @@ def point_pair_parameters(x: Multivector) -> tuple[Result, Result, Result]:
 
 
 def round_center(x: Multivector) -> tuple[Multivector, Multivector, Mask]:
-    """Of a round bivector x = M ^ H/r (a point pair, the dual of a circle): centre, x . n_inf = H/r, is it round.
+    """Center of a round bivector x = M ^ H/r (a point pair, the dual of a circle), x . n_inf = H/r, and is it round.
 
-    M is the dual sphere about the centre, orthogonal to H: x (x . n_inf) = M/r^2, whose Euclidean part is the
-    centre, so no squared coordinates are subtracted.
+    M is the dual sphere about the center, orthogonal to H: x (x . n_inf) = M/r^2, whose Euclidean part is the
+    center, so no squared coordinates are subtracted.
     """
     attitude = x | infinity(x)
     u = euclidean_part(attitude)
     square = (u * u).grade(0)
     regular = square > 0
-    return euclidean_part((x | attitude).grade(1)) / only_if(regular, square), u, regular
+    return euclidean_part((x | attitude).grade(1)) / where_or_nan(regular, square), u, regular
 
 
 # -- conformal rotors --------------------------------------------------------------------------------------
@@ -244,13 +246,13 @@ def round_center(x: Multivector) -> tuple[Multivector, Multivector, Mask]:
 def dilator(scale: Multivector) -> Checked:
     """cosh(g/2) - sinh(g/2) E0 with g = ln(scale): scaling about the origin. INVALID: the scale is not positive."""
     valid = scale > 0
-    root = sqrt(only_if(valid, scale))
+    root = sqrt(where_or_nan(valid, scale))
     e0 = infinity(scale) ^ origin(scale)
     return (1 + scale - (scale - 1) * e0) / (2 * root), outcome(scale, (~valid, Status.INVALID))
 
 
 def homothety(scale: Multivector, center: Multivector) -> Checked:
-    """Scaling about a centre."""
+    """Scaling about a center."""
     scaling, status = dilator(scale)
     return translator(center) >> scaling, status
 

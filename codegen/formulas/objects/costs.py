@@ -1,4 +1,4 @@
-"""How far a rotor is from doing nothing, and what it costs to take one object to another (thesis 3.13, 5.1).
+"""Distance of a rotor from the identity, and the cost of taking one object to another (thesis 3.13, 5.1).
 
 The default is positive: squares of coefficients on the orthonormal basis. The printed cost is here by name; it is
 indefinite once dilations come in (concentric spheres of radii 1 and 10: -3.5, cheaper than standing still).
@@ -6,13 +6,13 @@ indefinite once dilations come in (concentric spheres of radii 1 and 10: -3.5, c
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, select, sqrt
+from ...algebra.multivector import Mask, Multivector, absolute, select, sqrt
+from ..motions.motions import translator
+from ..motions.rotors import gamma, plain_rotor
+from ..products.outcome import epsilon, where_or_nan
 from .blades import norm_squared
 from .conformal import infinity, origin
 from .euclidean import euclidean_part
-from .motions import translator
-from .outcome import epsilon, only_if
-from .rotors import gamma, plain_rotor
 
 #: Rotors are left to the careful formulas where h = 1 + gamma <x2 x1>_{0,4} comes this many roots of the spacing of
 #: numbers near to zero or to the negative scalars: what is left keeps eps/(CARE sqrt(eps)) of a pair's cost.
@@ -60,14 +60,14 @@ def rotor_cost_thesis(r: Multivector) -> Multivector:
 
     For motors 2 - 2 cos(th/2) + t^2/4. Dilations and transversions make it negative.
     """
-    return _printed(_nearer(r))
+    return _cost_as_printed(_nearer(r))
 
 
 def _positive(r: Multivector) -> Multivector:
     return magnitude(r - 1) + magnitude(parallel(r))
 
 
-def _printed(r: Multivector) -> Multivector:
+def _cost_as_printed(r: Multivector) -> Multivector:
     return norm_squared(r - 1) + norm_squared(parallel(r))
 
 
@@ -81,17 +81,17 @@ def pair_cost(x1: Multivector, x2: Multivector) -> Multivector:
 
 def pair_cost_thesis(x1: Multivector, x2: Multivector) -> Multivector:
     """`rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`."""
-    return _printed(_rotor(x1, x2))
+    return _cost_as_printed(_rotor(x1, x2))
 
 
 def aligned_cost(x1: Multivector, x2: Multivector) -> Multivector:
     """`pair_cost` of x1 and whichever of x2 and -x2 is turned the same way: objects without an orientation."""
-    return _positive(_rotor(x1, aligned(x2, x1)))
+    return _positive(_rotor(x1, align(x2, x1)))
 
 
 def aligned_cost_thesis(x1: Multivector, x2: Multivector) -> Multivector:
     """`pair_cost_thesis`, aligned in the same way."""
-    return _printed(_rotor(x1, aligned(x2, x1)))
+    return _cost_as_printed(_rotor(x1, align(x2, x1)))
 
 
 def agreement(x: Multivector, reference: Multivector) -> Multivector:
@@ -99,7 +99,7 @@ def agreement(x: Multivector, reference: Multivector) -> Multivector:
     return gamma(x) * x.scalar_product(reference)
 
 
-def aligned(x: Multivector, reference: Multivector) -> Multivector:
+def align(x: Multivector, reference: Multivector) -> Multivector:
     """x or -x, whichever agrees with the reference. A point has one orientation only."""
     if x.grades == (1,):
         return x
@@ -110,7 +110,7 @@ def _rotor(x1: Multivector, x2: Multivector) -> Multivector:
     """`any_rotor`, NaN where it needs care."""
     if x1.grades == (1,):
         return any_rotor(x1, x2)
-    return only_if(is_plain(x1, x2), x1.constant(1)) * any_rotor(x1, x2)
+    return where_or_nan(is_plain(x1, x2), x1.constant(1)) * any_rotor(x1, x2)
 
 
 def any_rotor(x1: Multivector, x2: Multivector) -> Multivector:
@@ -121,7 +121,7 @@ def any_rotor(x1: Multivector, x2: Multivector) -> Multivector:
 
 
 def is_plain(x1: Multivector, x2: Multivector) -> Mask:
-    """Whether `rotors.plain_rotor` keeps its digits: h = 1 + gamma <x2 x1>_{0,4} is neither zero nor negative.
+    """Return whether `rotors.plain_rotor` keeps its digits: h = 1 + gamma <x2 x1>_{0,4} is neither zero nor negative.
 
     Such are objects that face each other (L and nearly -L), circles that link at right angles, touching spheres.
     """

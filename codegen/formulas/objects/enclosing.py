@@ -1,19 +1,19 @@
-"""The smallest sphere around two, and the weights with which spheres blend by their centres (thesis 4.5.1, 3.11)."""
+"""The smallest sphere around two, and the weights with which spheres blend by their centers (thesis 4.5.1, 3.11)."""
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select
-from ..trace import Result, named
+from ...algebra.multivector import Multivector, select
+from ...trace.outputs import Result, named
 from .conformal import infinity, point
 from .euclidean import direction_of, euclidean_part, length
 
 
 def enclosing_pair(c1: Multivector, r1: Multivector, c2: Multivector, r2: Multivector) -> tuple[Result, Result]:
-    """Centre and radius of the smallest sphere around two spheres, given by theirs.
+    """Center and radius of the smallest sphere around two spheres, given by theirs.
 
-    The line through the centres leaves the first at A and the second at B, the far poles: the sphere on A and B has
+    The line through the centers leaves the first at A and the second at B, the far poles: the sphere on A and B has
     the dual (A + B)/2 + (A . B)/2 n_inf (the printed one, without the last term, is imaginary). A sphere that holds
-    the other is the answer; with equal centres it is the larger. Everything is relative to the first centre.
+    the other is the answer; with equal centers it is the larger. Everything is relative to the first center.
     """
     gap = c2 - c1
     u, scale = direction_of(gap)

@@ -1,14 +1,14 @@
-"""What CGA and PGA share: Euclidean axes and one null vector n (n_inf or e0) that carries translations.
+"""Elements that CGA and PGA share: Euclidean axes and one null vector n (n_inf or e0) that carries translations.
 
 Motors, flat objects and their formulas are the same text in both algebras, written on these names.
 """
 
 from __future__ import annotations
 
-from ..algebra import outer_sign
-from ..errors import GradeError
-from ..multivector import Multivector, select, sqrt
-from .outcome import as_computed, epsilon, only_if, size
+from ...algebra.blades import outer_sign
+from ...algebra.multivector import Multivector, select, sqrt
+from ...errors import GradeError
+from ..products.outcome import as_computed, epsilon, size, where_or_nan
 
 #: Labels of the null vector that makes translators, in CGA and in PGA.
 _NULL_LABELS = ("ni", "0")
@@ -78,13 +78,18 @@ def attached_part(x: Multivector) -> Multivector:
         return x.new({})
     mask, null = _axes_mask(x), 1 << x.algebra.vectors.index(label)
     part = x.new({b: c for b, c in x.terms.items() if b & null and not b & ~(mask | null)})
-    signed = part.scaled(lambda b: outer_sign(b ^ null, null))
+    signed = part.scale_blades(lambda b: outer_sign(b ^ null, null))
     return x.new({b ^ null: c for b, c in signed.terms.items()})
 
 
 def cross(a: Multivector, b: Multivector) -> Multivector:
     """Cross product of vectors in space: -(a ^ b) I3."""
     return -((a ^ b) * space(a))
+
+
+def dot(x: Multivector, y: Multivector) -> Multivector:
+    """Scalar product, also where an operand vanishes identically."""
+    return x.scalar_product(y)
 
 
 def length(v: Multivector) -> Multivector:
@@ -103,7 +108,7 @@ def direction_of(v: Multivector) -> tuple[Multivector, Multivector]:
     unit = select(ordinary, v.constant(1), written)
     u = as_computed(v / unit)
     u_length = length(u)
-    scale = 1 / only_if(u_length > 0, u_length)
+    scale = 1 / where_or_nan(u_length > 0, u_length)
     return u * scale, scale / unit
 
 

@@ -1,23 +1,23 @@
 """Objects relative to a local origin, rebuilt from what far coefficients keep (accuracy far from the origin).
 
 A unit round at distance c stores 1/r and c/r to their last digits, but its n_inf part is c^2/r, rounded: sums and
-products of such coefficients lose (c/r)^2. Weight, centre and attitude are read, and the object is built again.
+products of such coefficients lose (c/r)^2. Weight, center and attitude are read, and the object is built again.
 """
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select
+from ...algebra.multivector import Multivector, select
+from ..motions.motions import translator
+from ..products.outcome import as_computed, size, where_or_nan
 from .blades import norm_squared, project_to_blade
 from .conformal import infinity, origin, point
 from .euclidean import euclidean_part
-from .motions import translator
-from .outcome import as_computed, only_if, size
 
 
 def anchor(x: Multivector) -> Multivector:
     """Position of a point; else of the projection of the origin on the object: on flats the point nearest to it.
 
-    On rounds it is a point of the sphere around, or between the end points: within a radius of the centre, and
+    On rounds it is a point of the sphere around, or between the end points: within a radius of the center, and
     never much farther from the origin than the object is.
     """
     p = x if x.grades == (1,) else (origin(x) | x) | x
@@ -34,7 +34,7 @@ def inward(x: Multivector, o: Multivector) -> Multivector:
     """x as seen from the origin o, ~T x T for the translator T to o, without the rounding of far squares.
 
     Translation is exact but for what is attached to n_inf. Rounds have that built again, (n0 + r^2/2 n_inf) ^ E
-    about the centre, where it is larger than what is made so: the smaller number has the smaller rounding error.
+    about the center, where it is larger than what is made so: the smaller number has the smaller rounding error.
     Flats are translated, and projected.
     """
     # as computed: of an exact round both ways are one, and nothing may be simplified by that
@@ -65,10 +65,10 @@ def _at_infinity(x: Multivector) -> Multivector:
 
 
 def _rebuilt(x: Multivector) -> Multivector:
-    """A round, from its attitude and its centre: reflected infinity, (n_inf . x) . x = E^2 (centre) up to its sign."""
+    """A round, from its attitude and its center: reflected infinity, (n_inf . x) . x = E^2 (center) up to its sign."""
     e = curvature(x)
     curved = norm_squared(e)
     is_round = curved > 0
     reflected = (infinity(x) | x) | x
-    center = as_computed(euclidean_part(reflected) / only_if(is_round, -(reflected | infinity(x))))
+    center = as_computed(euclidean_part(reflected) / where_or_nan(is_round, -(reflected | infinity(x))))
     return translator(center) >> ((origin(x) + infinity(x) / (2 * curved)) ^ e)

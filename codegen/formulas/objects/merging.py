@@ -1,19 +1,19 @@
-"""What merging similar objects needs besides their cost (thesis 3.12.2): the mean of two, and where an object is.
+"""Means and landmarks for merging similar objects (thesis 3.12.2); costs are in `costs`.
 
 A landmark is a few plain numbers of an object by which far ones are left out without their cost; which cost they
-promise is said, and proved, in templates/c/merge_tree.h.
+promise is said, and proved, in templates/c/programs/merging/merge_tree.h.
 """
 
 from __future__ import annotations
 
-from ..multivector import Multivector, select, sqrt
-from ..trace import Result, row
+from ...algebra.multivector import Multivector, select, sqrt
+from ...trace.outputs import Result, row
+from ..products.outcome import where_or_nan
 from .blades import Checked, norm_squared, project_sum, written_size
 from .conformal import infinity, origin
-from .costs import aligned
+from .costs import align
 from .euclidean import coordinates, euclidean_part, space
 from .local import anchor, curvature
-from .outcome import only_if
 
 
 def mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
@@ -24,13 +24,13 @@ def mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivect
 
 def aligned_mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
     """`mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned."""
-    return mean_of_two(x1, aligned(x2, x1), w1, w2)
+    return mean_of_two(x1, align(x2, x1), w1, w2)
 
 
 def landmark(x: Multivector) -> Result:
     """Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too.
 
-    Rounds: centre, zeros, 1/radius. Flats: the point nearest the origin, the unit direction of a line or normal of
+    Rounds: center, zeros, 1/radius. Flats: the point nearest the origin, the unit direction of a line or normal of
     a plane (zeros for flat points), zero. Points: themselves, zeros, zero. The inverse is that in the unit sphere.
     """
     nothing = [x.constant(0)] * 3
@@ -49,14 +49,14 @@ def landmark(x: Multivector) -> Result:
 
 
 def _center(x: Multivector, n: Multivector) -> tuple[Multivector, Multivector]:
-    """Centre and 1/radius of a round where n stands for infinity; NaN and 0 for a flat there."""
+    """Center and 1/radius of a round where n stands for infinity; NaN and 0 for a flat there."""
     curved = sqrt(norm_squared(euclidean_part(n | x)))
     reflected = (n | x) | x
-    return euclidean_part(reflected) / only_if(curved > 0, -(reflected | n)), curved
+    return euclidean_part(reflected) / where_or_nan(curved > 0, -(reflected | n)), curved
 
 
 def _direction(x: Multivector) -> list[Multivector]:
-    """Of a flat (n0 + p) ^ E ^ n_inf the attitude E: a vector, or the dual of a bivector; zeros for a number."""
+    """Attitude E of a flat (n0 + p) ^ E ^ n_inf: a vector, or the dual of a bivector; zeros for a number."""
     attitude = euclidean_part((origin(x) | x) | infinity(x))
     if attitude.grades == (2,):
         attitude = (attitude * space(x)).grade(1)

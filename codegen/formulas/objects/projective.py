@@ -6,14 +6,12 @@ at infinity; planes meet by ^, and & joins. X ~X = +1 for planes, lines and poin
 
 from __future__ import annotations
 
-from ..multivector import Multivector, absolute, sqrt
-from ..status import Status
-from ..trace import Result, named
+from ...algebra.multivector import Multivector, absolute, sqrt
+from ...status import Status
+from ...trace.outputs import Result, named
+from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
+from .blades import Checked
 from .euclidean import attached_part, cross, direction_of, euclidean_part, null_vector, space
-from .outcome import NOISE, epsilon, only_if, outcome
-
-Checked = tuple[Multivector, Result]
-
 
 # -- from parameters ---------------------------------------------------------------------------------------
 
@@ -24,7 +22,7 @@ def point(position: Multivector) -> Multivector:
 
 
 def direction(vector: Multivector) -> Multivector:
-    """e0 v I3: the difference of two points, not normalised."""
+    """e0 v I3: the difference of two points, not normalized."""
     return null_vector(vector) * vector * space(vector)
 
 
@@ -46,18 +44,18 @@ def plane(normal: Multivector, offset: Multivector) -> Checked:
 
 
 def line_through(a: Multivector, b: Multivector) -> Checked:
-    """Line from a to b: the join of the points, normalised. SINGULAR: a = b."""
+    """Line from a to b: the join of the points, normalized. SINGULAR: a = b."""
     m, scale = direction_of(b - a)
     return line_of(m, a), outcome(a, (~(scale > 0), Status.SINGULAR))
 
 
 def plane_through(a: Multivector, b: Multivector, c: Multivector) -> Checked:
-    """Join of three points, normalised. SINGULAR: they are on a line."""
+    """Join of three points, normalized. SINGULAR: they are on a line."""
     u, v = b - a, c - a
     normal = cross(u, v)
     square, noise = (normal * normal).grade(0), NOISE * epsilon(a)
     regular = square > noise * noise * (u * u).grade(0) * (v * v).grade(0)
-    unit = normal / sqrt(only_if(regular, square))
+    unit = normal / sqrt(where_or_nan(regular, square))
     return unit + (unit | a) * null_vector(a), outcome(a, (~regular, Status.SINGULAR))
 
 
@@ -65,7 +63,7 @@ def normalise_point(x: Multivector) -> Checked:
     """A point at weight one, so that x ~I3 = 1 + e0 x. SINGULAR: it is at infinity."""
     weight = x.scalar_product(~space(x))
     regular = absolute(weight) > 0
-    return x / only_if(regular, weight), outcome(x, (~regular, Status.SINGULAR))
+    return x / where_or_nan(regular, weight), outcome(x, (~regular, Status.SINGULAR))
 
 
 # -- back to parameters ------------------------------------------------------------------------------------

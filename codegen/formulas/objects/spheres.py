@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute, select, sqrt
-from ..status import Status
+from ...algebra.multivector import Mask, Multivector, absolute, select, sqrt
+from ...status import Status
+from ..products.outcome import NOISE, as_computed, epsilon, outcome, where_or_nan
+from ..products.sizes import Sizes, product_sizes, sizes, vanishes
 from .blades import Checked, norm_squared
 from .conformal import infinity, origin
 from .euclidean import axes
 from .local import curvature
-from .outcome import NOISE, as_computed, epsilon, only_if, outcome
-from .sizes import Sizes, product_sizes, sizes, vanishes
 
 #: Objects built by a chain of operations count as lying on one sphere within this many rounding units of the terms.
 COSPHERICAL_ULPS = 4096
@@ -28,19 +28,20 @@ def common_sphere(x1: Multivector, x2: Multivector, distance: Multivector) -> Ch
     terms = product_sizes(sizes(x1), sizes(x2))
     if x1.grades == (2,):
         span = x1 ^ x2
-        value, regular = outward_unit(span, _scaled(tolerance, terms), great_sphere(x1))
-        regular = regular & ~vanishes(span, _scaled(tolerance, terms))
-        return value * only_if(regular, one), outcome(x1, (~regular, Status.SINGULAR))
-    cospherical = vanishes((x1 * x2).grade(4), _scaled(tolerance, terms))
+        value, regular = outward_unit(span, _relative_sizes(tolerance, terms), great_sphere(x1))
+        regular = regular & ~vanishes(span, _relative_sizes(tolerance, terms))
+        return value * where_or_nan(regular, one), outcome(x1, (~regular, Status.SINGULAR))
+    cospherical = vanishes((x1 * x2).grade(4), _relative_sizes(tolerance, terms))
     span, terms, score, scale = _best_span(x1, x2)
     same = score <= tolerance * tolerance * scale
-    value, regular = outward_unit(select(same, great_sphere(x1), span), _scaled(tolerance, terms), x1 ^ infinity(x1))
+    best = select(same, great_sphere(x1), span)
+    value, regular = outward_unit(best, _relative_sizes(tolerance, terms), x1 ^ infinity(x1))
     regular = regular & cospherical
-    return value * only_if(regular, one), outcome(x1, (~regular, Status.SINGULAR), (same, Status.NOT_UNIQUE))
+    return value * where_or_nan(regular, one), outcome(x1, (~regular, Status.SINGULAR), (same, Status.NOT_UNIQUE))
 
 
 def _best_span(x1: Multivector, x2: Multivector) -> tuple[Multivector, Sizes, Multivector, Multivector]:
-    """Of x1 ^ ((a | x2) | x2) for all basis vectors a the one longest against its terms; their sizes, and squares."""
+    """Longest of x1 ^ ((a | x2) | x2) against its terms, over the basis vectors a; the sizes of terms, and squares."""
     best, score, scale = x1.new({}), x1.constant(0), x1.constant(1)
     terms = sizes(best)
     for a in [*axes(x1), origin(x1), infinity(x1)]:
@@ -60,13 +61,13 @@ def orthogonal_sphere(x1: Multivector, x2: Multivector, distance: Multivector) -
     (two lines: the one at infinity). ``distance`` as of `common_sphere`.
     """
     quad, terms = (x1 * x2).grade(4), product_sizes(sizes(x1), sizes(x2))
-    noise = _scaled(NOISE * epsilon(x1), terms)
+    noise = _relative_sizes(NOISE * epsilon(x1), terms)
     square, limit = norm_squared(quad), 2 * product_sizes(sizes(quad), noise)[1]
-    apart = ~vanishes(quad, _scaled(_tolerance(x1, x2, distance), terms))
+    apart = ~vanishes(quad, _relative_sizes(_tolerance(x1, x2, distance), terms))
     regular, imaginary = (square < -limit) & apart, (square > limit) & apart
     value, _ = outward_unit(quad, noise, quad)
     status = outcome(x1, (imaginary, Status.IMAGINARY), (~regular, Status.SINGULAR))
-    return value * only_if(regular, x1.constant(1)), status
+    return value * where_or_nan(regular, x1.constant(1)), status
 
 
 def great_sphere(x: Multivector) -> Multivector:
@@ -82,12 +83,12 @@ def outward_unit(x: Multivector, noise: Sizes, side: Multivector) -> tuple[Multi
     product = -x.scalar_product(~side)
     flat = absolute(weight) <= limit
     turned = (~flat & (weight > 0)) | (flat & (product < 0))
-    scale = select(turned, x.constant(-1), x.constant(1)) / sqrt(only_if(regular, square))
+    scale = select(turned, x.constant(-1), x.constant(1)) / sqrt(where_or_nan(regular, square))
     plane = infinity(x) ^ -(origin(x) | x)
     return select(flat, plane, x) * scale, regular
 
 
-def _scaled(factor: Multivector, x: Sizes) -> Sizes:
+def _relative_sizes(factor: Multivector, x: Sizes) -> Sizes:
     return factor * x[0], factor * x[1], factor * x[2]
 
 

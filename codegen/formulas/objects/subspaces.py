@@ -1,6 +1,6 @@
 """Blades as subspaces, without a metric: the vectors that span a blade, as a table that is linear in its coefficients.
 
-What is decided by rank is decided in numbers, by the runtime. A blade spans the same vectors whatever they square to,
+Ranks are determined on numbers, by the runtime. A blade spans the same vectors whatever they square to,
 so null blades and degenerate metrics are no special cases.
 """
 
@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ..algebra import Algebra, outer_sign
-from .frames import Entry
+from ...algebra.algebra import Algebra
+from ...algebra.blades import outer_sign
+from ..products.frames import Entry
 
 #: Null vectors that carry lengths: their coefficients scale with the power of a length that stands here.
 _LENGTHS = {"no": -1, "ni": 1, "0": 1}

@@ -10,29 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import GradeError
-from ..multivector import (
-    Mask,
-    Multivector,
-    absolute,
-    atan2,
-    cos,
-    select,
-    sin,
-    sqrt,
-    stumpff0,
-    stumpff1,
-)
-from ..status import Status
-from ..trace import Result
-from .euclidean import attached_part, euclidean_part, null_vector, space
-from .outcome import NOISE, as_computed, epsilon, is_finite, only_if, outcome, size
+from ...algebra.multivector import Mask, Multivector, absolute, atan2, cos, select, sin, sqrt, stumpff0, stumpff1
+from ...errors import GradeError
+from ...status import Status
+from ...trace.outputs import Result
+from ..motions.turns import turn_axis
+from ..objects.euclidean import attached_part, euclidean_part, null_vector, space
+from .outcome import NOISE, as_computed, epsilon, is_finite, outcome, size, where_or_nan
 from .products import absolute_product
-from .turns import turn_axis
 
 
 def square_signs(b: Multivector) -> tuple[bool, bool]:
-    """Whether the scalar part of b^2 can be negative, and whether it can be positive, by the blades of b."""
+    """Return whether the scalar part of b^2 can be negative, and whether it can be positive, by the blades of b."""
     blades = list(b.terms)
     if not blades:
         return False, False
@@ -43,7 +32,7 @@ def square_signs(b: Multivector) -> tuple[bool, bool]:
 
 
 def is_motion(b: Multivector) -> bool:
-    """Whether b is the bivector of a motor, by its blades: b^2 = -w + q with w >= 0 and q^2 = 0."""
+    """Return whether b is the bivector of a motor, by its blades: b^2 = -w + q with w >= 0 and q^2 = 0."""
     q = (b * b).grade(4)
     return not (q * q).terms and not square_signs(b)[1]
 
@@ -121,7 +110,7 @@ def _along(v: Multivector, turn: Multivector) -> Multivector:
 
 
 def _turns(c: Multivector, square: Multivector) -> Mask:
-    """Where there is a rotation: its square does not underflow, and it is no rounding noise on a full turn."""
+    """Mask of rotations: the square does not underflow, and it is no rounding noise on a full turn."""
     least, noise = epsilon(c), NOISE * epsilon(c)
     return (square > least * least * least * least) & ((c > 0) | (square > noise * noise))
 
@@ -147,18 +136,18 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     c, p, shift, square, turns = screw_parts(r)
     if not square.terms:  # translators, by their blades
         valid = valid & (c > 0)
-        return p / only_if(valid, c), outcome(r, (~valid, Status.INVALID))
+        return p / where_or_nan(valid, c), outcome(r, (~valid, Status.INVALID))
     full_turn = ~turns & (c < 0)
     s = sqrt(select(full_turn, r.constant(0), square))
     half_angle = atan2(s, c)
     k = select(turns, half_angle / s, select(c < 0, r.constant(-1), r.constant(1)))
     axis, possible = turn_axis(r.grade(2))
-    b = only_if(valid, k) * p + shift - axis * select(full_turn, half_angle, r.constant(0))
-    return _finished(r, b, valid, full_turn, possible)
+    b = where_or_nan(valid, k) * p + shift - axis * select(full_turn, half_angle, r.constant(0))
+    return _results(r, b, valid, full_turn, possible)
 
 
 def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
-    """exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalised, for r = (c + p) (1 + t).
+    """exp(log(r)/2), the unit motor of half the motion: (h + p) (1 + t/2) normalized, for r = (c + p) (1 + t).
 
     h = 1 + c, which is |p|^2/(1 - c) where c < 0: no digits are lost towards -1. A full turn has the half turn about
     the axis that `log_motor` takes, with the same statuses.
@@ -168,9 +157,9 @@ def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
     c, p, shift, square, turns = screw_parts(r)
     if not square.terms:
         valid = valid & (c > 0)
-        return 1 + p / (2 * only_if(valid, c)), outcome(r, (~valid, Status.INVALID))
+        return 1 + p / (2 * where_or_nan(valid, c)), outcome(r, (~valid, Status.INVALID))
     h = select(c < 0, square / (1 - c), 1 + c)
-    middle = (only_if(valid, h) + p) * (1 + shift / 2)
+    middle = (where_or_nan(valid, h) + p) * (1 + shift / 2)
     norm = middle * ~middle
     s0, s4 = norm.grade(0), norm.grade(4)
     root = middle * (1 - s4 / (2 * s0)) / sqrt(s0)
@@ -178,11 +167,11 @@ def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
     v = r.grade(2)
     axis, possible = turn_axis(v)
     half_turn = -axis * (1 - _translation(v) / 2)
-    return _finished(r, select(full_turn, half_turn, root), valid, full_turn, possible)
+    return _results(r, select(full_turn, half_turn, root), valid, full_turn, possible)
 
 
 def is_motor(r: Multivector) -> bool:
-    """Whether a unit r is a motor by its blades: one rotation, and translations."""
+    """Return whether a unit r is a motor by its blades: one rotation, and translations."""
     v = r.grade(2)
     turn = euclidean_part(v)
     return is_motion(v) and not (turn * turn).grade(4).terms
@@ -199,7 +188,7 @@ def _as_given(r: Multivector) -> Multivector:
 
 
 def is_unit(r: Multivector) -> Mask:
-    """Whether r ~r = 1 to half of the digits, each coefficient on the scale of what rounding of r may do to it.
+    """Return whether r ~r = 1 to half of the digits, each coefficient on the scale of its rounding error.
 
     Coefficients that scale alike (with n, without, ..) stand for each other: a half turn may have a cosine of 1e-17,
     whose product with a translation is no measure of rounding. Nor are translations by much less than 1.
@@ -230,12 +219,12 @@ def _translation(v: Multivector) -> Multivector:
     return t ^ null_vector(v) if t.terms else t
 
 
-def _finished(
+def _results(
     r: Multivector, value: Multivector, valid: Mask, full_turn: Mask, possible: Mask | None
 ) -> tuple[Multivector, Result]:
     cases = [(~valid, Status.INVALID), (full_turn, Status.NOT_UNIQUE)]
     if possible is not None:
         nowhere = full_turn & ~possible
-        value = value * only_if(~nowhere, r.constant(1))
+        value = value * where_or_nan(~nowhere, r.constant(1))
         cases.insert(1, (nowhere, Status.SINGULAR))
     return value, outcome(r, *cases)

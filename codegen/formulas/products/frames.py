@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 
-from ..algebra import Algebra
-from ..multivector import Multivector
-from ..trace import Result, row
+from ...algebra.algebra import Algebra
+from ...algebra.multivector import Multivector
+from ...trace.outputs import Result, row
 
 LinearMap = Callable[[Multivector], Multivector]
 Product = Callable[[Multivector, Multivector], Multivector]
@@ -53,14 +53,14 @@ def reciprocal_frame(frame: Sequence[Multivector]) -> list[Multivector]:
     constant ones, where every product is folded. Divides by zero where the frame's metric is degenerate.
     """
     gram = [[x.scalar_product(y) for y in frame] for x in frame]
-    return _solved(gram, frame)
+    return _reciprocal_combinations(gram, frame)
 
 
 def pseudo_reciprocal_frame(frame: Sequence[Multivector]) -> list[Multivector]:
     """P^j with <X_i ^ P^j>_I = delta_ij, among the images J(X) of the frame: for any metric."""
     images = [x.complement() for x in frame]
     gram = [[pairing(x, p) for p in images] for x in frame]
-    return _solved(gram, images)
+    return _reciprocal_combinations(gram, images)
 
 
 def coframe(frame: Sequence[Multivector]) -> tuple[list[Multivector], Product]:
@@ -143,7 +143,7 @@ def _outer(like: Multivector, factors: Sequence[Multivector]) -> Multivector:
     return reduce(lambda a, b: a ^ b, factors, like.constant(1))
 
 
-def _solved(gram: Sequence[Sequence[Multivector]], images: Sequence[Multivector]) -> list[Multivector]:
+def _reciprocal_combinations(gram: Sequence[Sequence[Multivector]], images: Sequence[Multivector]) -> list[Multivector]:
     """Combinations Y^j of the images with product(X_i, Y^j) = delta_ij, given gram[i][k] = product(X_i, images[k])."""
     like = images[0]
     if _is_monomial(gram):
@@ -156,7 +156,7 @@ def _solved(gram: Sequence[Sequence[Multivector]], images: Sequence[Multivector]
 
 
 def _is_monomial(gram: Sequence[Sequence[Multivector]]) -> bool:
-    """Whether each row and each column has one entry by its blades: basis blades, orthogonal or null."""
+    """Return whether each row and each column has one entry by its blades: basis blades, orthogonal or null."""
     pattern = [[bool(entry.terms) for entry in entries] for entries in gram]
     return all(sum(r) == 1 for r in pattern) and all(sum(c) == 1 for c in zip(*pattern, strict=True))
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ..algebra import grade
-from ..errors import GradeError
-from ..multivector import Multivector
-from ..status import Status
-from ..trace import Result
-from .outcome import as_computed, is_finite, only_if, outcome, size
+from ...algebra.blades import grade
+from ...algebra.multivector import Multivector
+from ...errors import GradeError
+from ...status import Status
+from ...trace.outputs import Result
+from .outcome import as_computed, is_finite, outcome, size, where_or_nan
 
 #: Largest x V - 1 (sum of coefficients) of an inverse V. Where the determinant is rounding noise, so is the rest of
 #: x Adj(x), and the residual is about 1 or larger; that of an ill-conditioned x is its condition times rounding.
@@ -77,14 +77,14 @@ def hitzer_adjugate(x: Multivector) -> Multivector:
         case 3:
             return bar * hat * rev
         case 4:
-            return bar * negated(x * bar, 3, 4)
+            return bar * negate_grades(x * bar, 3, 4)
     rest = bar * hat * rev
-    return rest * negated(x * rest, 1, 4)
+    return rest * negate_grades(x * rest, 1, 4)
 
 
-def negated(x: Multivector, *grades: int) -> Multivector:
+def negate_grades(x: Multivector, *grades: int) -> Multivector:
     """x with the sign of some grades changed."""
-    return x.scaled(lambda b: -1 if grade(b) in grades else 1)
+    return x.scale_blades(lambda b: -1 if grade(b) in grades else 1)
 
 
 def determinant(x: Multivector) -> Multivector:
@@ -94,18 +94,18 @@ def determinant(x: Multivector) -> Multivector:
 
 def shirokov(x: Multivector) -> tuple[Multivector, Result]:
     """Inverse of a general multivector, any dimension and metric. Status: SINGULAR, INVALID (not finite)."""
-    return _divided(x, shirokov_adjugate(x))
+    return _divide(x, shirokov_adjugate(x))
 
 
 def hitzer(x: Multivector) -> tuple[Multivector, Result]:
     """Inverse of a general multivector, to five dimensions. Status: SINGULAR, INVALID (not finite)."""
-    return _divided(x, hitzer_adjugate(x))
+    return _divide(x, hitzer_adjugate(x))
 
 
-def _divided(x: Multivector, adjugate: Multivector) -> tuple[Multivector, Result]:
+def _divide(x: Multivector, adjugate: Multivector) -> tuple[Multivector, Result]:
     det = x.scalar_product(adjugate)
     inverse = adjugate / det
     regular = size(x * as_computed(inverse) - 1) <= RESIDUAL
     finite = is_finite(x)
-    value = inverse * only_if(regular, x.constant(1))
+    value = inverse * where_or_nan(regular, x.constant(1))
     return value, outcome(x, (~finite, Status.INVALID), (~regular, Status.SINGULAR))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..multivector import Multivector
+from ...algebra.multivector import Multivector
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def from_pauli_matrix(m: Matrix, like: Multivector) -> Multivector:
     return like.sum(value * like.basis(name) for name, value in parts.items())
 
 
-def involuted(m: Matrix) -> Matrix:
+def involution(m: Matrix) -> Matrix:
     """Matrix of the grade involution: the conjugate of the adjugate; signs only."""
     p, q, r, s = m
     return s.conjugate(), -r.conjugate(), -q.conjugate(), p.conjugate()
@@ -93,9 +93,9 @@ def geometric_dense(a: Multivector, b: Multivector) -> Multivector:
     """Geometric product of dense multivectors of 3D CGA, through 4 x 4 complex matrices."""
     x11, x12, x21, x22 = blocks(a)
     y11, y12, y21, y22 = blocks(b)
-    z11 = from_pauli_matrix(_entries([(x11, y11), (x12, involuted(y21))], a), a)
-    z12 = from_pauli_matrix(_entries([(x11, y12), (x12, involuted(y22))], a), a)
-    z21 = from_pauli_matrix(_entries([(x21, involuted(y11)), (x22, y21)], a), a)
-    z22 = from_pauli_matrix(_entries([(x21, involuted(y12)), (x22, y22)], a), a)
+    z11 = from_pauli_matrix(_entries([(x11, y11), (x12, involution(y21))], a), a)
+    z12 = from_pauli_matrix(_entries([(x11, y12), (x12, involution(y22))], a), a)
+    z21 = from_pauli_matrix(_entries([(x21, involution(y11)), (x22, y21)], a), a)
+    z22 = from_pauli_matrix(_entries([(x21, involution(y12)), (x22, y22)], a), a)
     parts = {"1": (z11 + z22) / 4, "noni": (z22 - z11) / 4, "no": z12 / 2, "ni": z21 / -4}
     return a.sum(z ^ a.basis(null) for null, z in parts.items())

@@ -5,15 +5,15 @@ Only masks and scalars are handled here; which items are singular is each formul
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, select
-from ..status import Status
-from ..trace import Result, status
+from ...algebra.multivector import Mask, Multivector, select
+from ...status import Status
+from ...trace.outputs import Result, status
 
 #: A sum smaller than this many rounding errors of its terms is taken for zero.
 NOISE = 64
 
 
-def undefined(like: Multivector) -> Multivector:
+def not_a_number(like: Multivector) -> Multivector:
     """The scalar NaN over the ring of ``like``; only a branch of `select` may hold it."""
     return like.new({0: like.ring.apply("nan")})
 
@@ -28,9 +28,9 @@ def as_computed(x: Multivector) -> Multivector:
     return x.new({b: x.ring.apply("rounded", c) for b, c in x.terms.items()})
 
 
-def only_if(mask: Mask, x: Multivector) -> Multivector:
+def where_or_nan(mask: Mask, x: Multivector) -> Multivector:
     """The scalar x where the mask holds, else NaN. Divide by it, or multiply with it, and the item is NaN."""
-    return select(mask, x, undefined(x))
+    return select(mask, x, not_a_number(x))
 
 
 def outcome(like: Multivector, *cases: tuple[Mask, Status]) -> Result:
@@ -42,7 +42,7 @@ def outcome(like: Multivector, *cases: tuple[Mask, Status]) -> Result:
 
 
 def is_finite(x: Multivector) -> Mask:
-    """Whether no coefficient is NaN or infinite: then their size less itself is zero."""
+    """Return whether no coefficient is NaN or infinite: then their size less itself is zero."""
     total = size(x)
     return total - as_computed(total) <= 0
 

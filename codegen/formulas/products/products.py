@@ -5,11 +5,8 @@ One operator each. The only formula of its own here is the sum of absolute terms
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import Any
-
-from ..algebra import grade
-from ..multivector import Filter, Multivector
+from ...algebra.multivector import Multivector
+from ...algebra.product_terms import Filter, product_terms
 
 
 def geometric(x: Multivector, y: Multivector) -> Multivector:
@@ -54,12 +51,12 @@ def regressive(x: Multivector, y: Multivector) -> Multivector:
 
 def meet(x: Multivector, y: Multivector) -> Multivector:
     """Intersection: x & y, or x ^ y where the metric is degenerate and objects are built from planes."""
-    return x ^ y if x.algebra.is_degenerate else x & y
+    return x.meet(y)
 
 
 def join(x: Multivector, y: Multivector) -> Multivector:
     """Span of disjoint objects: x ^ y, or x & y where the metric is degenerate."""
-    return x & y if x.algebra.is_degenerate else x ^ y
+    return x.join(y)
 
 
 def reverse(x: Multivector) -> Multivector:
@@ -94,13 +91,9 @@ def sandwich(r: Multivector, x: Multivector) -> Multivector:
 
 def absolute_product(x: Multivector, y: Multivector, keep: Filter | None = None) -> Multivector:
     """Sums of the absolute values of the terms of x y: the scale of its rounding errors, coefficient by coefficient."""
-    ring = x.ring
-    gathered: dict[int, list[tuple[Any, Fraction]]] = {}
-    for a, p in x.terms.items():
-        for b, q in y.terms.items():
-            kept = [(c, w) for c, w in x.algebra.product(a, b) if keep is None or keep(grade(a), grade(b), grade(c))]
-            if kept:
-                pq = ring.apply("abs", ring.multiply(p, q))
-                for c, w in kept:
-                    gathered.setdefault(c, []).append((pq, abs(w)))
-    return x.new({c: ring.combine(parts) for c, parts in gathered.items()})
+    terms = product_terms(x.algebra, keep)
+    return x.bilinear(
+        y,
+        lambda a, b: [(c, abs(w)) for c, w in terms(a, b)],
+        lambda p, q: x.ring.apply("abs", x.ring.multiply(p, q)),
+    )

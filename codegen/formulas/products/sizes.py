@@ -1,4 +1,4 @@
-"""How large multivectors are written, and what rounding may leave of their products where these should be zero.
+"""Sizes of multivectors as written, and bounds of the rounding errors of products that should be zero.
 
 Scaling by s multiplies n0 by 1/s and n_inf by s: coefficients are compared only with those of blades of one weight,
 and all of these share one bound, since a turned object has its noise in other places.
@@ -6,7 +6,7 @@ and all of these share one bound, since a turned object has its noise in other p
 
 from __future__ import annotations
 
-from ..multivector import Mask, Multivector, absolute
+from ...algebra.multivector import Mask, Multivector, absolute
 from .outcome import size
 
 #: Sums of absolute coefficients on blades with n0 alone (weight -1), with neither or both, with n_inf alone (+1).
@@ -21,14 +21,14 @@ def weight_of(x: Multivector, blade: int) -> int:
 
 
 def sizes(x: Multivector, unit: Multivector | None = None, written: Sizes | None = None) -> Sizes:
-    """Of x; with ``unit`` times the sizes ``written`` on top."""
+    """Sizes of x; with ``unit`` times the sizes ``written`` on top."""
     own = [size(x.new({b: c for b, c in x.terms.items() if weight_of(x, b) == w})) for w in (-1, 0, 1)]
     if unit is not None and written is not None:
         own = [a + unit * b for a, b in zip(own, written, strict=True)]
     return own[0], own[1], own[2]
 
 
-def displaced(x: Sizes, distance: Multivector) -> Sizes:
+def displace(x: Sizes, distance: Multivector) -> Sizes:
     """Sizes of x with its positions known to rounding at a distance: a move adds so much of the next lower weight."""
     return x[0], x[1] + distance * x[0], x[2] + distance * x[1]
 
@@ -43,7 +43,7 @@ def product_sizes(x: Sizes, y: Sizes) -> Sizes:
 
 
 def vanishes(x: Multivector, bounds: Sizes) -> Mask:
-    """Whether every coefficient is within the bound of its weight."""
+    """Return whether every coefficient is within the bound of its weight."""
     zero = x.constant(0)
     mask = zero <= zero
     for blade, value in x.terms.items():

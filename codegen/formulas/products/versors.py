@@ -1,4 +1,4 @@
-"""Norms, normalisation, inverses of versors, sandwiches and reflections (thesis 1.2.5, 1.2.6, 1.3.4).
+"""Norms, normalization, inverses of versors, sandwiches and reflections (thesis 1.2.5, 1.2.6, 1.3.4).
 
 For anything that is a product of vectors, or nearly. General inverses are in `inverses`, projections to blades
 in `blades`.
@@ -6,11 +6,12 @@ in `blades`.
 
 from __future__ import annotations
 
-from ..multivector import Multivector, absolute, keep_scalar, sqrt
-from ..status import Status
-from ..trace import Result
-from .blades import norm_squared
-from .outcome import NOISE, epsilon, only_if, outcome
+from ...algebra.multivector import Multivector, absolute, sqrt
+from ...algebra.product_terms import keep_scalar
+from ...status import Status
+from ...trace.outputs import Result
+from ..objects.blades import norm_squared
+from .outcome import NOISE, epsilon, outcome, where_or_nan
 from .products import absolute_product
 
 
@@ -20,7 +21,7 @@ def norm(x: Multivector) -> Multivector:
 
 
 def noise_of_square(x: Multivector) -> Multivector:
-    """What rounding may have left of <x ~x>_0 where it should be zero."""
+    """Bound of the rounding error of <x ~x>_0 where it should be zero."""
     return NOISE * epsilon(x) * absolute_product(x, x, keep_scalar)
 
 
@@ -28,7 +29,7 @@ def normalise(x: Multivector) -> tuple[Multivector, Result]:
     """x over its norm; null multivectors (a point, for one) are singular."""
     square = absolute(norm_squared(x))
     regular = square > noise_of_square(x)
-    return x / sqrt(only_if(regular, square)), outcome(x, (~regular, Status.SINGULAR))
+    return x / sqrt(where_or_nan(regular, square)), outcome(x, (~regular, Status.SINGULAR))
 
 
 def normalise_flat(x: Multivector) -> tuple[Multivector, Result]:
@@ -42,7 +43,7 @@ def normalise_flat(x: Multivector) -> tuple[Multivector, Result]:
     positive = s if x.algebra.is_degenerate or 0 in x.grades else -s
     noise = noise_of_square(x)
     regular = positive > noise
-    root = sqrt(only_if(regular, positive))
+    root = sqrt(where_or_nan(regular, positive))
     correction = 1 - q / (2 * s) if q.terms else x.constant(1)
     return x * correction / root, outcome(x, (positive < -noise, Status.IMAGINARY), (~regular, Status.SINGULAR))
 
@@ -51,7 +52,7 @@ def versor_inverse(x: Multivector) -> tuple[Multivector, Result]:
     """~x/<x ~x>_0: the inverse of blades and of products of vectors."""
     square = norm_squared(x)
     regular = absolute(square) > noise_of_square(x)
-    return ~x / only_if(regular, square), outcome(x, (~regular, Status.SINGULAR))
+    return ~x / where_or_nan(regular, square), outcome(x, (~regular, Status.SINGULAR))
 
 
 def sandwich(r: Multivector, x: Multivector) -> Multivector:
@@ -60,7 +61,7 @@ def sandwich(r: Multivector, x: Multivector) -> Multivector:
 
 
 def reflect(x: Multivector, mirror: Multivector) -> tuple[Multivector, Result]:
-    """x reflected, or inverted, in a blade that need not be normalised (thesis 1.3.4). SINGULAR: a null blade.
+    """x reflected, or inverted, in a blade that need not be normalized (thesis 1.3.4). SINGULAR: a null blade.
 
     The sign is such that points of the mirror keep theirs; see `reflect_in_unit`.
     """
@@ -79,7 +80,7 @@ def reflect_in_unit(x: Multivector, mirror: Multivector) -> Multivector:
 
 
 def _turns_points(mirror: Multivector) -> bool:
-    """Whether P x P^-1 changes the sign of points x of the mirror P: direct objects, or built from planes."""
+    """Return whether P x P^-1 changes the sign of points x of the mirror P: direct objects, or built from planes."""
     (k,) = mirror.grades
     p, q, r = mirror.algebra.signature
     return bool((k * (p + q - 1) if r else k + 1) & 1)

@@ -6,16 +6,15 @@ although the ray's own numbers and the surface's formulas are rounded.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
-from ..multivector import Multivector, absolute, reciprocal, select, sqrt
-from ..trace import Result, named, row
-from .conformal import infinity as ni
-from .euclidean import coordinates, vector
-from .euclidean import euclidean_part as euclidean
-from .outcome import epsilon
-from .rays import dot
-from .surfaces import circle_center
+from ...algebra.multivector import Multivector, absolute, reciprocal, select, sqrt
+from ...trace.outputs import Result, named, row
+from ..curves.surfaces import center_of_round
+from ..objects.conformal import infinity as ni
+from ..objects.euclidean import coordinates, dot, vector
+from ..objects.euclidean import euclidean_part as euclidean
+from ..products.outcome import epsilon
 
 #: Roundings, relative to the ray's origin and the farthest box, by which formulas may misplace a point: most make some
 #: ten, but a ray counts as in a disc's plane (`rays.rim_hit`) within twice 64 roundings of the sums of coordinates.
@@ -43,9 +42,16 @@ def box_ray(origin: Multivector, direction: Multivector, reach: Multivector) -> 
     return tuple(named(name, vector(tuple(x))) for name, x in rows.items())
 
 
+class Bounds(NamedTuple):
+    """First and last parameter of a ray."""
+
+    first: Multivector
+    last: Multivector
+
+
 def box_span(
     near: Multivector, far: Multivector, inverse: Multivector,
-    near_corner: Multivector, far_corner: Multivector, bounds: Sequence[Multivector],
+    near_corner: Multivector, far_corner: Multivector, bounds: Bounds,
 ) -> Result:  # fmt: skip
     """Parameters between which a ray, made by `box_ray`, is inside a box and inside bounds; none if they fall.
 
@@ -72,7 +78,7 @@ def _smaller(x: Multivector, y: Multivector) -> Multivector:
 
 
 def circle_shape(round_: Multivector) -> tuple[Multivector, Multivector, Multivector]:
-    """Centre, squared radius and normal, of any length, of a circle of any weight.
+    """Center, squared radius and normal, of any length, of a circle of any weight.
 
     The circle over its plane is the dual of the sphere of which it is an equator.
     """
@@ -94,7 +100,7 @@ def circle_extents(square: Multivector, normal: Multivector) -> list[Multivector
 def circle_reach(center: Multivector, square: Multivector, normal: Multivector) -> Multivector:
     """Squared distance from the origin to a circle's farthest point.
 
-    The point lies where the centre's projection onto the plane points to: d^2 + r^2 + 2 r |d ^ n|.
+    The point lies where the center's projection onto the plane points to: d^2 + r^2 + 2 r |d ^ n|.
     """
     across = center ^ normal
     along = -dot(across, across) / dot(normal, normal)
@@ -104,4 +110,4 @@ def circle_reach(center: Multivector, square: Multivector, normal: Multivector) 
 def pair_shape(pair: Multivector) -> tuple[Multivector, Multivector]:
     """Middle of a point pair of any weight, and half the vector between its points."""
     chord = pair | ni(pair)
-    return circle_center(pair), euclidean(chord) * (sqrt(dot(pair, pair)) / dot(chord, chord))
+    return center_of_round(pair), euclidean(chord) * (sqrt(dot(pair, pair)) / dot(chord, chord))

@@ -1,4 +1,4 @@
-"""Rays and triangles (thesis 4.7.4), so that neighbours that share an edge agree on which side of it a ray passes.
+"""Rays and triangles (thesis 4.7.4), so that neighbors that share an edge agree on which side of it a ray passes.
 
 The point pairs A ^ B, B ^ C, C ^ A of a triangle meet a line L in the scalars L v (A ^ B), ...: with (4.7.4), alpha and
 beta lie between 0 and 1 where the three have one sign. Each is the weight of (A ^ L) v (B ^ L) = (L v (A ^ B)) L, the
@@ -9,14 +9,32 @@ counts as inside. So no ray passes between two triangles.
 
 from __future__ import annotations
 
-from ..multivector import Multivector, absolute, select
-from ..trace import Result, named, row
-from .euclidean import cross
-from .outcome import epsilon, only_if, size
-from .rays import dot, line, line_direction, unit, zero
+from typing import NamedTuple
+
+from ...algebra.multivector import Multivector, absolute, select
+from ...trace.outputs import Result, named, row
+from ..objects.euclidean import cross, dot
+from ..products.outcome import epsilon, size, where_or_nan
+from .rays import line, line_direction, unit, zero
 
 #: Roundings, of the sums of coordinates, by which a point may be beside a ray: less than boxes are wider (boxes.py).
 BESIDE = 128
+
+
+class Sides(NamedTuple):
+    """A number for each side of a triangle."""
+
+    bc: Multivector
+    ca: Multivector
+    ab: Multivector
+
+
+class Shares(NamedTuple):
+    """A number for each corner of a triangle."""
+
+    a: Multivector
+    b: Multivector
+    c: Multivector
 
 
 def facet_sides(
@@ -34,7 +52,7 @@ def facet_sides(
 
 def facet_hit(
     origin: Multivector, direction: Multivector, a: Multivector, b: Multivector, c: Multivector,
-    sides: tuple[Multivector, ...],
+    sides: Sides,
 ) -> tuple[Result, Result, Result]:  # fmt: skip
     """Parameter t of the ray's point on the triangle, the shares of its corners, and the point relative to A.
 
@@ -50,7 +68,7 @@ def facet_hit(
     t = seen["e3"] / direction["e3"]
     beside, noise = seen - t * direction, BESIDE * epsilon(origin) * (size(origin) + size(a))
     inside = (absolute(sides[0]) > 0) & (absolute(sides[1]) > 0) & (absolute(sides[2]) > 0)
-    t = only_if(inside | (dot(beside, beside) <= noise * noise), t)
+    t = where_or_nan(inside | (dot(beside, beside) <= noise * noise), t)
     local = shares[1] * (b - a) + shares[2] * (c - a)
     return row([t], "t"), row(shares, "shares"), named("local", local)
 
@@ -64,7 +82,7 @@ def smooth_normal(
     direction: Multivector,
     a: Multivector, b: Multivector, c: Multivector,
     at_a: Multivector, at_b: Multivector, at_c: Multivector,
-    shares: tuple[Multivector, ...],
+    shares: Shares,
 ) -> Multivector:  # fmt: skip
     """Mean of the corners' normals, on that side of the ray on which the triangle's own normal is.
 

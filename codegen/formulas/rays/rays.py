@@ -1,4 +1,4 @@
-"""Rays against planes, spheres and discs; reflection, normals and lighting (thesis 4.3, 4.4).
+"""Rays against planes, spheres and discs; reflection and normals (thesis 4.3, 4.4).
 
 Positions and directions are Euclidean vectors; a direction may have any length, and a parameter t counts in
 units of it. Objects are moved to a local origin before anything is multiplied: far from the origin a point
@@ -9,17 +9,17 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ..multivector import Mask, Multivector, absolute, exp, log, reciprocal, select, sqrt
-from ..status import Status
-from ..trace import Result, named, row
-from .conformal import infinity as ni
-from .conformal import line as unit_line
-from .conformal import origin as no
-from .conformal import point
-from .euclidean import attached_part, length
-from .euclidean import euclidean_part as euclidean
-from .motions import translator
-from .outcome import epsilon, is_finite, only_if, outcome, size
+from ...algebra.multivector import Mask, Multivector, absolute, reciprocal, select, sqrt
+from ...status import Status
+from ...trace.outputs import Result, named, row
+from ..motions.motions import translator
+from ..objects.conformal import infinity as ni
+from ..objects.conformal import line as unit_line
+from ..objects.conformal import origin as no
+from ..objects.conformal import point
+from ..objects.euclidean import attached_part, dot, length
+from ..objects.euclidean import euclidean_part as euclidean
+from ..products.outcome import epsilon, is_finite, outcome, size, where_or_nan
 
 #: A ray lies in a plane if its slope is below this many rounding errors: two or three come with its own numbers.
 FLAT = 8
@@ -30,11 +30,6 @@ GRAZING = Fraction(1, 64)
 def zero(x: Multivector) -> Multivector:
     """The zero of the same algebra and ring, as a position the local origin."""
     return x.new({})
-
-
-def dot(x: Multivector, y: Multivector) -> Multivector:
-    """Scalar product, also where an operand vanishes identically."""
-    return x.scalar_product(y)
 
 
 def unit(x: Multivector) -> Multivector:
@@ -112,7 +107,7 @@ def pair_parameters(
 def sphere_hit(
     origin: Multivector, direction: Multivector, center: Multivector, radius: Multivector
 ) -> tuple[Result, Result, Result]:
-    """Parameters of the first and last point of a ray on a sphere, and the points relative to the centre.
+    """Parameters of the first and last point of a ray on a sphere, and the points relative to the center.
 
     The sphere stands at the origin, and F = L v S. NaN where the ray passes by.
     """
@@ -124,7 +119,7 @@ def sphere_hit(
 
 
 def along_plane(direction: Multivector, normal: Multivector) -> Mask:
-    """Whether a direction lies in the planes of a normal, to rounding."""
+    """Return whether a direction lies in the planes of a normal, to rounding."""
     return absolute(dot(direction, normal)) <= FLAT * epsilon(direction) * size(direction)
 
 
@@ -136,7 +131,7 @@ def within(x: Multivector, low: Multivector, high: Multivector) -> Multivector:
 def disc_hit(
     origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
 ) -> tuple[Result, Result]:
-    """Where a ray is on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the centre.
+    """Hit of a ray on a disc's plane: its parameter, Y^2, whether it runs along the plane; the point from the center.
 
     Y = L v C; the ray passes through the disc where Y^2 < 0 (thesis 4.4.1). It runs along: 1, it grazes: -1.
     """
@@ -153,9 +148,9 @@ def disc_hit(
 def disc_graze(
     origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
 ) -> tuple[Result, Result]:
-    """The parameter, and the point from the centre, of a ray that grazes a disc: its slope may be mostly rounding.
+    """The parameter, and the point from the center, of a ray that grazes a disc: its slope may be mostly rounding.
 
-    No point of the disc is further from the centre than the radius: this tells better whether the ray meets it (t is
+    No point of the disc is further from the center than the radius: this tells better whether the ray meets it (t is
     NaN if not) and where.
     """
     relative = origin - center
@@ -163,7 +158,7 @@ def disc_graze(
     middle, half = -dot(relative, direction) * over, radius * sqrt(over)
     foot, reach = relative + middle * direction, radius + rim_noise(origin, center, radius)
     near = within(-dot(relative, normal) / dot(direction, normal), middle - half, middle + half)
-    t = only_if(dot(foot, foot) <= reach * reach, near)
+    t = where_or_nan(dot(foot, foot) <= reach * reach, near)
     return row([t], "t"), named("local", relative + t * direction)
 
 
@@ -178,11 +173,11 @@ def rim_noise(origin: Multivector, center: Multivector, radius: Multivector) -> 
 def rim_hit(
     origin: Multivector, direction: Multivector, center: Multivector, normal: Multivector, radius: Multivector
 ) -> tuple[Result, Result, Result]:
-    """Parameters and points, relative to the centre, of a ray that lies in a disc's plane on its rim; NaN for none.
+    """Parameters and points, relative to the center, of a ray that lies in a disc's plane on its rim; NaN for none.
 
-    There Y vanishes, and the meet is taken in the plane: <L C>_2 dualised in it, two points where its square is
-    positive (4.4.1 says negative). That pair is L v S with the sphere of the rim's own centre and radius, which has
-    no trouble with a line that leaves the plane by rounding. A tangent has one point, the foot of the centre. Both
+    There Y vanishes, and the meet is taken in the plane: <L C>_2 dualized in it, two points where its square is
+    positive (4.4.1 says negative). The pair is L v S with the sphere of the rim's own center and radius, which has
+    no trouble with a line that leaves the plane by rounding. A tangent has one point, the foot of the center. Both
     are told to rounding of the numbers that ray and disc are made of.
     """
     relative = origin - center
@@ -196,7 +191,7 @@ def rim_hit(
     first, last = pair_points(pair)
     early, late = (middle + t for t in pair_parameters(pair, foot, direction))
     once, twice = inside & touches, inside & ~touches & (distance < radius)
-    t = [select(once, middle, only_if(twice, early)), only_if(twice, late)]
+    t = [select(once, middle, where_or_nan(twice, early)), where_or_nan(twice, late)]
     return row(t, "t"), named("first", select(once, foot, first)), named("last", last)
 
 
@@ -295,44 +290,5 @@ def tangent_line(
     """
     along = ((direction ^ normal) * normal).grade(1)
     sine = length(along)
-    line, _ = unit_line(position, only_if(sine > least, sine) / sine * along)
+    line, _ = unit_line(position, where_or_nan(sine > least, sine) / sine * along)
     return line, outcome(sine, (~(sine > least), Status.SINGULAR))
-
-
-# -- light and camera ----------------------------------------------------------------------------------------
-
-
-def light_terms(
-    position: Multivector, normal: Multivector, direction: Multivector, light: Multivector, shininess: Multivector
-) -> tuple[Result, Result]:
-    """Vector from a position to a light, and the factors of Lambert's law and of Blinn's highlight.
-
-    Both are 0 where the light is behind the surface.
-    """
-    towards = light - position
-    lamp, eye = unit(towards), unit(direction)
-    half = lamp - eye
-    lambert = dot(lamp, normal)
-    blinn = dot(half, normal) / sqrt(dot(half, half))
-    nothing = lambert.constant(0)
-    highlight = select((lambert > 0) & (blinn > 0), exp(shininess * log(blinn)), nothing)
-    return named("towards", towards), row([select(lambert > 0, lambert, nothing), highlight], "factors")
-
-
-def camera_direction(motor: Multivector, lens: tuple[Multivector, ...], pixel: tuple[Multivector, ...]) -> Multivector:
-    """Unit direction of the ray through a point of the image plane (4.2, through pixel centres).
-
-    ``lens`` holds the focal length and the widths x_max and y_max of the image plane; ``pixel`` runs over
-    [-1, 1] from left to right and from bottom to top. The camera looks along e2, with e1 right and e3 up.
-    """
-    focal, x_max, y_max = lens
-    right, up = pixel
-    e1, e2, e3 = (motor.basis(name) for name in ("e1", "e2", "e3"))
-    target = focal * e2 + x_max / 2 * right * e1 + y_max / 2 * up * e3
-    ray = motor >> line(zero(target), target)
-    return unit(line_direction(ray.grade(3)))
-
-
-def camera_position(motor: Multivector) -> Multivector:
-    """Where a motor takes the origin."""
-    return euclidean(motor >> no(motor))

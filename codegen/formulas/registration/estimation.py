@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ..differentiate import derivative_formula
-from ..multivector import Multivector, select, sqrt
-from ..trace import Result, row
-from .blades import norm_squared
-from .conformal import infinity, point
-from .costs import any_rotor, is_plain, magnitude, parallel
-from .exponentials import exp_bivector
-from .outcome import only_if
+from ...algebra.multivector import Multivector, select, sqrt
+from ...trace.derivatives import derivative_formula
+from ...trace.outputs import Result, row
+from ..objects.blades import norm_squared
+from ..objects.conformal import infinity, point
+from ..objects.costs import any_rotor, is_plain, magnitude, parallel
+from ..products.exponentials import exp_bivector
+from ..products.outcome import where_or_nan
 from .registration import carriers, center, near_motor, rotor_rates
 
 # -- Algorithm 1 -------------------------------------------------------------------------------------------
@@ -20,7 +20,7 @@ from .registration import carriers, center, near_motor, rotor_rates
 def half_step(r: Multivector, x: Multivector, y: Multivector, sign: Multivector) -> Multivector:
     """sqrt(R_m) R, where R_m takes R x ~R to (sign) y: half the way. NaN where they face each other.
 
-    A round goes by its carriers, its centre and then its axis: the rotor between two rounds is no motor, and the
+    A round goes by its carriers, its center and then its axis: the rotor between two rounds is no motor, and the
     motor next to it does not converge.
     """
     for p, q in zip(carriers(x, x.constant(1)), carriers(y, sign), strict=True):
@@ -29,9 +29,9 @@ def half_step(r: Multivector, x: Multivector, y: Multivector, sign: Multivector)
 
 
 def half_step_of_two(r: Multivector, x: Multivector, y: Multivector, x2: Multivector, y2: Multivector) -> Multivector:
-    """The same for x with y, points or spheres, whose axes lead to the centres of another pair x2, y2.
+    """The same for x with y, points or spheres, whose axes lead to the centers of another pair x2, y2.
 
-    By themselves they are translated and never turned. NaN where two centres are one.
+    By themselves they are translated and never turned. NaN where two centers are one.
     """
     ends = [(point(center(a)).grade(1), point(center(b)).grade(1)) for a, b in ((x, x2), (y, y2))]
     (p, along), (q, onto) = ((a, _line(a, b)) for a, b in ends)
@@ -43,18 +43,18 @@ def _half_way(r: Multivector, p: Multivector, q: Multivector) -> Multivector:
     moved = (r >> p).grade(*p.grades)
     whole = any_rotor(moved, q)
     if p.grades != (1,):
-        whole = only_if(is_plain(moved, q), p.constant(1)) * whole
+        whole = where_or_nan(is_plain(moved, q), p.constant(1)) * whole
     return near_motor(near_motor((1 + whole).grade(0, 2, 4)) * r)
 
 
 def _line(a: Multivector, b: Multivector) -> Multivector:
     joint = (a ^ b ^ infinity(a)).grade(3)
     length = sqrt(norm_squared(joint) * -1)
-    return joint / only_if(length > 0, length)
+    return joint / where_or_nan(length > 0, length)
 
 
 def change(after: Multivector, before: Multivector) -> Result:
-    """How far the motor from one estimate to the next is from doing nothing, whatever its sign: |R_s -+ 1|."""
+    """Distance of the motor from one estimate to the next from the identity, whatever its sign: |R_s -+ 1|."""
     step = after * ~before
     there, back = magnitude(step - 1), magnitude(step + 1)
     return row([sqrt(select(there < back, there, back))], "change")

@@ -1,6 +1,6 @@
 """Models of objects laid over each other by a motor (thesis chapter 5): what one pair of objects says about it.
 
-A motor leaves a round its radius: what tells the motor is its carriers, the centre and the axis. Flats and points are
+A motor leaves a round its radius: what tells the motor is its carriers, the center and the axis. Flats and points are
 their own.
 """
 
@@ -8,18 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from typing import NamedTuple
 
-from ..algebra import Algebra
-from ..differentiate import derivative_formula
-from ..multivector import Multivector, absolute, select, sqrt
-from ..trace import Result, row
-from .blades import norm_squared
-from .conformal import infinity, origin, point, round_center
-from .costs import aligned, any_rotor, is_plain, parallel, positive_product
-from .euclidean import attached_part, axes, canonical_sign, coordinates, euclidean_part, space, vector
-from .local import anchor, curvature, inward
-from .motions import translator
-from .outcome import only_if
+from ...algebra.algebra import Algebra
+from ...algebra.multivector import Multivector, absolute, select, sqrt
+from ...trace.derivatives import derivative_formula
+from ...trace.outputs import Result, row
+from ..motions.motions import translator
+from ..objects.blades import norm_squared
+from ..objects.conformal import infinity, origin, point, round_center
+from ..objects.costs import align, any_rotor, is_plain, parallel, positive_product
+from ..objects.euclidean import (
+    attached_part,
+    axes,
+    canonical_sign,
+    coordinates,
+    euclidean_part,
+    space,
+    vector,
+)
+from ..objects.local import anchor, curvature, inward
+from ..products.outcome import where_or_nan
 
 
 def motor_blades(algebra: Algebra) -> list[int]:
@@ -32,18 +41,18 @@ def motor_blades(algebra: Algebra) -> list[int]:
 
 
 def center(x: Multivector) -> Multivector:
-    """Position of a point, centre of a round; NaN for a flat of a round's kind."""
+    """Position of a point, center of a round; NaN for a flat of a round's kind."""
     if x.grades == (1,):
         return euclidean_part(x)
     if x.grades == (4,):
         dual = x.dual()
         weight = -(dual | infinity(x))
-        return euclidean_part(dual) / only_if(absolute(weight) > 0, weight)
+        return euclidean_part(dual) / where_or_nan(absolute(weight) > 0, weight)
     return round_center(x if x.grades == (2,) else x.dual())[0]
 
 
 def is_flat(x: Multivector) -> bool:
-    """Whether x is a flat by its blades: they all hold n_inf."""
+    """Return whether x is a flat by its blades: they all hold n_inf."""
     return not curvature(x).terms
 
 
@@ -83,44 +92,62 @@ def moved_element(r: Multivector, x: Multivector) -> Result:
     return element((r >> x).grade(*x.grades))
 
 
-# -- elements: position (3), direction (3) and radius (1) as numbers ------------------------------------------
+# -- elements: position, direction and radius as numbers -------------------------------------------------------
+
+
+class Element(NamedTuple):
+    """Position, direction and radius of an object (`element`)."""
+
+    e1: Multivector
+    e2: Multivector
+    e3: Multivector
+    along_e1: Multivector
+    along_e2: Multivector
+    along_e3: Multivector
+    radius: Multivector
+
+
+class Weights(NamedTuple):
+    """Factors of squared differences of positions, of 1 - cos, and of squared differences of radii."""
+
+    position: Multivector
+    direction: Multivector
+    radius: Multivector
 
 
 def apart(
-    a: tuple[Multivector, ...], b: tuple[Multivector, ...], weights: tuple[Multivector, ...], whole: Multivector,
-    other: Multivector,
+    a: Element, b: Element, weights: Weights, whole: Multivector, other: Multivector
 ) -> tuple[Result, Result]:  # fmt: skip
     """Weighted square of how far two elements are apart, and the cosine of the angle between their directions.
 
-    The weights are of squared differences of positions, of 1 - cos, and of squared differences of radii. ``whole`` is 1
-    for kinds that have a direction, else 0; ``other`` is -1 where x and -x are one, else 1.
+    ``whole`` is 1 for kinds that have a direction, else 0; ``other`` is -1 where x and -x are one, else 1.
     """
-    between, size = vector(b[:3]) - vector(a[:3]), b[6] - a[6]
+    between, size = vector(b[:3]) - vector(a[:3]), b.radius - a.radius
     cosine = (vector(a[3:6]) * vector(b[3:6])).grade(0)
     turned, nothing = other * cosine, whole.constant(0)
     away = whole - select(turned > cosine, turned, cosine)
     turn = select(away > nothing, away, nothing)  # rounding leaves no negative ones
-    total = weights[0] * (between * between).grade(0) + weights[1] * turn + weights[2] * (size * size)
+    total = weights.position * (between * between).grade(0) + weights.direction * turn + weights.radius * (size * size)
     return row([total], "square"), row([cosine], "cosine")
 
 
-def off_position(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:
+def off_position(p: Multivector, a: Element) -> tuple[Result, Result, Result]:
     """|p - a|^2 for a position p, half its gradient by p, and half its second rates (upper half)."""
     return _off(p - vector(a[:3]), lambda v: v)
 
 
-def off_line(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:
+def off_line(p: Multivector, a: Element) -> tuple[Result, Result, Result]:
     """The square of the distance of p from the line of an element, half its gradient by p, half its second rates."""
     return _off(p - vector(a[:3]), lambda v: v ^ vector(a[3:6]))
 
 
-def off_plane(p: Multivector, a: tuple[Multivector, ...]) -> tuple[Result, Result, Result]:
+def off_plane(p: Multivector, a: Element) -> tuple[Result, Result, Result]:
     """The square of the distance of p from the plane of an element, half its gradient by p, half its second rates."""
     return _off(p - vector(a[:3]), lambda v: v | vector(a[3:6]))
 
 
 def _off(between: Multivector, part: Callable[[Multivector], Multivector]) -> tuple[Result, Result, Result]:
-    """What of a difference of positions counts, a linear function of it, squared; and the rates of that."""
+    """Square of a linear function of a difference of positions, with its gradient and second rates, halved."""
 
     def form(u: Multivector, v: Multivector) -> Multivector:
         return (part(u) * ~part(v)).grade(0)
@@ -133,7 +160,7 @@ def _off(between: Multivector, part: Callable[[Multivector], Multivector]) -> tu
 # -- frames: models as seen from a position ----------------------------------------------------------------
 
 
-def seen(x: Multivector, o: Multivector) -> Result:
+def coefficients_at(x: Multivector, o: Multivector) -> Result:
     """Coefficients of an object, on its own blades, as seen from the position o: `local.inward`."""
     y = inward(x, o)
     return row([y.new({0: y.terms[b]} if b in y.terms else {}) for b in x.terms], "seen")
@@ -177,7 +204,7 @@ def near_motor(r: Multivector) -> Multivector:
     return ((1 - s4 / (2 * s0)) * r / sqrt(s0)).grade(0, 2, 4)
 
 
-def stepped(r: Multivector, b: Multivector) -> Multivector:
+def step_motor(r: Multivector, b: Multivector) -> Multivector:
     """The motor next to (1 + b) R: exp(b) R to first order in the twist b."""
     return near_motor((1 + b) * r)
 
@@ -256,8 +283,8 @@ def cost_rates(x: Multivector, y: Multivector) -> tuple[Result, Result, Result]:
 def rotor_rates(x: Multivector, y: Multivector) -> tuple[Multivector, list[Multivector]]:
     """The rotor from x to y or -y, NaN where it needs care, and its rates by the twist b in exp(b) x exp(-b)."""
     basis = [x.new({b: x.ring.constant(Fraction(1))}) for b in x.algebra.kind("twist").blades]
-    near = aligned(y, x)
-    plain = x.constant(1) if x.grades == (1,) else only_if(is_plain(x, near), x.constant(1))
+    near = align(y, x)
+    plain = x.constant(1) if x.grades == (1,) else where_or_nan(is_plain(x, near), x.constant(1))
     rotor = plain * any_rotor(x, near)
     rate_of = derivative_formula(any_rotor, ["x", "y"], "x", is_scalar=False)
     return rotor, [rate_of(x, near, (e * x - x * e).grade(*x.grades))[0].values[0] for e in basis]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
 
-from .factor_packed import Number, System, Terms, exact, product_cost, ratio
-from .factor_pairs import Column, PairIndex, PairKey, Row, divisor_cost, pair_columns, row_cost, term_gain
+from .packed import Number, System, Terms, exact, product_cost, ratio
+from .pairs import Column, PairIndex, PairKey, Row, divisor_cost, pair_columns, row_cost, term_gain
 
 _GRAIN = 64
 """Scores are multiplied by this before noise of up to half of it is added, so that they stay integers."""
@@ -106,7 +106,7 @@ class Extractor:
     # -- rectangles ----------------------------------------------------------------------------------------
 
     def _term_saving(self, row: Row, column: Column) -> int:
-        """What the row's term in this column cost, less what remains of it."""
+        """Cost of the row's term in this column, less that of its remainder."""
         index, cofactor, value = row
         monomial = self._system.packing.multiply(cofactor, column[0])
         return term_gain(monomial, self._system.polynomials[index][monomial], value * column[1])
@@ -159,9 +159,7 @@ class Extractor:
             for scale in dict.fromkeys(value for _, value in having)
         ]
 
-    def _members(
-        self, rows: list[Row], quotient: int, scale: Number, having: list[tuple[int, Number]]
-    ) -> list[int]:
+    def _members(self, rows: list[Row], quotient: int, scale: Number, having: list[tuple[int, Number]]) -> list[int]:
         """The rows whose term has the column's coefficient or, where parts may be taken, more of it."""
         members = []
         touched: set[tuple[int, int]] = set()

@@ -1,33 +1,21 @@
 """Polynomials in, cheap straight-line code out: algebraic factoring with sharing between all outputs.
 
-The stages: pack the polynomials (`factor_packed`), extract common divisors (`factor_pairs`,
-`factor_divisors`) under a search (`factor_search`), share common products (`factor_products`), and build
-expressions (here). Standard library only.
+The stages: pack the polynomials (`packed`), extract common divisors (`pairs`, `divisors`) under a search
+(`search`), share common products (`products`), and build expressions (here). Standard library only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from .factor_packed import Monomial, Number, Poly, System, magnitude
-from .factor_products import Node, Products, common_products
-from .factor_search import search
+from .packed import Monomial, Number, Poly, System, magnitude
+from .products import Node, Products, common_products
+from .search import search
 
-__all__ = [
-    "Atom",
-    "Constant",
-    "Expr",
-    "Monomial",
-    "Poly",
-    "Product",
-    "Sum",
-    "expand",
-    "factor",
-    "operation_count",
-]
+__all__ = ["Atom", "Constant", "Expr", "Monomial", "Poly", "Product", "Sum", "factor"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +51,14 @@ Expr: TypeAlias = Atom | Constant | Sum | Product
 _PAIRS_TO_WORK = 60
 """Default budget per pair of terms: a first pass takes 6 to 16, a round of the search 2 to 10."""
 
-_LEAST_BUDGET, _MOST_BUDGET = 10_000, 1_500_000
-"""Limits of the default budget: about 0.02 and 3 seconds."""
+_LEAST_BUDGET = 10_000
+"""Least default budget: about 0.02 seconds."""
+
+_MOST_BUDGET = 1_500_000
+"""Largest default budget: about 3 seconds."""
 
 
-def factor(
-    polynomials: Sequence[Poly], atom_count: int, budget: int | None = None, seed: int = 0
-) -> list[Expr]:
+def factor(polynomials: Sequence[Poly], atom_count: int, budget: int | None = None, seed: int = 0) -> list[Expr]:
     """Expressions that compute the polynomials with few operations, exactly.
 
     Parameters
@@ -103,46 +92,6 @@ def factor(
     return _Builder(found, atom_count).outputs(len(polynomials))
 
 
-def operation_count(expressions: Iterable[Expr]) -> tuple[int, int]:
-    """Multiplications and additions, each node (by identity) counted once.
-
-    A coefficient of +-1 is free, any other is one multiplication; n factors are n - 1 multiplications and n
-    terms n - 1 additions.
-    """
-    multiplications = additions = 0
-    for node in _nodes(expressions):
-        if isinstance(node, Sum):
-            additions += len(node.terms) - 1
-            multiplications += sum(
-                1 for term, value in node.terms if value not in (1, -1) and not isinstance(term, Constant)
-            )
-        elif isinstance(node, Product):
-            multiplications += len(node.factors) - 1
-    return multiplications, additions
-
-
-def expand(expression: Expr) -> Poly:
-    """The polynomial that an expression computes."""
-    memo: dict[int, Poly] = {}
-    for node in _nodes([expression]):
-        if isinstance(node, Atom):
-            memo[id(node)] = {((node.index, 1),): Fraction(1)}
-        elif isinstance(node, Constant):
-            memo[id(node)] = {(): node.value} if node.value else {}
-        elif isinstance(node, Sum):
-            total: Poly = {}
-            for term, value in node.terms:
-                for monomial, amount in memo[id(term)].items():
-                    total[monomial] = total.get(monomial, Fraction(0)) + value * amount
-            memo[id(node)] = {monomial: amount for monomial, amount in total.items() if amount}
-        else:
-            product: Poly = {(): Fraction(1)}
-            for inner in node.factors:
-                product = multiply(product, memo[id(inner)])
-            memo[id(node)] = product
-    return memo[id(expression)]
-
-
 def multiply(left: Poly, right: Poly) -> Poly:
     """Product of two polynomials."""
     result: Poly = {}
@@ -166,30 +115,6 @@ def _check(polynomial: Poly, atom_count: int) -> None:
             raise ValueError(f"{monomial!r} names an atom outside 0 .. {atom_count - 1}.")
 
 
-def _children(node: Expr) -> list[Expr]:
-    if isinstance(node, Sum):
-        return [term for term, _ in node.terms]
-    if isinstance(node, Product):
-        return list(node.factors)
-    return []
-
-
-def _nodes(expressions: Iterable[Expr]) -> list[Expr]:
-    """All nodes by identity, children first."""
-    done: set[int] = set()
-    order: list[Expr] = []
-    stack = [(expression, False) for expression in reversed(list(expressions))]
-    while stack:
-        node, visited = stack.pop()
-        if visited:
-            order.append(node)
-        elif id(node) not in done:
-            done.add(id(node))
-            stack.append((node, True))
-            stack.extend((child, False) for child in reversed(_children(node)))
-    return order
-
-
 class _Builder:
     """Hash-consed expressions of a system."""
 
@@ -203,7 +128,7 @@ class _Builder:
     def outputs(self, count: int) -> list[Expr]:
         return [self._polynomial(-1 - index) for index in range(count)]
 
-    def _shared(self, key: object, node: Expr) -> Expr:
+    def _intern(self, key: object, node: Expr) -> Expr:
         return self._made.setdefault(key, node)
 
     def _sum(self, terms: list[tuple[Expr, Fraction]]) -> Expr:
@@ -211,15 +136,15 @@ class _Builder:
             return self._constant(Fraction(0))
         if len(terms) == 1 and terms[0][1] == 1:
             return terms[0][0]
-        return self._shared(("+", *((id(node), value) for node, value in terms)), Sum(tuple(terms)))
+        return self._intern(("+", *((id(node), value) for node, value in terms)), Sum(tuple(terms)))
 
     def _product(self, factors: list[Expr]) -> Expr:
         if len(factors) == 1:
             return factors[0]
-        return self._shared(("*", *map(id, factors)), Product(tuple(factors)))
+        return self._intern(("*", *map(id, factors)), Product(tuple(factors)))
 
     def _constant(self, value: Fraction) -> Expr:
-        return self._shared(("constant", value), Constant(value))
+        return self._intern(("constant", value), Constant(value))
 
     def _polynomial(self, index: int) -> Expr:
         """The sum that an output or a definition is."""
@@ -253,7 +178,7 @@ class _Builder:
         if literal in self._literals:
             return self._literals[literal]
         if literal < self._atom_count:
-            made = self._shared(("atom", literal), Atom(literal))
+            made = self._intern(("atom", literal), Atom(literal))
         elif literal < self._products.first_shared:
             made = self._polynomial(literal)
         else:

@@ -1,7 +1,7 @@
 """Polynomials packed for speed: monomials as bit sets, and systems of polynomials that define each other.
 
-The lowest room of the factoring: the polynomial types, exact arithmetic on monomials, and inlining. What is
-worth extracting is decided elsewhere.
+The lowest layer of the factoring: the polynomial types, exact arithmetic on monomials, and inlining. It does not
+decide what is worth extracting.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ class System:
             },
         )
 
-    def compacted(self, atom_count: int) -> System:
+    def compact(self, atom_count: int) -> System:
         """A copy without the variables that nothing defines any more (atoms stay)."""
         packing = Packing(atom_count)
         renamed = {variable: variable for variable in range(atom_count)}
@@ -166,7 +166,7 @@ class System:
         old = self.packing
         memo: dict[int, int] = {}
 
-        def moved(monomial: int) -> int:
+        def renumber(monomial: int) -> int:
             if monomial not in memo:
                 memo[monomial] = packing.pack(
                     {renamed[variable]: exponent for variable, exponent in old.exponents(monomial).items()}
@@ -176,7 +176,7 @@ class System:
         return System(
             packing,
             {
-                renamed.get(variable, variable): {moved(monomial): value for monomial, value in terms.items()}
+                renamed.get(variable, variable): {renumber(monomial): value for monomial, value in terms.items()}
                 for variable, terms in self.polynomials.items()
             },
         )
@@ -197,10 +197,10 @@ class System:
         bit = self.packing.bit(variable)
         for user, terms in self.polynomials.items():
             while any(monomial & bit for monomial in terms):
-                terms = self._substituted(terms, bit, body)
+                terms = self._substitute(terms, bit, body)
                 self.polynomials[user] = terms
 
-    def _substituted(self, terms: Terms, bit: int, body: Terms) -> Terms:
+    def _substitute(self, terms: Terms, bit: int, body: Terms) -> Terms:
         """The terms with one power of the variable replaced by its body."""
         result: Terms = {}
         for monomial, value in terms.items():
@@ -208,9 +208,7 @@ class System:
                 pieces = [(monomial, value)]
             else:
                 rest = self.packing.divide(monomial, bit)
-                pieces = [
-                    (self.packing.multiply(rest, inner), value * amount) for inner, amount in body.items()
-                ]
+                pieces = [(self.packing.multiply(rest, inner), value * amount) for inner, amount in body.items()]
             for target, added in pieces:
                 total = exact(result.get(target, 0) + added)
                 if total:

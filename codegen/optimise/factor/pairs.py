@@ -1,6 +1,6 @@
 """Pairs of terms, indexed by the two-term divisor that they share, kept up to date while terms come and go.
 
-The supply of candidates for `factor_divisors`; what a divisor costs and saves is defined here.
+The supply of candidates for `divisors`, with the cost and the saving of a divisor.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TypeAlias
 
-from .factor_packed import Number, System, Terms, magnitude, product_cost, ratio
+from .packed import Number, System, Terms, magnitude, product_cost, ratio
 
 Column: TypeAlias = tuple[int, Number]
 """One term of a divisor: packed monomial, coefficient."""
@@ -114,7 +114,7 @@ class PairIndex:
         return rows
 
     def saving(self, key: PairKey) -> int:
-        """What extracting a two-term divisor from all its places saves."""
+        """Operations saved by extracting a two-term divisor wherever it occurs."""
         places = self._places.get(key)
         if places is None:
             return 0
@@ -140,7 +140,7 @@ def pair_columns(key: PairKey) -> list[Column]:
 
 
 def term_gain(monomial: int, actual: Number, needed: Number) -> int:
-    """What a term costs, less what remains of it when a divisor takes `needed` of its coefficient."""
+    """Cost of a term, less that of its remainder when a divisor takes `needed` of its coefficient."""
     literals = monomial.bit_count()
     if actual == needed:
         return product_cost(literals, actual) + 1

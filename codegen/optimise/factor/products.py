@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeAlias
 
-from .factor_packed import Number, System, magnitude
+from .packed import Number, System, magnitude
 
 Node: TypeAlias = tuple[int, ...]
 """A product as ascending literals: -1 - i is coefficient i; variables; and above them shared pairs."""
@@ -17,7 +17,7 @@ Node: TypeAlias = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Products:
-    """How the products of a system are computed.
+    """Plan of computing the products of a system.
 
     `shared[i]`, two literals, is the literal `first_shared + i`; `rests` says what remains of each distinct
     product, and `uses` in how many terms it stands.
@@ -54,7 +54,7 @@ def common_products(system: System) -> Products:
 
 
 def _share(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]]:
-    """What remains of each node, and the shared pairs in order."""
+    """Remainder of each node, and the shared pairs in order."""
     rests = list(nodes)
     shared: list[Node] = []
     members: dict[Node, dict[int, int]] = {}
@@ -72,7 +72,7 @@ def _share(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]
                 del members[old][number]
                 if not members[old]:
                     del members[old]
-            rests[number] = _replaced(rests[number], best, literal)
+            rests[number] = _replace_pair(rests[number], best, literal)
             for new, times in _pairs(rests[number]).items():
                 members.setdefault(new, {})[number] = times
     return rests, shared
@@ -88,7 +88,7 @@ def _pairs(node: Node) -> dict[Node, int]:
     return pairs
 
 
-def _replaced(node: Node, pair: Node, literal: int) -> Node:
+def _replace_pair(node: Node, pair: Node, literal: int) -> Node:
     """The node with the pair, as often as it occurs, replaced by its literal."""
     left = list(node)
     found = 0

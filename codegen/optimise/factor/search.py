@@ -5,9 +5,9 @@ Deterministic: the only clock is the work, counted in pairs of terms and terms l
 
 from __future__ import annotations
 
-from .factor_divisors import Extractor
-from .factor_packed import System, Terms
-from .factor_products import common_products
+from .divisors import Extractor
+from .packed import System, Terms
+from .products import common_products
 
 _WIDTH = 12
 """Candidates grown per extraction in the first pass; more gave no better forms on motors and circles."""
@@ -56,14 +56,14 @@ def search(system: System, atom_count: int, budget: int, seed: int) -> System:
         if work >= budget:
             break
     assert best is not None
-    return _improved(best, best_cost, atom_count, budget - work, Stream(seed))
+    return _improve(best, best_cost, atom_count, budget - work, Stream(seed))
 
 
-def _improved(best: System, best_cost: int, atom_count: int, budget: int, stream: Stream) -> System:
+def _improve(best: System, best_cost: int, atom_count: int, budget: int, stream: Stream) -> System:
     """Rounds with noise; a form of equal cost is taken too, to keep moving."""
     current, current_cost = best, best_cost
     while budget > 0:
-        trial = current.compacted(atom_count)
+        trial = current.compact(atom_count)
         defined = trial.definitions()
         if not defined:
             break
@@ -89,14 +89,14 @@ def _improved(best: System, best_cost: int, atom_count: int, budget: int, stream
 
 def _starts(system: System, atom_count: int, budget: int) -> list[System]:
     """Systems to begin with: as given, and split by atoms in which it is linear; if too large, coarsely."""
-    plain = system.compacted(atom_count)
+    plain = system.compact(atom_count)
     if plain.pair_count() > budget:
         _split_coarsely(plain, budget)
         return [plain]
     starts = [plain]
     linear = _linear_atoms(system, atom_count)
     if linear:
-        grouped = system.compacted(atom_count)
+        grouped = system.compact(atom_count)
         for index in list(grouped.polynomials):
             _split(grouped, index, linear)
         starts.append(grouped)

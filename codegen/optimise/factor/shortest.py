@@ -1,7 +1,7 @@
 """Shortest representatives: subtract multiples of vanishing polynomials wherever the result has fewer terms.
 
 No division algorithm: a term is replaced only where it pays, so that w^2 + x^2 - y^2 - z^2 becomes
-1 - 2 y^2 - 2 z^2 modulo w^2 + x^2 + y^2 + z^2 - 1. Of equally short ones the same is chosen everywhere.
+1 - 2 y^2 - 2 z^2 modulo w^2 + x^2 + y^2 + z^2 - 1. Equally short ones are selected alike on every machine.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from .factor_packed import Number, Packing, Poly, Terms, exact, product_cost, ratio
+from .packed import Number, Packing, Poly, Terms, exact, product_cost, ratio
 
 _ATOM_WEIGHT = 4096
 """Base of the weights that rank atoms: more than one step can change the degree in one atom."""
@@ -47,25 +47,21 @@ class Shortener:
         occurring = {atom for generator in generators for monomial in generator for atom, _ in monomial}
         self._atom_count = atom_count
         self._packing = Packing(max([atom_count, *(atom + 1 for atom in occurring)]))
-        self._generators = [self._packed(generator) for generator in generators]
+        self._generators = [self._pack(generator) for generator in generators]
         ranked = [atom for atom in atoms if atom in occurring]
         sign = -1 if keep else 1
-        self._weight_of = {
-            atom: sign * _ATOM_WEIGHT ** (len(ranked) - 1 - rank) for rank, atom in enumerate(ranked)
-        }
+        self._weight_of = {atom: sign * _ATOM_WEIGHT ** (len(ranked) - 1 - rank) for rank, atom in enumerate(ranked)}
         self._weights: dict[int, int] = {}
         self._left = budget
         self._terms: Terms = {}
         self._steps: dict[Multiple, tuple[Change, Number]] = {}
 
-    def _packed(self, polynomial: Poly) -> Terms:
-        return {
-            self._packing.pack(dict(monomial)): exact(polynomial[monomial]) for monomial in sorted(polynomial)
-        }
+    def _pack(self, polynomial: Poly) -> Terms:
+        return {self._packing.pack(dict(monomial)): exact(polynomial[monomial]) for monomial in sorted(polynomial)}
 
     def shortest(self, polynomial: Poly) -> Poly:
         """An equal polynomial modulo the generators that no single step makes shorter."""
-        self._terms = self._packed(polynomial)
+        self._terms = self._pack(polynomial)
         self._steps = {}
         self._look_around(list(self._terms))
         while self._steps and self._left > 0:

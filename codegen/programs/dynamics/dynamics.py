@@ -5,21 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from ..algebra import Algebra
-from ..errors import InputError
-from ..formulas import flows, maps, mechanics, motion_tangents, pins, registration
-from . import Declared, Program, program, stock_algebra
-from .dynamics_series import series_values
+from ...algebra.algebra import Algebra
+from ...build.cpu_features import vector_options
+from ...formulas.mechanics import mechanics, motion_tangents, pins
+from ...formulas.motions import flows, maps
+from ...formulas.registration import registration
+from .. import KernelSpec, Program, program, stock_algebra
+from .config import DynamicsConfig
+from .taylor import series_values
 
-ALGEBRAS = ("cga3d", "pga3d")
-#: Loads that have kernels of their own; "user" are functions that the driver calls.
-LOADS = ("gravity", "body_wrench", "world_wrench", "drag", "spring", "user")
-METHODS = ("chart", "rk4", "cf4", "midpoint", "composition", "adaptive", "taylor")
-CHARTS = ("exponential", "bortz", "cayley", "outer")
-MODES = ("free", "subspace", "constrained")
-_HEADERS = (
-    "platform.h", "instance.h", "instance_end.h", "elementary.h", "dynamics_types.h", "dynamics_solve.h", "series.h",
-)  # fmt: skip
 _USER = """
 extern "Python" int bs_dynamics_user(void *handle, int32_t which, ptrdiff_t item, double t, const double *state,
                                      double *out);
@@ -36,70 +30,8 @@ class Layout:
     degrees: tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class Needs:
-    """What one simulation has.
-
-    Parameters
-    ----------
-    algebra : str
-    bodies : int
-    mode : {"free", "subspace", "constrained"}
-        No constraints; pins of one body that never move, which leave it a group of motions; or any others.
-    loads : tuple of str
-        Of `LOADS`.
-    layouts : tuple of str
-        Kinds of the algebra, on whose blades pinned objects are.
-    rows : int
-        Equations of all constraints.
-    method : str
-        Of `METHODS`.
-    chart : str
-        Of `CHARTS`.
-    callbacks : bool
-        Whether functions of users are called.
-    tangents : int
-        Directions of parameters along which the trajectory is differentiated.
-    springs, constraints : int
-        How many there are; of methods alone that keep something for each.
-    turning : bool
-        Whether pins leave one body all turns about a point, along whose axes there are no products of inertia.
-    """
-
-    algebra: str = "cga3d"
-    bodies: int = 1
-    mode: str = "free"
-    loads: tuple[str, ...] = ()
-    layouts: tuple[str, ...] = ()
-    rows: int = 0
-    method: str = "rk4"
-    chart: str = "exponential"
-    callbacks: bool = False
-    tangents: int = 0
-    springs: int = 0
-    constraints: int = 0
-    turning: bool = False
-
-    @property
-    def in_flight(self) -> bool:
-        """Whether nothing but gravity acts on one body that is free, or held at a point, and its turning can be stepped
-        by itself."""
-        free = self.mode == "free" and self.method in ("rk4", "taylor")
-        held = self.mode == "subspace" and self.method == "taylor" and self.turning
-        return self.bodies == 1 and (free or held) and set(self.loads) <= {"gravity"}
-
-    def check(self) -> None:
-        """Raise `InputError` for what no driver has."""
-        for what, value, known in (
-            ("algebra", self.algebra, ALGEBRAS), ("mode", self.mode, MODES), ("integrator", self.method, METHODS),
-            ("map", self.chart, CHARTS), *(("load", load, LOADS) for load in self.loads),
-        ):  # fmt: skip
-            if value not in known:
-                raise InputError(f"{value!r} is no {what} of the dynamics driver; there are: {', '.join(known)}.")
-
-
 @cache
-def dynamics_program(needs: Needs) -> Program:
+def dynamics_program(needs: DynamicsConfig) -> Program:
     """The program of simulations that have just this."""
     needs.check()
     algebra = stock_algebra(needs.algebra)
@@ -133,10 +65,16 @@ def dynamics_program(needs: Needs) -> Program:
         **(series_values(needs) if needs.method == "taylor" else {}),
     }
     return program(
-        _name(needs), _declared(needs), "c/dynamics.c.j2", "c/dynamics_types.h", _HEADERS, values,
+        _name(needs), _kernel_specs(needs), "dynamics.c.j2", "dynamics_types.h", values,
         declarations=_USER if needs.callbacks else "",
-        options=() if needs.in_flight else ("-O2",),  # nothing is slower than by -O3 but a body in flight
+        options=_options(needs),
     )  # fmt: skip
+
+
+def _options(needs: DynamicsConfig) -> tuple[str, ...]:
+    """Options of the compiler: only a body in flight gains from -O3; series have text for wide vectors."""
+    level = () if needs.in_flight else ("-O2",)
+    return (*level, *(vector_options() if needs.method == "taylor" else ()))
 
 
 def _degree(algebra: Algebra, blade: int) -> int:
@@ -145,23 +83,23 @@ def _degree(algebra: Algebra, blade: int) -> int:
     return 1 + sum(powers.get(name, 0) for i, name in enumerate(algebra.vectors) if blade >> i & 1)
 
 
-def _name(needs: Needs) -> str:
+def _name(needs: DynamicsConfig) -> str:
     return f"dynamics_{needs.algebra}_{needs.bodies}_{needs.mode}_{needs.method}"
 
 
-def _declared(needs: Needs) -> list[Declared]:
-    found: list[Declared] = []
+def _kernel_specs(needs: DynamicsConfig) -> list[KernelSpec]:
+    found: list[KernelSpec] = []
 
     def add(formula: object, kinds: str, named: str = "") -> None:
-        found.append(Declared(formula, tuple(kinds.split(", ")), named, needs.algebra))  # type: ignore[arg-type]
+        found.append(KernelSpec(formula, tuple(kinds.split(", ")), named, needs.algebra))  # type: ignore[arg-type]
 
     central = needs.mode != "subspace"  # frames of pins are elsewhere
     add(mechanics.central_gyroscopic if central else mechanics.gyroscopic, "twist, numbers6", "gyroscopic")
     add(registration.near_motor, "layout motor", "near_motor")
     add(mechanics.world_wrench, "motor, numbers6")
     add(mechanics.covector_of, "twist")
-    add(mechanics.carried, "motor, twist")
-    add(mechanics.turned, "motor, twist")
+    add(mechanics.wrench_to_body, "motor, twist")
+    add(mechanics.move_by_twist, "motor, twist")
     if "gravity" in needs.loads:
         add(mechanics.pull, "motor, position, position")
     if "drag" in needs.loads:
@@ -170,10 +108,10 @@ def _declared(needs: Needs) -> list[Declared]:
         add(mechanics.spring, "motor, twist, position, motor, twist, position, numbers3")
     if needs.in_flight:
         add(flows.flight, "motor, twist")
-        add(flows.landed, "layout rotor, position, position, position")
+        add(flows.state_after_flight, "layout rotor, position, position, position")
         add(flows.rotor_rate, "layout rotor, position")
         add(flows.spin_rate, "position, position, position")
-        add(flows.nudged, "layout rotor")
+        add(flows.renormalize, "layout rotor")
     elif needs.method == "rk4":
         add(mechanics.motor_rate, "layout motor, twist")
     if needs.method in ("chart", "adaptive"):
@@ -182,7 +120,7 @@ def _declared(needs: Needs) -> list[Declared]:
     if needs.method == "composition":
         add(flows.parts_of_momentum, "motor, numbers6")
         add(flows.momentum_row, "motor, position, position")
-        add(flows.drifted, "motor, position")
+        add(flows.translate, "motor, position")
         add(flows.central_turn, "motor, position, number")
         add(flows.axial_turn, "motor, position, unit, number")
     if needs.layouts:
@@ -192,25 +130,25 @@ def _declared(needs: Needs) -> list[Declared]:
         add(mechanics.distance_of, "motor")
     for name in needs.layouts:
         v = f"layout {name}"
-        add(pins.pinned, f"motor, {v}", f"pinned_{name}")
+        add(pins.body_object, f"motor, {v}", f"body_object_{name}")
         add(pins.moved_rates, v, f"moved_rates_{name}")
         add(pins.turned_rate, f"{v}, twist", f"turned_rate_{name}")
         add(pins.path_rates, f"motor, twist, {v}, {v}, {v}", f"path_rates_{name}")
     return [*found, *(_tangents(needs) if needs.tangents else ())]
 
 
-def _tangents(needs: Needs) -> list[Declared]:
+def _tangents(needs: DynamicsConfig) -> list[KernelSpec]:
     """The same with tangents: directions behind the arguments."""
-    found: list[Declared] = []
+    found: list[KernelSpec] = []
 
     def add(formula: str, kinds: str, named: str = "") -> None:
         made = getattr(motion_tangents, formula)
-        found.append(Declared(made, tuple(kinds.split(", ")), named or f"{formula}_tangent", needs.algebra))
+        found.append(KernelSpec(made, tuple(kinds.split(", ")), named or f"{formula}_tangent", needs.algebra))
 
     moves = "layout motor"
     central = "gyroscopic" if needs.mode == "subspace" else "central_gyroscopic"
     add(central, "twist, numbers6, twist, numbers6", "gyroscopic_tangent")
-    add("carried", f"motor, twist, {moves}, twist")
+    add("wrench_to_body", f"motor, twist, {moves}, twist")
     add(f"moved_{needs.chart}", "motor, twist, twist", "moved_chart_tangent")
     add(f"chart_rate_{needs.chart}", "twist, twist, twist, twist", "chart_rate_tangent")
     add("twist_of", f"motor, {moves}", "twist_of")
@@ -228,7 +166,7 @@ def _tangents(needs: Needs) -> list[Declared]:
         add("bracket", "twist, twist, twist, twist")
         for name in needs.layouts:
             v = f"layout {name}"
-            add("pinned", f"motor, {v}, {moves}, {v}", f"pinned_{name}_tangent")
+            add("body_object", f"motor, {v}, {moves}, {v}", f"body_object_{name}_tangent")
             add("moved_rates", f"{v}, {v}", f"moved_rates_{name}_tangent")
             add("turned_rate", f"{v}, twist, {v}, twist", f"turned_rate_{name}_tangent")
             add("path_rates", f"motor, twist, {v}, {v}, {v}, {moves}, twist", f"path_rates_{name}_tangent")

@@ -1,17 +1,15 @@
-"""What the driver's Taylor integrator is made of: the kernels of a body's motion and of its springs as series."""
+"""Series of the driver's Taylor integrator: the kernels of a body's motion and of its springs as series."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..formulas import flows, mechanics, pins
-from ..machine import has_wide_vectors
-from ..taylor import HIGHEST_ORDER, SeriesFunction, series_function
-from . import Declared, stock_algebra, traced
-
-if TYPE_CHECKING:
-    from .dynamics import Needs
+from ...formulas.mechanics import mechanics, pins
+from ...formulas.motions import flows
+from ...targets.c.taylor_functions import HIGHEST_ORDER, SeriesFunction, series_function
+from .. import KernelSpec, stock_algebra, trace_spec
+from .config import DynamicsConfig
 
 #: What an argument of the kernels is in the driver; those that are not here are series.
 _STILL = {
@@ -21,15 +19,15 @@ _STILL = {
 _MOVING = {"r": "motor", "omega": "omega", "momentum": "momentum"}
 
 
-def series_values(needs: Needs) -> dict[str, Any]:
-    """What the driver's template needs of them."""
+def series_values(needs: DynamicsConfig) -> dict[str, Any]:
+    """Values of the driver's template."""
     algebra = stock_algebra(needs.algebra)
     null = next(v for v in ("ni", "0") if v in algebra.vectors)
     attached = 1 << algebra.vectors.index(null)
     made = [_tumbling(needs)] if needs.in_flight else [_motion(needs)]
     if "spring" in needs.loads:
         made.append(_spring(needs))
-    held = [_held(needs, name) for name in needs.layouts] if needs.mode == "constrained" else []
+    held = [_held_rates(needs, name) for name in needs.layouts] if needs.mode == "constrained" else []
     if held and "twist" in needs.layouts:
         held.append(_series(needs, "powered", ("v",), (pins.held_power, "motor, twist")))
     joint = [_series(needs, "relation", (), (pins.relation, "motor, twist, motor, twist"))]
@@ -40,7 +38,6 @@ def series_values(needs: Needs) -> dict[str, Any]:
         "constraint_work": max([1, *(f.work for f in held)]),
         "constraints": needs.constraints,
         "order": HIGHEST_ORDER,
-        "wide": has_wide_vectors(),
         "arguments": {**_STILL, **_MOVING},
         "turning": [int(not blade & attached) for blade in algebra.kind("motor").blades],
         "springs": max(needs.springs, 1),
@@ -48,13 +45,13 @@ def series_values(needs: Needs) -> dict[str, Any]:
 
 
 def _series(
-    needs: Needs, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]
+    needs: DynamicsConfig, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]
 ) -> SeriesFunction:
-    kernels = [traced(Declared(f, tuple(kinds.split(", ")), "", needs.algebra)) for f, kinds in formulas]
+    kernels = [trace_spec(KernelSpec(f, tuple(kinds.split(", ")), "", needs.algebra)) for f, kinds in formulas]
     return series_function(name, kernels, still)
 
 
-def _tumbling(needs: Needs) -> SeriesFunction:
+def _tumbling(needs: DynamicsConfig) -> SeriesFunction:
     """The turning of a body by itself, free or about a point."""
     lever = flows.lever_rate, "layout rotor, position, position, position"
     return _series(
@@ -64,11 +61,11 @@ def _tumbling(needs: Needs) -> SeriesFunction:
     )  # fmt: skip
 
 
-def _motion(needs: Needs) -> SeriesFunction:
+def _motion(needs: DynamicsConfig) -> SeriesFunction:
     """A motor's rate, and the wrenches on its body."""
     loads: dict[str, tuple[Callable[..., Any], str]] = {
         "gravity": (mechanics.pull, "motor, position, position"),
-        "world_wrench": (mechanics.carried, "motor, twist"),
+        "world_wrench": (mechanics.wrench_to_body, "motor, twist"),
         "drag": (mechanics.drag, "twist, position, number, number"),
     }
     gyroscopic = mechanics.gyroscopic if needs.mode == "subspace" else mechanics.central_gyroscopic
@@ -79,15 +76,15 @@ def _motion(needs: Needs) -> SeriesFunction:
     )  # fmt: skip
 
 
-def _held(needs: Needs, name: str) -> SeriesFunction:
-    """What is pinned, as the body sees it: how it moves with each unit twist, and its acceleration."""
+def _held_rates(needs: DynamicsConfig, name: str) -> SeriesFunction:
+    """Pinned objects in the body frame: their rates along each unit twist, and their accelerations."""
     return _series(needs, f"held_{name}", ("v",), (pins.held_rates, f"motor, twist, layout {name}"))
 
 
-def _spring(needs: Needs) -> SeriesFunction:
+def _spring(needs: DynamicsConfig) -> SeriesFunction:
     """The wrenches of a spring on its two bodies; of one body the other end is in the world."""
     world = ("s", "psi") if needs.bodies == 1 else ()
     return _series(
-        needs, "pulled", ("own", "other", "numbers", *world),
+        needs, "pulled", ("own", "other", "law", *world),
         (mechanics.spring, "motor, twist, position, motor, twist, position, numbers3"),
     )  # fmt: skip

@@ -1,18 +1,17 @@
-"""The plan of a mechanism's driver: where its numbers stand, and in what order unknown speeds are eliminated."""
+"""Layout of a mechanism's driver: offsets of its numbers, and the order in which unknown speeds are eliminated."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .mechanism import Cut, Link, Needs
+from .config import Cut, Link, MechanismConfig
 
 
 @dataclass(frozen=True)
-class Shared:
-    """An object of a joint: its layout, and where it and its share of each row stand."""
+class SharedObject:
+    """An object of a joint: its layout, and the offsets of it and of its part of each row."""
 
     layout: str
     size: int
@@ -21,8 +20,8 @@ class Shared:
 
 
 @dataclass(frozen=True)
-class Placed:
-    """A link or cut with places in the numbers, and in the rows and columns of the loops.
+class JointLayout:
+    """Offsets of a link, cut or target in the numbers, and in the rows and columns of the loops.
 
     Attributes
     ----------
@@ -37,7 +36,7 @@ class Placed:
     """
 
     what: Any
-    shared: tuple[Shared, ...]
+    shared: tuple[SharedObject, ...]
     free: int
     rows: int
     back: int
@@ -47,8 +46,8 @@ class Placed:
 
 
 @dataclass(frozen=True)
-class Numbered:
-    """A mechanism's needs, numbered.
+class MechanismLayout:
+    """Offsets and counts of a mechanism's numbers.
 
     Attributes
     ----------
@@ -66,9 +65,9 @@ class Numbered:
         Where the targets' right sides (rows, columns) for inputs stand in the numbers.
     """
 
-    links: tuple[Placed, ...]
-    cuts: tuple[Placed, ...]
-    targets: tuple[Placed, ...]
+    links: tuple[JointLayout, ...]
+    cuts: tuple[JointLayout, ...]
+    targets: tuple[JointLayout, ...]
     size: int
     columns: int
     rows: int
@@ -78,25 +77,25 @@ class Numbered:
     right: int
 
 
-def path(links: tuple[Link, ...], body: int) -> list[int]:
+def path_to_ground(links: tuple[Link, ...], body: int) -> list[int]:
     """Links from a body to the fixed one."""
-    found = []
+    bodies = []
     while body >= 0:
-        found.append(body)
+        bodies.append(body)
         body = links[body].parent
-    return found
+    return bodies
 
 
-def around(links: tuple[Link, ...], a: int, b: int) -> tuple[tuple[int, int], ...]:
+def signed_loop_path(links: tuple[Link, ...], a: int, b: int) -> tuple[tuple[int, int], ...]:
     """Links whose twists, with signs, are the twist of b against a."""
-    ways = path(links, a), path(links, b)
-    common = set(ways[0]) & set(ways[1])
-    signed = [*((x, -1) for x in ways[0]), *((x, 1) for x in ways[1])]
+    paths = path_to_ground(links, a), path_to_ground(links, b)
+    common = set(paths[0]) & set(paths[1])
+    signed = [*((x, -1) for x in paths[0]), *((x, 1) for x in paths[1])]
     return tuple((x, sign) for x, sign in signed if x not in common)
 
 
-def numbered(needs: Needs, sizes: Mapping[str, int]) -> Numbered:
-    """Places for everything."""
+def assign_offsets(needs: MechanismConfig, sizes: Mapping[str, int]) -> MechanismLayout:
+    """Assign offsets to all numbers, rows and columns."""
     at = 0
 
     def take(count: int) -> int:
@@ -104,30 +103,31 @@ def numbered(needs: Needs, sizes: Mapping[str, int]) -> Numbered:
         at += count
         return at - count
 
-    def shared(x: Link | Cut) -> tuple[Shared, ...]:
-        return tuple(Shared(n, sizes[n], take(sizes[n]), take(x.rows * sizes[n])) for n in x.layouts)
+    def shared(x: Link | Cut) -> tuple[SharedObject, ...]:
+        return tuple(SharedObject(n, sizes[n], take(sizes[n]), take(x.rows * sizes[n])) for n in x.layouts)
 
     links, column = [], 0
     for link in needs.links:
-        objects = shared(link)
-        links.append(Placed(link, objects, take(6 * link.free), -1, take(6 * link.rows), take(link.rows), column, ()))
+        objects, free, back = shared(link), take(6 * link.free), take(6 * link.rows)
+        links.append(JointLayout(link, objects, free, -1, back, take(link.rows), column, ()))
         column += link.free
     cuts, row = [], 0
     for cut in needs.cuts:
         objects = shared(cut)
-        ways = around(needs.links, cut.a, cut.b)
-        cuts.append(Placed(cut, objects, -1, take(6 * cut.rows), -1, take(cut.rows), row, ways))
+        path = signed_loop_path(needs.links, cut.a, cut.b)
+        cuts.append(JointLayout(cut, objects, -1, take(6 * cut.rows), -1, take(cut.rows), row, path))
         row += cut.rows
     targets = []
     for target in needs.targets:
-        targets.append(Placed(target, (), take(3), -1, -1, -1, row, around(needs.links, -1, target.body)))
+        path = signed_loop_path(needs.links, -1, target.body)
+        targets.append(JointLayout(target, (), take(3), -1, -1, -1, row, path))
         row += target.rows
     driven = tuple(
         p.first + k for p, link in zip(links, needs.links, strict=True) if link.driven for k in range(link.free)
     )
     right = take(sum(t.rows for t in needs.targets) * needs.columns)
     each = sum(8 if t.rows == 6 else 3 for t in needs.targets)
-    return Numbered(
+    return MechanismLayout(
         tuple(links), tuple(cuts), tuple(targets), at, column, row, driven, each, len(driven) + needs.columns, right
     )
 
@@ -142,9 +142,9 @@ class Step:
     columns: tuple[int, ...]
 
 
-def elimination(needs: Needs, places: Numbered) -> tuple[Step, ...]:
-    """Unknown columns that are not asked for, the ones that the fewest rows have first."""
-    wanted = {x for body in needs.outputs for x in path(needs.links, body)} | set(needs.coordinates)
+def elimination(needs: MechanismConfig, places: MechanismLayout) -> tuple[Step, ...]:
+    """Order of elimination of the unknown columns that are not requested: fewest rows first."""
+    wanted = {x for body in needs.outputs for x in path_to_ground(needs.links, body)} | set(needs.coordinates)
     open_ = [b for b, link in enumerate(needs.links) if not link.driven and link.free and b not in wanted]
     rows: dict[int, set[int]] = {b: set() for b in range(len(needs.links))}
     for each in (*places.cuts, *places.targets):
@@ -166,6 +166,6 @@ def elimination(needs: Needs, places: Numbered) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def _columns(needs: Needs, places: Numbered, body: int) -> list[int]:
+def _columns(needs: MechanismConfig, places: MechanismLayout, body: int) -> list[int]:
     first = places.links[body].first
     return list(range(first, first + needs.links[body].free))

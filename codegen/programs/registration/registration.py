@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import combinations_with_replacement
 
-from ..errors import InputError
-from ..formulas import estimation, registration
-from . import Declared, Program, cga3d, program
+from ...errors import InputError
+from ...formulas.registration import estimation, registration
+from .. import KernelSpec, Program, cga3d, program
 
 #: Kinds of object, in the order that drivers number them.
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
@@ -17,10 +17,6 @@ KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
 DIRECTED = frozenset(("point_pair", "line", "circle", "plane"))
 #: How far points are off flats; off other kinds it is the distance of their positions.
 _OFF = {"line": registration.off_line, "plane": registration.off_plane}
-_HEADERS = (
-    "platform.h", "instance.h", "instance_end.h", "reform_types.h", "reform_solve.h", "reform_loops.h",
-    "reform_direct.h", "reform_frames.h",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -34,59 +30,59 @@ class RegisteredKind:
     off: str
 
 
-def _registered(kind: str) -> RegisteredKind:
+def _registered_kind(kind: str) -> RegisteredKind:
     off = _OFF.get(kind, registration.off_position).__name__
     return RegisteredKind(kind, KINDS.index(kind), cga3d().kind(kind).size, kind in DIRECTED, off)
 
 
-def _declared(kind: str) -> list[Declared]:
+def _kernel_specs(kind: str) -> list[KernelSpec]:
     return [
-        Declared(registration.element, (kind,), f"element_{kind}"),
-        Declared(registration.seen, (kind, "position"), f"seen_{kind}"),
-        Declared(registration.moved_rates, ("motor", kind, kind), f"rates_{kind}"),
-        Declared(registration.moved_element, ("motor", kind), f"moved_{kind}"),
-        Declared(registration.motor_form, (kind, kind, "number"), f"form_{kind}"),
+        KernelSpec(registration.element, (kind,), f"element_{kind}"),
+        KernelSpec(registration.coefficients_at, (kind, "position"), f"seen_{kind}"),
+        KernelSpec(registration.moved_rates, ("motor", kind, kind), f"rates_{kind}"),
+        KernelSpec(registration.moved_element, ("motor", kind), f"moved_{kind}"),
+        KernelSpec(registration.motor_form, (kind, kind, "number"), f"form_{kind}"),
     ]
 
 
-def _stepped(kinds: tuple[str, ...]) -> list[Declared]:
-    """What Algorithm 1 needs, which only the compiled driver has."""
-    steps = [Declared(estimation.change, ("motor", "motor"), "change")]
+def _half_step_specs(kinds: tuple[str, ...]) -> list[KernelSpec]:
+    """Kernels of Algorithm 1, which only the compiled driver has."""
+    steps = [KernelSpec(estimation.change, ("motor", "motor"), "change")]
     for kind in kinds:
-        steps.append(Declared(estimation.half_step, ("motor", kind, kind, "number"), f"half_{kind}"))
+        steps.append(KernelSpec(estimation.half_step, ("motor", kind, kind, "number"), f"half_{kind}"))
         if kind not in DIRECTED:
-            steps.append(Declared(estimation.half_step_of_two, ("motor", kind, kind, kind, kind), f"half_two_{kind}"))
+            steps.append(KernelSpec(estimation.half_step_of_two, ("motor", kind, kind, kind, kind), f"half_two_{kind}"))
     return steps
 
 
 @dataclass(frozen=True)
-class Driven:
-    """What a driver is made of: its kernels, and the values that its template is filled with."""
+class DriverSpec:
+    """Kernels of a driver, and the values that its template is filled with."""
 
-    declared: tuple[Declared, ...]
+    declared: tuple[KernelSpec, ...]
     values: Mapping[str, object]
 
 
-def driven(wanted: tuple[str, ...]) -> Driven:
+def driver_spec(wanted: tuple[str, ...]) -> DriverSpec:
     """The kernels that every driver of some kinds, in order, needs, and what its template says of them."""
     blades = cga3d().kind("motor").blades
     pairs = list(combinations_with_replacement(wanted, 2))
     values: dict[str, object] = {
         "title": f"Registration of models of {', '.join(wanted)}",
-        "kinds": [_registered(kind) for kind in wanted],
+        "kinds": [_registered_kind(kind) for kind in wanted],
         "motor_order": [blades.index(b) for b in registration.motor_blades(cga3d())],
         "pairs": [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs],
     }
-    declared = [Declared(registration.near_motor, ("layout motor",), "near_motor")]
-    declared.append(Declared(registration.stepped, ("motor", "twist"), "stepped"))
-    declared.append(Declared(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart"))
-    declared.append(Declared(registration.unseen, ("motor", "position", "position"), "unseen"))
-    declared.append(Declared(registration.unseen_twist, ("twist", "position"), "unseen_twist"))
+    declared = [KernelSpec(registration.near_motor, ("layout motor",), "near_motor")]
+    declared.append(KernelSpec(registration.step_motor, ("motor", "twist"), "stepped"))
+    declared.append(KernelSpec(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart"))
+    declared.append(KernelSpec(registration.unseen, ("motor", "position", "position"), "unseen"))
+    declared.append(KernelSpec(registration.unseen_twist, ("twist", "position"), "unseen_twist"))
     offs = dict.fromkeys(_OFF.get(kind, registration.off_position) for kind in wanted)
-    declared += [Declared(formula, ("position", "numbers7")) for formula in offs]
-    declared += [d for kind in wanted for d in _declared(kind)]
-    declared += [Declared(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
-    return Driven(tuple(declared), values)
+    declared += [KernelSpec(formula, ("position", "numbers7")) for formula in offs]
+    declared += [d for kind in wanted for d in _kernel_specs(kind)]
+    declared += [KernelSpec(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
+    return DriverSpec(tuple(declared), values)
 
 
 @cache
@@ -99,17 +95,17 @@ def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
         If there is no such kind, or none at all.
     """
     wanted = in_order(kinds)
-    made = driven(wanted)
+    made = driver_spec(wanted)
     name = "reform" if wanted == KINDS else "reform_" + "_".join(wanted)
-    declared = (*made.declared, *_stepped(wanted))
-    return program(name, declared, "c/reform.c.j2", "c/reform_types.h", _HEADERS, made.values)
+    declared = (*made.declared, *_half_step_specs(wanted))
+    return program(name, declared, "reform.c.j2", "reform_types.h", made.values)
 
 
 def in_order(kinds: Iterable[str]) -> tuple[str, ...]:
     """Each kind once, in the order of `KINDS`."""
     names = set(kinds)
     if unknown := sorted(names - set(KINDS)):
-        raise InputError(f"{unknown[0]} is no kind of object for registration; there are: {', '.join(KINDS)}.")
+        raise InputError(f"{unknown[0]} is not a kind of object for registration; there are: {', '.join(KINDS)}.")
     if not names:
         raise InputError("a registration needs at least one kind of object.")
     return tuple(k for k in KINDS if k in names)

@@ -7,23 +7,24 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 
-from .. import sources, texts
-from ..graph import Node
-from ..simplify import Form, staged
-from ..targets.c import symbol
-from ..targets.numba import NumbaPrinter, wrapped
-from ..targets.printer import coefficient_name, comment_text, decimal
-from ..templating import render
-from .kernels import traced
-from .reform import driven, in_order
+from ...build import source_digest, text_cache
+from ...ir.graph import Node
+from ...optimise.variants import Variant, as_written
+from ...targets.c.printer import symbol
+from ...targets.numba.printer import NumbaPrinter, wrap
+from ...targets.printer import comment_text, decimal
+from ...targets.templates import render
+from ...trace.kernel import coefficient_name
+from ..kernel_spec import trace_spec
+from .registration import driver_spec, in_order
 
-_TEMPLATE = "numba/reform.py.j2"
+_TEMPLATE = "reform.py.j2"
 #: What it includes.
-_PARTS = tuple(f"numba/reform_{part}.py.j2" for part in ("solve", "loops", "frames", "stages"))
+_PARTS = tuple(f"reform_{part}.py.j2" for part in ("solve", "loops", "frames", "stages"))
 #: What the text depends on, from the package's folder.
 _SOURCES = (
-    "programs/reform_numba.py", "formulas/registration.py", "specs/cga3d.toml",
-    *(f"../templates/{name}" for name in (_TEMPLATE, *_PARTS)),
+    "programs/registration/registration_numba.py", "formulas/registration/registration.py", "specs/cga3d.toml",
+    *(f"../templates/numba/{name}" for name in (_TEMPLATE, *_PARTS)),
 )  # fmt: skip
 #: Of float64.
 EPSILON = 2.0**-52
@@ -55,9 +56,9 @@ class RowFunction:
     lines: tuple[str, ...]
 
 
-def row_function(form: Form) -> RowFunction:
-    """Print a form as a function that reads and writes arrays."""
-    kernel, printer = form.kernel, RowPrinter(form)
+def row_function(variant: Variant) -> RowFunction:
+    """Print a variant as a function that reads and writes arrays."""
+    kernel, printer = variant.kernel, RowPrinter(variant)
     body = printer.body()
     used = {node.data for node in printer.nodes if node.op == "var"}
     lines = [
@@ -69,13 +70,13 @@ def row_function(form: Form) -> RowFunction:
     lines += body
     start = 0
     for output in kernel.outputs:
-        for j, node in enumerate(form.roots[start : start + len(output.nodes)]):
+        for j, node in enumerate(variant.roots[start : start + len(output.nodes)]):
             lines.append(f"{output.name}_result[{output.name}_to + {j}] = {printer.value(node)}")
         start += len(output.nodes)
     parameters = [f"{o.name}_{part}" for o in kernel.outputs for part in ("result", "to")]
     parameters += [f"{i.name}_{part}" for i in kernel.inputs for part in ("row", "at")]
-    comment = f"{comment_text(kernel.note or kernel.name)} {form.operations.text()}"
-    return RowFunction(symbol(kernel), comment, wrapped(parameters, 1), tuple(lines))
+    comment = f"{comment_text(kernel.note or kernel.name)} {variant.operations.text()}"
+    return RowFunction(symbol(kernel), comment, wrap(parameters, 1), tuple(lines))
 
 
 @cache
@@ -88,19 +89,19 @@ def reform_numba(kinds: tuple[str, ...]) -> str:
         If there is no such kind, or none at all.
     """
     wanted = in_order(kinds)
-    digest, name = sources.digest(_SOURCES), f"{'_'.join(wanted)}.py"
+    digest, name = source_digest.digest(_SOURCES), f"{'_'.join(wanted)}.py"
     group = digest and f"reform_numba_{digest[:_DIGITS]}"
-    found = texts.read(group, name) if group else None
+    found = text_cache.read(group, name) if group else None
     if found is None:
         found = _text(wanted)
         if group:
-            texts.write(group, {name: found})
+            text_cache.write(group, {name: found})
     elif group:
-        texts.touch(group)
+        text_cache.touch(group)
     return found
 
 
 def _text(wanted: tuple[str, ...]) -> str:
-    made = driven(wanted)
-    functions = [row_function(staged(traced(each))) for each in made.declared]
+    made = driver_spec(wanted)
+    functions = [row_function(as_written(trace_spec(each))) for each in made.declared]
     return render(_TEMPLATE, **made.values, functions=functions, epsilon=repr(EPSILON))

@@ -8,43 +8,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ..errors import SceneError, suggest
-from ..formulas import boxes, rays
-from ..targets.instances import PORTABLE, SCALAR, Instance
-from ..templating import render
-from . import Declared, Part, Program, program
+from ...errors import SceneError, suggest
+from ...formulas.rays import boxes, rays, shading
+from ...targets.c.instances import PORTABLE, SCALAR, Instance
+from ...targets.templates import render
+from .. import KernelSpec, Part, Program, program
 from .surface_kinds import METHODS, SurfaceKind, in_order, stock_kinds, surface_kind
 
 #: Every program: the side of a normal that a ray sees.
-_COMMON = (Declared(rays.facing, ("unit", "position")),)
+_COMMON = (KernelSpec(rays.facing, ("unit", "position")),)
 #: Programs that make pictures.
 _PICTURE = (
-    Declared(rays.camera_position, ("motor",)),
-    Declared(rays.camera_direction, ("motor", "numbers3", "numbers2")),
-    Declared(rays.light_terms, ("position", "unit", "unit", "position", "number")),
+    KernelSpec(shading.camera_position, ("motor",)),
+    KernelSpec(shading.camera_direction, ("motor", "numbers3", "numbers2")),
+    KernelSpec(shading.light_terms, ("position", "unit", "unit", "position", "number")),
 )
-_REFLECTION = (Declared(rays.reflected_direction, ("position", "unit")),)
+_REFLECTION = (KernelSpec(rays.reflected_direction, ("position", "unit")),)
 #: Programs that look at the boxes of rows.
 _BOXES = (
-    Declared(boxes.box_ray, ("position", "position", "number")),
-    Declared(boxes.box_span, ("position",) * 5 + ("numbers2",)),
+    KernelSpec(boxes.box_ray, ("position", "position", "number")),
+    KernelSpec(boxes.box_span, ("position",) * 5 + ("numbers2",)),
 )
-_HEADERS = (
-    "platform.h",
-    "instance.h",
-    "instance_end.h",
-    "scene_types.h",
-    "scene_common.h",
-    "scene_apart.h",
-    "scene_ray.h",
-    "scene_search.h",
-    "scene_gather.h",
-    "scene_scale.h",
-    "scene_rays.h",
-    "scene_end.h",
-)
-
-
 FLAGS = ("pictures", "layers", "reflection", "checker", "single", "tree")
 #: Kinds of which several rays are met at once, in scenes that have no others.
 WIDE_KINDS = frozenset(("plane", "sphere"))
@@ -58,7 +42,7 @@ QUICK = ("-O1", "-foptimize-sibling-calls")
 
 @dataclass(frozen=True)
 class SceneNeeds:
-    """What a scene is made of; equal needs are the same program.
+    """Features of a scene; equal needs are the same program.
 
     Attributes
     ----------
@@ -82,11 +66,11 @@ class SceneNeeds:
 
     @property
     def wide(self) -> bool:
-        """Whether the program meets several rays at once, of first hits."""
+        """True where the program meets several rays at once, of first hits."""
         return bool(self.kinds) and set(self.kinds) <= WIDE_KINDS and not self.tree
 
     def covers(self, other: SceneNeeds) -> bool:
-        """Whether a program for these needs serves the other's too."""
+        """Return whether a program for these needs serves the other's too."""
         return (
             set(other.kinds) <= set(self.kinds)
             and set(other.methods) <= set(self.methods)
@@ -144,8 +128,6 @@ def scene_program(wanted: SceneNeeds) -> Program:
         "PICTURES": wanted.pictures, "LAYERS": wanted.layers, "REFLECTION": wanted.reflection,
         "CHECKER": wanted.checker, "TREE": wanted.tree, "BOXES": boxed,
     }  # fmt: skip
-    fragments = list(dict.fromkeys(kind.fragment for kind in kinds))
-    extra = [header for kind in kinds for header in kind.headers]
     instances = SCALAR if wanted.single else SCALAR[:1]
     values = {
         "title": _title(wanted),
@@ -156,11 +138,6 @@ def scene_program(wanted: SceneNeeds) -> Program:
         "elementary": wanted.pictures,
         "wide": [i for i in PORTABLE if wanted.single or i.bits == 64] if wanted.wide else [],
     }
-    pictures = ["elementary.h", "scene_shade.h", "scene_picture.h"] if wanted.pictures else []
-    tree = ["scene_tree.h", "scene_build.h"] if wanted.tree else []
-    if wanted.wide:
-        tree += ["rows.h", "scene_wide.h"]
-    headers = [*_HEADERS, *tree, *pictures, *fragments, *dict.fromkeys(extra)]
     parts = [_wide_part(values)] if wanted.wide else []
     parts += [
         _kind_part(kind, instance, wanted.methods, {"features": methods, "wide": ()})
@@ -168,14 +145,14 @@ def scene_program(wanted: SceneNeeds) -> Program:
         for kind in sorted(kinds, key=lambda kind: -kind.roots)
         if kind.is_apart
     ]
-    return program("scene", declared, "c/scene.c.j2", "c/scene_types.h", headers, values, QUICK, tuple(parts))
+    return program("scene", declared, "scene.c.j2", "scene_types.h", values, QUICK, tuple(parts))
 
 
 def _kind_part(kind: SurfaceKind, instance: Instance, methods: tuple[str, ...], values: Mapping[str, object]) -> Part:
     """The functions of one kind in one precision: the same for all scenes with it that look for roots in these ways."""
     kernels = (*kind.kernels, *(d for method, more in kind.methods if method in methods for d in more))
     title = f"{kind.name}, {instance.tag}"
-    source = render("c/scene_unit.c.j2", title=title, kinds=[kind], roots=kind.roots, instance=instance, **values)
+    source = render("scene_unit.c.j2", title=title, kinds=[kind], roots=kind.roots, instance=instance, **values)
     return Part(kind.name, kernels, source, QUICK)
 
 
@@ -183,7 +160,7 @@ def _wide_part(values: Mapping[str, object]) -> Part:
     """The loop that meets several rays at once: vector code, which gains by all that compilers do."""
     kernels = tuple(d for name in sorted(WIDE_KINDS) for d in surface_kind(name).kernels)  # scene_wide.h has them all
     plain = {"title": "several rays at once", "features": (), "roots": 1, "elementary": False}
-    source = render("c/scene_unit.c.j2", **{**values, **plain})
+    source = render("scene_unit.c.j2", **{**values, **plain})
     return Part("scene_wide", kernels, source)
 
 

@@ -1,7 +1,7 @@
 """Kinds of surface of scenes: each one's kernels, its C fragment, the length of its row of constants.
 
-A new kind is a new entry, a new fragment (templates/c/scene_ray.h says what it provides) and its formulas. Evolved
-surfaces are families with the degree of their curve in the name: ``evolved_circles_3``.
+A new kind is a new entry, a new fragment (scene_ray.h of templates says what it provides) and its
+formulas. Evolved surfaces are families with the degree of their curve in the name: ``evolved_circles_3``.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 
-from ..errors import SceneError, suggest
-from ..formulas import facets, rays, ribbons, surface_conditions, surface_points, surfaces
-from . import Declared
+from ...errors import SceneError, suggest
+from ...formulas.curves import ribbon_constants, ribbons, surface_conditions, surface_points, surfaces
+from ...formulas.rays import facets, rays
+from .. import KernelSpec
 
 #: How roots of a ray and an evolved surface are found; the number is the driver's.
 METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
@@ -22,7 +23,7 @@ _RAY = ("position", "position")
 
 @dataclass(frozen=True)
 class SurfaceKind:
-    """What one kind of surface adds to a program.
+    """Contribution of one kind of surface to a program.
 
     Attributes
     ----------
@@ -32,11 +33,9 @@ class SurfaceKind:
         Numbers that `prepare` takes, and that it leaves in a row for the driver.
     fragment : str
         Header of ``templates/c`` with its functions.
-    kernels : tuple of Declared
-    methods : tuple of (str, tuple of Declared)
+    kernels : tuple of KernelSpec
+    methods : tuple of (str, tuple of KernelSpec)
         For surfaces whose roots can be found in several ways: what each way needs besides.
-    headers : tuple of str
-        What the fragment includes.
     roots : int
         The most points that one line can have on one row.
     layout : tuple of (str, int)
@@ -49,20 +48,19 @@ class SurfaceKind:
     parameters: int
     constants: int
     fragment: str
-    kernels: tuple[Declared, ...]
+    kernels: tuple[KernelSpec, ...]
     roots: int = 1
-    methods: tuple[tuple[str, tuple[Declared, ...]], ...] = ()
-    headers: tuple[str, ...] = ()
+    methods: tuple[tuple[str, tuple[KernelSpec, ...]], ...] = ()
     layout: tuple[tuple[str, int], ...] = ()
     defines: tuple[tuple[str, str], ...] = ()
 
     @property
     def is_apart(self) -> bool:
-        """Whether its functions take a compiler so long that they are compiled by themselves, once for all scenes."""
+        """True where its functions take a compiler so long that they are a translation unit, once for all scenes."""
         return bool(self.methods)
 
     def slice(self, name: str) -> slice:
-        """Where a part of the row of constants stands."""
+        """Slice of a part of the row of constants."""
         start = 0
         for part, size in self.layout:
             if part == name:
@@ -71,26 +69,26 @@ class SurfaceKind:
         raise KeyError(name)
 
 
-SPHERE_HIT = Declared(rays.sphere_hit, (*_RAY, "position", "number"))
+SPHERE_HIT = KernelSpec(rays.sphere_hit, (*_RAY, "position", "number"))
 _CORNERS = ("position",) * 3
 _FACET = (
-    Declared(facets.facet_sides, (*_RAY, *_CORNERS)),
-    Declared(facets.facet_hit, (*_RAY, *_CORNERS, "numbers3")),
-    Declared(facets.facet_normal, _CORNERS),
+    KernelSpec(facets.facet_sides, (*_RAY, *_CORNERS)),
+    KernelSpec(facets.facet_hit, (*_RAY, *_CORNERS, "numbers3")),
+    KernelSpec(facets.facet_normal, _CORNERS),
 )
-_SMOOTH = Declared(facets.smooth_normal, ("position", *_CORNERS, "unit", "unit", "unit", "numbers3"))
+_SMOOTH = KernelSpec(facets.smooth_normal, ("position", *_CORNERS, "unit", "unit", "unit", "numbers3"))
 _DISC = tuple(
-    Declared(hit, (*_RAY, "position", "unit", "number")) for hit in (rays.disc_hit, rays.disc_graze, rays.rim_hit)
+    KernelSpec(hit, (*_RAY, "position", "unit", "number")) for hit in (rays.disc_hit, rays.disc_graze, rays.rim_hit)
 )
 #: Kinds that are no family; programs number theirs in this order, families after them.
 PLAIN = {
     kind.name: kind
     for kind in (
-        SurfaceKind("plane", 4, 4, "scene_plane.h", (Declared(rays.plane_hit, (*_RAY, "unit", "number")),)),
+        SurfaceKind("plane", 4, 4, "scene_plane.h", (KernelSpec(rays.plane_hit, (*_RAY, "unit", "number")),)),
         SurfaceKind("sphere", 4, 4, "scene_sphere.h", (SPHERE_HIT,), roots=2),
         SurfaceKind("disc", 7, 7, "scene_disc.h", _DISC, roots=2),
         SurfaceKind("facet", 9, 9, "scene_facet.h", _FACET),
-        SurfaceKind("smooth_facet", 18, 18, "scene_smooth_facet.h", (*_FACET, _SMOOTH), headers=("scene_facet.h",)),
+        SurfaceKind("smooth_facet", 18, 18, "scene_smooth_facet.h", (*_FACET, _SMOOTH)),
     )
 }
 
@@ -109,19 +107,19 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
     scalars = (f"numbers{meets}", f"numbers{norm}", f"numbers{kappa}")
     circle = (*scalars[1:], "number", "number", f"numbers{controls}", f"numbers{products}")
 
-    def kernel(formula: Callable[..., object], *kinds: str) -> Declared:
-        return Declared(formula, kinds, f"{formula.__name__}_{word}{degree}")
+    def kernel(formula: Callable[..., object], *kinds: str) -> KernelSpec:
+        return KernelSpec(formula, kinds, f"{formula.__name__}_{word}{degree}")
 
     condition, meet_square = (
         kernel(formula, *scalars, "number", "number")
         for formula in (surface_conditions.evolved_condition, surface_conditions.evolved_meet_square)
     )
     kernels = (
-        Declared(surfaces.evolved_nearest, _RAY),
-        Declared(surfaces.evolved_approach, (*_RAY, "position", "number")),
-        Declared(surfaces.square_term, ("number", "numbers5", "trivector", "trivector", "number")),
-        Declared(surfaces.kappa_term, ("number", "numbers5", "numbers5", "number")),
-        Declared(surfaces.product_term, ("numbers10", "numbers5", "trivector")),
+        KernelSpec(surfaces.evolved_nearest, _RAY),
+        KernelSpec(surfaces.evolved_approach, (*_RAY, "position", "number")),
+        KernelSpec(surfaces.square_term, ("number", "numbers5", "trivector", "trivector", "number")),
+        KernelSpec(surfaces.kappa_term, ("number", "numbers5", "numbers5", "number")),
+        KernelSpec(surfaces.product_term, ("numbers10", "numbers5", "trivector")),
         kernel(
             surface_conditions.evolved_sizes,
             f"numbers{norm}",
@@ -168,7 +166,7 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
     )  # fmt: skip
     return SurfaceKind(
         f"evolved_circles_{word}{degree}", 15 + controls, sum(size for _, size in layout), "scene_evolved.h",
-        kernels, roots, methods, ("evolved.h", "roots.h", "roots_rates.h", "companion.h"), layout,
+        kernels, roots, methods, layout,
         (
             ("BS_MEMBER", f"evolved_circles_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
             ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),
@@ -186,10 +184,10 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
     at = ("number", "number")
     pair = (*scalars[1:], *at, f"numbers{controls}", f"numbers{products}")
 
-    def kernel(formula: Callable[..., object], *kinds: str) -> Declared:
-        return Declared(formula, kinds, f"{formula.__name__}_{word}{degree}")
+    def kernel(formula: Callable[..., object], *kinds: str) -> KernelSpec:
+        return KernelSpec(formula, kinds, f"{formula.__name__}_{word}{degree}")
 
-    constants = ribbons.ribbon_free_constants if free else ribbons.ribbon_constants
+    constants = ribbon_constants.ribbon_free_constants if free else ribbon_constants.ribbon_constants
     meet = kernel(ribbons.ribbon_meet, *scalars, *at)
     isolate = (
         kernel(ribbons.ribbon_polynomial, *scalars),
@@ -206,8 +204,8 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
     return SurfaceKind(
         f"evolved_point_pairs_{word}{degree}", 15 + controls, sum(size for _, size in layout), "scene_ribbons.h",
         (
-            Declared(surfaces.evolved_approach, (*_RAY, "position", "number")),
-            Declared(constants, (f"numbers{controls}",), f"ribbon_constants_{word}{degree}"),
+            KernelSpec(surfaces.evolved_approach, (*_RAY, "position", "number")),
+            KernelSpec(constants, (f"numbers{controls}",), f"ribbon_constants_{word}{degree}"),
             kernel(ribbons.ribbon_ray, *_RAY, f"numbers{controls}", f"numbers{products}", "numbers4"),
             kernel(ribbons.ribbon_point, *_RAY, *pair),
             kernel(ribbons.ribbon_place, "position", "position", *pair),
@@ -221,7 +219,7 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
             ("companion", (kernel(ribbons.ribbon_printed, *scalars), meet)),
             ("sampled", (meet,)),
         ),
-        ("ribbons.h", "roots.h", "roots_values.h", "companion.h"), layout,
+        layout,
         (
             ("BS_MEMBER", f"evolved_point_pairs_{word}{degree}"), ("BS_SUFFIX", f"{word}{degree}"),
             ("BS_DEGREE", str(degree)), ("BS_FREE", str(int(free))),

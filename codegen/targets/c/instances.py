@@ -20,3 +20,5 @@ WIDE = (Instance("f64_v3", 64, "32", True), Instance("f32_v3", 32, "32", True))
 SCALAR = (Instance("f64_scalar", 64, "0"), Instance("f32_scalar", 32, "0"))
 #: What wheels carry. Tests add SCALAR; a kernel made at run time takes only what this processor uses.
 PORTABLE = BASELINE + WIDE
+#: All of them by name.
+BY_TAG = {i.tag: i for i in PORTABLE + SCALAR}

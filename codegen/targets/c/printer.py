@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..graph import Node
-from ..simplify import Form
-from ..trace import Kernel
-from .printer import Printer, coefficient_name, comment_text, decimal
+from ...algebra.algebra import Algebra
+from ...ir.graph import Node
+from ...optimise.variants import Variant
+from ...trace.kernel import Kernel, coefficient_name
+from ..printer import Printer, comment_text, decimal
 
 FUNCTIONS = {
     "sqrt": "SQRT", "abs": "ABS", "sin": "SIN", "cos": "COS", "exp": "EXP", "log": "LOG", "atan2": "ATAN2",
@@ -24,11 +25,16 @@ ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", *(f"stumpff{k}" for
 
 def symbol(kernel: Kernel) -> str:
     """Name of a kernel in generated code."""
-    return f"{kernel.algebra.name}_{kernel.name}"
+    return symbol_of(kernel.algebra, kernel.name)
+
+
+def symbol_of(algebra: Algebra, name: str) -> str:
+    """The same from the kernel's own name."""
+    return f"{algebra.name}_{name}"
 
 
 class CPrinter(Printer):
-    """C99 on the short names of templates/c/instance.h; CUDA prints the same text."""
+    """C99 on the short names of templates/c/lib/instance.h; CUDA prints the same text."""
 
     def constant(self, value: Fraction) -> str:
         return f"K({decimal(value)})"
@@ -79,10 +85,10 @@ class Function:
     elementary: bool
 
 
-def c_function(form: Form) -> Function:
-    """Print one form."""
-    kernel = form.kernel
-    printer = CPrinter(form)
+def c_function(variant: Variant) -> Function:
+    """Print one variant."""
+    kernel = variant.kernel
+    printer = CPrinter(variant)
     statements = printer.body()
     loads = [
         f"const V {coefficient_name(item, j)} = {item.name}_in[{j}];"
@@ -98,13 +104,13 @@ def c_function(form: Form) -> Function:
     stores, start = [], 0
     for output in kernel.outputs:
         for j, blade in enumerate(output.kind.blades):
-            text = printer.value(form.roots[start + j])
+            text = printer.value(variant.roots[start + j])
             label = "" if output.kind.form == "numbers" else f" /* {output.kind.algebra.blade_name(blade)} */"
             stores.append(f"{output.name}[{j}] = {text};{label}")
         start += len(output.nodes)
     return Function(
         symbol(kernel),
-        f"{symbol(kernel)}: {comment_text(kernel.note or kernel.name)} {form.operations.text()}",
+        f"{symbol(kernel)}: {comment_text(kernel.note or kernel.name)} {variant.operations.text()}",
         tuple(Parameter(i.name, i.kind.size) for i in kernel.inputs),
         tuple(Parameter(o.name, len(o.nodes), o.role == "status") for o in kernel.outputs),
         tuple(loads + unused + statements + stores),

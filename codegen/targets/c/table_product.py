@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..templating import render, template_text
+from ..templates import render, template_text
 from .extension import PORTABLE, Instance
 
 
 def general_files(instances: Sequence[Instance] = PORTABLE) -> dict[str, str]:
     """Generated files of the general product's extension: kernels.c and kernels.cdef."""
     return {
-        "kernels.c": render("c/general.c.j2", instances=instances),
-        "kernels.cdef": template_text("c/general.cdef"),
+        "kernels.c": render("general.c.j2", instances=instances),
+        "kernels.cdef": template_text("general.cdef"),
     }

@@ -1,6 +1,6 @@
 """C text of power series: coefficient k of what a formula computes, level by level of its products.
 
-Products of one level are convolved together, one lane each; functions follow the recurrences of templates/c/series.h.
+Products of one level are convolved together, one lane each; functions follow recurrences of templates/c/lib/series.h.
 """
 
 from __future__ import annotations
@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from .errors import TraceError
-from .series import Item, SeriesRing
-from .targets.c import CONSTANTS, FUNCTIONS
-from .targets.printer import decimal
+from ...errors import TraceError
+from ...rings.power_series import Item, SeriesRing
+from ..printer import decimal
+from .printer import CONSTANTS, FUNCTIONS
 
 #: Highest order of a series, and so rows of its history: more than any tolerance of doubles asks for.
 HIGHEST_ORDER = 24
@@ -31,7 +31,7 @@ class SeriesPrinter:
 
     def __init__(self, ring: SeriesRing, outputs: Sequence[tuple[str, tuple[Item, ...]]], width: int) -> None:
         self.ring, self.outputs, self.width = ring, outputs, width
-        self.order = _needed([item for _, items in outputs for item in items])
+        self.order = _in_dependency_order([item for _, items in outputs for item in items])
         self.size = self.products = 0
         self.kept: list[str] = []  # statements at order 0: numbers that do not move
         self.lines: list[str] = []
@@ -79,18 +79,18 @@ class SeriesPrinter:
 
     def _formula(self, item: Item) -> str:
         """A number, or a mask, from others by one operation."""
-        args = [self._masked(a) if a.op in _MASKS else self.text[a] for a in item.args]
+        args = [self._condition(a) if a.op in _MASKS else self.text[a] for a in item.args]
         if item.op in ("mul", "scaled"):
             return f"{args[0]} * {args[1]}"
         if item.op == "sum":
-            return _weighted(args, item.data[0], item.data[1])
+            return _weighted_sum(args, item.data[0], item.data[1])
         if item.op == "reciprocal":
             return f"K(1.0) / {args[0]}"
         if item.op in CONSTANTS:
             return CONSTANTS[item.op]
         return f"{FUNCTIONS[item.op]}({', '.join(args)})"
 
-    def _masked(self, mask: Item) -> str:
+    def _condition(self, mask: Item) -> str:
         """A mask as a condition."""
         return f"({self.text[mask]} != 0)" if mask in self.text else f"({self._formula(mask)})"
 
@@ -158,13 +158,13 @@ class SeriesPrinter:
                 self.text[item] = place
         elif item.op == "sum":
             (weights, constant), parts = item.data, [self._at_order(a) for a in item.args]
-            text = _weighted(parts, weights, Fraction(0))
+            text = _weighted_sum(parts, weights, Fraction(0))
             self._set(item, f"{text} + (k ? K(0.0) : K({decimal(constant)}))" if constant else text)
         elif item.op == "scaled":
             self._set(item, f"{self.text[item.args[0]]} * {self.text[item.args[1]]}")
         elif item.op == "select":
             a, b = (self._at_order(x) for x in item.args[1:])
-            self._set(item, f"{self._masked(item.args[0])} ? {a} : {b}")
+            self._set(item, f"{self._condition(item.args[0])} ? {a} : {b}")
         elif item.op == "abs":
             place = f"work[{self._room(1)}]"
             self.lines.append(f"if (!k) {place} = {self.text[item.args[0]]} < 0 ? K(-1.0) : K(1.0);")
@@ -191,7 +191,7 @@ class SeriesPrinter:
         return item if item.op == op else self.ring.apply(op, *item.args)
 
     def _history(self, item: Item) -> str:
-        """Where a value's coefficients stand one after another; those of an argument are put there."""
+        """Offset of a value's coefficients, which are contiguous; those of an argument are put there."""
         if item not in self.histories:
             self.histories[item] = self._room(ROWS)
             if item in self.text or not item.moves:
@@ -199,8 +199,8 @@ class SeriesPrinter:
         return f"work + {self.histories[item]}"
 
 
-def _needed(roots: Sequence[Item]) -> list[Item]:
-    """What the roots need, arguments first."""
+def _in_dependency_order(roots: Sequence[Item]) -> list[Item]:
+    """Items that the roots need, arguments first."""
     seen: dict[int, Item] = {}
     waiting = list(roots)
     while waiting:
@@ -215,7 +215,7 @@ def _looks_at_motion(mask: Item) -> bool:
     return mask.moves or any(_looks_at_motion(a) for a in mask.args)
 
 
-def _weighted(parts: Sequence[str], weights: Sequence[Fraction], constant: Fraction) -> str:
+def _weighted_sum(parts: Sequence[str], weights: Sequence[Fraction], constant: Fraction) -> str:
     """A weighted sum of values that are names or in brackets."""
     text = ""
     for part, weight in zip(parts, weights, strict=True):

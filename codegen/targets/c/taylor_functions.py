@@ -1,6 +1,6 @@
 """Taylor series of kernels: C text that makes coefficient k of the outputs from those up to k of the inputs.
 
-Kernels are run on the ring of power series (series.py) and printed for vectors of each width (series_printer.py).
+Kernels are run on the ring of power series (rings/power_series.py) and printed for vectors of each width (taylor.py).
 Coefficients are normalised: x = sum of x_k t^k.
 """
 
@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .series import Item, SeriesRing
-from .series_printer import HIGHEST_ORDER, WIDTHS, SeriesPrinter
-from .targets.c import ELEMENTARY
-from .trace import Kernel
+from ...rings.power_series import Item, SeriesRing
+from ...trace.kernel import Kernel
+from .printer import ELEMENTARY
+from .taylor import HIGHEST_ORDER, WIDTHS, SeriesPrinter
 
 __all__ = ["HIGHEST_ORDER", "WIDTHS", "SeriesFunction", "series_function"]
 

@@ -6,22 +6,14 @@ compiled or made self-contained.
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
 import re
 from collections.abc import Mapping, Sequence
 
-from .. import texts as kept_texts
-from ..errors import SpecError
-from ..simplify import chosen_form
-from ..templating import render, template_text
-from ..trace import Kernel
-from .c import c_function, symbol
-from .cuda_run import CudaKernel, CudaModule, Device
-from .extension import in_dependency_order
-from .nvrtc import DEFAULT_ARCH, OPTIONS, Compiled, architectures, compile_text, version
-from .printer import interface
+from ...errors import SpecError
+from ...optimise.variants import Variant
+from ..c.extension import in_dependency_order
+from ..c.printer import c_function, symbol
+from ..templates import INCLUDE, included_headers, render
 
 #: The file that is compiled; the others are included by it.
 MAIN = "kernels.cu"
@@ -29,31 +21,29 @@ MAIN = "kernels.cu"
 DRIVER_OPTIONS = ("--device-as-default-execution-space",)
 #: In programs, the first line of the functions that the host calls, which a GPU has no use for.
 _HOST_PART = "const char *bs_source_hash(void)"
-_DIGITS = 24
-_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"[^\n]*$', re.MULTILINE)
 
 
-def cuda_source(kernels: Sequence[Kernel], title: str = "") -> dict[str, str]:
+def cuda_source(variants: Sequence[Variant], title: str = "") -> dict[str, str]:
     """Generated files: the main one, the bodies, and the launchers ``<symbol>_batch_f64`` and ``_f32``.
 
     Parameters
     ----------
-    kernels : sequence of Kernel
+    variants : sequence of Variant
     title : str, optional
         First words of the main file's comment; default: the algebra's name.
     """
-    functions = [c_function(chosen_form(k)) for k in in_dependency_order(kernels)]
+    functions = [c_function(v) for v in in_dependency_order(variants)]
     values = {
-        "title": title or (kernels[0].algebra.name if kernels else "kernels"),
+        "title": title or (variants[0].kernel.algebra.name if variants else "kernels"),
         "functions": functions,
-        "batched": [symbol(k) for k in kernels],
-        "count": len(kernels),
+        "batched": [symbol(v.kernel) for v in variants],
+        "count": len(variants),
         "elementary": any(f.elementary for f in functions),
     }
     return {
-        MAIN: render("cuda/kernels.cu.j2", **values),
-        "kernels.h": render("c/kernels.h.j2", **values),
-        "launch.h": render("cuda/launch.h.j2", **values),
+        MAIN: render("kernels.cu.j2", **values),
+        "kernels.h": render("kernels.h.j2", **values),
+        "launch.h": render("launch.h.j2", **values),
     }
 
 
@@ -67,7 +57,7 @@ def scene_source(files: Mapping[str, str]) -> dict[str, str]:
     """
     driver = _device_part(files)
     tags = re.findall(r"^#define BS_TAG (\w+)$", driver, re.MULTILINE)
-    return _launched(files, "cuda/scene.cu.j2", driver=driver, tags=tags)
+    return _with_launchers(files, "scene.cu.j2", driver=driver, tags=tags)
 
 
 def reform_source(files: Mapping[str, str]) -> dict[str, str]:
@@ -78,7 +68,7 @@ def reform_source(files: Mapping[str, str]) -> dict[str, str]:
     files : mapping
         File name to text, as in ``reform_program(...).files``. Compile the result with `DRIVER_OPTIONS`.
     """
-    return _launched(files, "cuda/reform.cu.j2", driver=_device_part(files))
+    return _with_launchers(files, "reform.cu.j2", driver=_device_part(files))
 
 
 def _device_part(files: Mapping[str, str]) -> str:
@@ -89,86 +79,22 @@ def _device_part(files: Mapping[str, str]) -> str:
     return driver.rstrip() + "\n"
 
 
-def _launched(files: Mapping[str, str], template: str, **values: object) -> dict[str, str]:
+def _with_launchers(files: Mapping[str, str], template: str, **values: object) -> dict[str, str]:
     """The launchers around a driver, and the driver's own headers."""
     own = {name: text for name, text in files.items() if name != "kernels.c"}
     return {MAIN: render(template, **values), **own}
 
 
 def with_headers(files: Mapping[str, str]) -> dict[str, str]:
-    """The files and every header of templates/c that they include, directly or not."""
-    found = dict(files)
-    waiting = list(found.values())
-    while waiting:
-        for name in _INCLUDE.findall(waiting.pop()):
-            if name not in found:
-                found[name] = template_text(f"c/{name}")
-                waiting.append(found[name])
-    return found
+    """The files and every header of templates that they include, directly or not."""
+    return {**files, **included_headers(files.values(), files)}
 
 
 def self_contained(files: Mapping[str, str]) -> str:
     """One text without includes of ours: for nvcc, or for other packages that compile CUDA."""
     texts = with_headers(files)
 
-    def expanded(text: str) -> str:
-        return _INCLUDE.sub(lambda found: expanded(texts[found[1]]).rstrip(), text)
+    def expand(text: str) -> str:
+        return INCLUDE.sub(lambda found: expand(texts[found[1]]).rstrip(), text)
 
-    return expanded(texts[MAIN])
-
-
-def compile_source(
-    files: Mapping[str, str], arch: str = DEFAULT_ARCH, options: Sequence[str] = ()
-) -> Compiled:
-    """Compile generated files with NVRTC; see `nvrtc.compile_text`.
-
-    Raises
-    ------
-    MissingExtraError
-        If NVRTC is not installed.
-    CompileError
-        If it refuses the source.
-    """
-    texts = with_headers(files)
-    return compile_text(texts.pop(MAIN), texts, MAIN, arch, options)
-
-
-def compile_kept(files: Mapping[str, str], arch: str, options: Sequence[str] = ()) -> bytes:
-    """The image of generated files, from the cache or compiled now; see `compile_source`."""
-    sources = with_headers(files)
-    parts = [sorted(sources.items()), arch, [*OPTIONS, *options], version()]
-    name = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:_DIGITS]
-    found = kept_texts.read(f"cuda_{name}", f"{arch}.txt")
-    if found is None:
-        image = compile_source(files, arch, options).image
-        kept_texts.write(f"cuda_{name}", {f"{arch}.txt": base64.b64encode(image).decode()})
-        return image
-    kept_texts.touch(f"cuda_{name}")
-    return base64.b64decode(found)
-
-
-def device_arch(capability: int) -> str:
-    """The arch to compile for on a GPU of this capability: machine code, or PTX where NVRTC is older."""
-    known = architectures()
-    return f"sm_{capability}" if capability in known else f"compute_{max(a for a in known if a < capability)}"
-
-
-def bind(kernel: Kernel, device: Device | None = None) -> CudaKernel:
-    """A kernel as a function of arrays, compiled for a GPU of this machine.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    device : Device, optional
-        Default: the first GPU.
-
-    Raises
-    ------
-    MissingExtraError
-        If NVRTC is not installed.
-    DeviceError
-        If there is no GPU.
-    """
-    device = device or Device()
-    compiled = compile_source(cuda_source([kernel]), device_arch(device.capability))
-    return CudaKernel(CudaModule(device, compiled.image), symbol(kernel), *interface(kernel))
+    return expand(texts[MAIN])

@@ -1,4 +1,4 @@
-"""numba: kernels as a readable Python module, and that module loaded and run on arrays.
+"""numba: kernels as a readable Python module.
 
 The text is plain Python. Run as it is, on numbers or on whole columns, it gives the same bits as compiled by
 numba, and as C: the order of operations is the printer's, and nothing is contracted or reassociated.
@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..graph import Node
-from ..simplify import Form, chosen_form
-from ..templating import render
-from ..trace import Kernel, Output
-from .c import ELEMENTARY, Parameter, symbol
-from .extension import in_dependency_order
-from .numba_run import NumbaKernel, NumbaLibrary
-from .printer import Printer, coefficient_name, comment_text, decimal, interface
+from ...ir.graph import Node
+from ...optimise.variants import Variant
+from ...trace.kernel import Output, coefficient_name
+from ..c.extension import in_dependency_order
+from ..c.printer import ELEMENTARY, Parameter, symbol
+from ..printer import Printer, comment_text, decimal
+from ..templates import render
 
 #: How functions and predicates look; the elementary ones are called by their names.
 FUNCTIONS = {
@@ -68,49 +67,32 @@ class Function:
     operations: frozenset[str]
 
 
-def numba_source(kernels: Sequence[Kernel], title: str = "") -> str:
+def numba_source(variants: Sequence[Variant], title: str = "") -> str:
     """Text of a module with these kernels and those that they call, and a batch function for each of these.
 
     Parameters
     ----------
-    kernels : sequence of Kernel
+    variants : sequence of Variant
     title : str, optional
         First words of the module's docstring; default: the algebra's name.
     """
-    functions = [numba_function(chosen_form(k)) for k in in_dependency_order(kernels)]
+    functions = [numba_function(v) for v in in_dependency_order(variants)]
     used: frozenset[str] = frozenset().union(*(f.operations for f in functions))
     return render(
-        "numba/kernels.py.j2",
-        title=title or (kernels[0].algebra.name if kernels else "kernels"),
+        "kernels.py.j2",
+        title=title or (variants[0].kernel.algebra.name if variants else "kernels"),
         functions=functions,
-        batched=[symbol(k) for k in kernels],
-        count=len(kernels),
+        batched=[symbol(v.kernel) for v in variants],
+        count=len(variants),
         elementary=sorted(used & ELEMENTARY),
         select="select" in used,
     )
 
 
-def bind(kernel: Kernel, compiled: bool = True) -> NumbaKernel:
-    """A kernel as a function of arrays.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    compiled : bool
-        False: run the text as it is, on whole columns; right without numba, and slower.
-
-    Raises
-    ------
-    MissingExtraError
-        If ``compiled`` and numba is not installed.
-    """
-    return NumbaKernel(NumbaLibrary(numba_source([kernel]), compiled), symbol(kernel), *interface(kernel))
-
-
-def numba_function(form: Form) -> Function:
-    """Print one form."""
-    kernel = form.kernel
-    printer = NumbaPrinter(form)
+def numba_function(variant: Variant) -> Function:
+    """Print one variant."""
+    kernel = variant.kernel
+    printer = NumbaPrinter(variant)
     lines = printer.body()
     inputs = tuple(Parameter(i.name, i.kind.size) for i in kernel.inputs)
     outputs = tuple(Parameter(o.name, len(o.nodes), o.role == "status") for o in kernel.outputs)
@@ -121,25 +103,25 @@ def numba_function(form: Form) -> Function:
     targets = [_tuple([f"{o.name}_columns[{j}, i]" for j in range(o.size)]) for o in outputs]
     return Function(
         symbol(kernel),
-        f"{comment_text(kernel.note or kernel.name)} {form.operations.text()}",
-        wrapped(names, 1),
+        f"{comment_text(kernel.note or kernel.name)} {variant.operations.text()}",
+        wrap(names, 1),
         tuple(lines),
-        _results(printer, form),
+        _results(printer, variant),
         inputs,
         outputs,
-        wrapped(["begin", "end", *arrays], 1),
+        wrap(["begin", "end", *arrays], 1),
         ", ".join(targets),
-        wrapped(columns, 4),
+        wrap(columns, 4),
         frozenset(node.op for node in printer.nodes),
     )
 
 
-def _results(printer: NumbaPrinter, form: Form) -> str:
+def _results(printer: NumbaPrinter, variant: Variant) -> str:
     """The returned tuple: coefficients of the only output, or a tuple of such tuples."""
     parts, start = [], 0
-    several = len(form.kernel.outputs) > 1
-    for output in form.kernel.outputs:
-        nodes = form.roots[start : start + len(output.nodes)]
+    several = len(variant.kernel.outputs) > 1
+    for output in variant.kernel.outputs:
+        nodes = variant.roots[start : start + len(output.nodes)]
         start += len(output.nodes)
         entries = [f"{printer.value(node)},{_label(output, j)}" for j, node in enumerate(nodes)]
         parts.append("(\n" + textwrap.indent("\n".join(entries), "    ") + "\n)")
@@ -154,10 +136,10 @@ def _label(output: Output, index: int) -> str:
 
 
 def _tuple(items: Sequence[str]) -> str:
-    return f"({items[0]},)" if len(items) == 1 else f"({wrapped(items, 4)})"
+    return f"({items[0]},)" if len(items) == 1 else f"({wrap(items, 4)})"
 
 
-def wrapped(items: Sequence[str], level: int) -> str:
+def wrap(items: Sequence[str], level: int) -> str:
     """A list of arguments between brackets, on lines of its own where it is long."""
     text = ", ".join(items)
     if len(text) + 4 * level < LINE * 3 // 4:

@@ -179,7 +179,7 @@ BS_INLINE void ROOTS(count)(ROOTS(piece) *piece)
     piece->roots = ROOTS(variations)(piece->c, piece->noise, &piece->unsure);
 }
 
-BS_OWN void ROOTS(recount)(ROOTS(piece) *piece)
+BS_OUTLINED void ROOTS(recount)(ROOTS(piece) *piece)
 {
     ROOTS(count)(piece);
 }

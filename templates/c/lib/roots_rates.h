@@ -80,7 +80,7 @@ BS_INLINE int ROOTS(advance)(ROOTS(bracket) *b, const ROOTS_DATA *d)
 }
 
 /* The root between lo and hi, where f has unlike signs, and where to begin. */
-BS_OWN S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi, S guess)
+BS_OUTLINED S ROOTS(refine)(const ROOTS_DATA *d, S lo, S f_lo, S hi, S f_hi, S guess)
 {
     ROOTS(bracket) b = ROOTS(begin)(lo, f_lo, hi, f_hi, guess);
     while (!ROOTS(advance)(&b, d))

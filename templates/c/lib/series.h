@@ -1,5 +1,5 @@
 /* bladesmith: recurrences of Taylor coefficients. Coefficient k of a function from coefficients 0 to k of its arguments
-   and those before k of itself, each series in one piece. See codegen/series_printer.py.
+   and those before k of itself, each series in one piece. See codegen/targets/c/taylor.py.
    Functions are those of elementary.h. */
 
 #if BS_VECTORS

@@ -4,7 +4,8 @@
 /* Of bladesmith.Status. */
 enum { BS_REACHED = 0, BS_UNREACHABLE = 4, BS_NOT_CONVERGED = 5, BS_INVALID = 6 };
 
-#define BS_DAMPING 1e-2        /* at first, as a share of the square of what is missing */
+#define BS_DAMPING 1e-2        /* at first, as a share of the square of what is missing, */
+#define BS_MOST_MISSING 16.0   /* or of this: slides bring far goals near in steps that are exact */
 #define BS_LEAST_DAMPING 1e-6
 #define BS_MOST_DAMPING 1e12   /* where no step helps */
 #define BS_FLOOR 1e-16         /* damping of what no joint moves: less is rounding */
@@ -12,7 +13,7 @@ enum { BS_REACHED = 0, BS_UNREACHABLE = 4, BS_NOT_CONVERGED = 5, BS_INVALID = 6 
 #define BS_GOOD 0.75           /* less above, */
 #define BS_ENOUGH 1e-4         /* and it is not taken below */
 #define BS_REST 1e-9           /* a step that gains no more than this share comes to nothing */
-#define BS_LONGEST_TURN 1.5    /* of a joint in one step, radians or lengths of the chain */
+#define BS_LONGEST_TURN 1.5    /* of a joint that turns in one step, radians or lengths of the chain */
 #define BS_ROUNDING 4.4e-16    /* for each joint: nothing is known better */
 #define BS_DEPENDENT 1e-7      /* a direction with less of its own is lost: next to one, joints are known to half the digits */
 
@@ -32,7 +33,7 @@ typedef struct {
 static void FN(chain_look)(FN(sought) *s, const double *x)
 {
   FN(chain_axes)(s->chain, x, 1, &s->tool, s->axes, s->places);
-  KERNEL(missing)(s->wanted, s->tool.turn, s->tool.place, s->goal, s->goal_place);
+  KERNEL(pose_error)(s->wanted, s->tool.turn, s->tool.place, s->goal, s->goal_place);
   s->error = 0;
   for (int r = 0; r < 6; r++) {
     if (r >= 3) s->wanted[r] /= s->search->length;
@@ -91,15 +92,18 @@ static double FN(chain_solve)(FN(sought) *s, double damping)
   return left;
 }
 
-/* Where the step leads, within the limits. */
+/* Where the step leads, within the limits. Slides may go any way: what they move is linear. */
 static void FN(chain_try)(FN(sought) *s)
 {
   const ptrdiff_t n = s->chain->count;
   double most = 0;
-  for (ptrdiff_t j = 0; j < n; j++) most = fmax(most, fabs(s->step[j]));
-  const double share = most > BS_LONGEST_TURN ? BS_LONGEST_TURN / most : 1;
   for (ptrdiff_t j = 0; j < n; j++)
-    s->trial[j] = fmin(fmax(s->x[j] + share * s->units[j] * s->step[j], s->search->lower[j]), s->search->upper[j]);
+    if (s->chain->joints[BS_JOINT * j + BS_TURN] != 0) most = fmax(most, fabs(s->step[j]));
+  const double share = most > BS_LONGEST_TURN ? BS_LONGEST_TURN / most : 1;
+  for (ptrdiff_t j = 0; j < n; j++) {
+    const double part = s->chain->joints[BS_JOINT * j + BS_TURN] != 0 ? share : 1;
+    s->trial[j] = fmin(fmax(s->x[j] + part * s->units[j] * s->step[j], s->search->lower[j]), s->search->upper[j]);
+  }
 }
 
 /* Both parts of what is missing, a turn and a length. */
@@ -112,10 +116,11 @@ static void FN(chain_parts)(const FN(sought) *s, double *parts)
 
 static int FN(chain_arrived)(const FN(sought) *s)
 {
-  double parts[2];
-  const double most = fmax(s->search->tolerance, BS_ROUNDING * (double)s->chain->count);
+  double parts[2], square = 0;
+  const double rounding = BS_ROUNDING * (double)s->chain->count, most = fmax(s->search->tolerance, rounding);
+  for (int k = 0; k < 3; k++) square += s->goal_place[k] * s->goal_place[k];
   FN(chain_parts)(s, parts);
-  return parts[0] <= most && parts[1] <= most * s->search->length;
+  return parts[0] <= most && parts[1] <= fmax(most * s->search->length, rounding * sqrt(square));
 }
 
 /* One step more from where it has arrived: what is missing is squared by it, down to rounding. */
@@ -131,7 +136,7 @@ static void FN(chain_polish)(FN(sought) *s)
   else FN(chain_look)(s, s->x);
 }
 
-/* Steps from x until it is there, at rest, or out of iterations: its status. */
+/* Steps from x until it is there, at rest, or out of iterations: its status. Rest proves nothing about the goal. */
 static int FN(chain_attempt)(FN(sought) *s, int32_t *steps)
 {
   const ptrdiff_t n = s->chain->count;
@@ -143,9 +148,9 @@ static int FN(chain_attempt)(FN(sought) *s, int32_t *steps)
     FN(chain_rows)(s);
     const double before = s->error;
     for (;;) {
-      const double left = FN(chain_solve)(s, sqrt(fmax(damping * before, BS_FLOOR)));
+      const double left = FN(chain_solve)(s, sqrt(fmax(damping * fmin(before, BS_MOST_MISSING), BS_FLOOR)));
       double wanted[6];
-      if (!(before - left > BS_REST * before)) return BS_UNREACHABLE;
+      if (!(before - left > BS_REST * before)) return BS_NOT_CONVERGED;
       for (int r = 0; r < 6; r++) wanted[r] = s->wanted[r];
       FN(chain_try)(s);
       FN(chain_look)(s, s->trial);
@@ -156,7 +161,7 @@ static int FN(chain_attempt)(FN(sought) *s, int32_t *steps)
       if (gain >= BS_ENOUGH) break;
       for (int r = 0; r < 6; r++) s->wanted[r] = wanted[r];
       s->error = before;
-      if (damping > BS_MOST_DAMPING) return BS_UNREACHABLE;
+      if (damping > BS_MOST_DAMPING) return BS_NOT_CONVERGED;
     }
     for (ptrdiff_t j = 0; j < n; j++) s->x[j] = s->trial[j];
   }
@@ -229,7 +234,7 @@ static void FN(chain_inverse)(const bs_chain *chain, const bs_search *search, co
   }
   for (ptrdiff_t i = begin; i < end; i++) {
     double square = 0, finite = 0;
-    KERNEL(taken_apart)(sought.goal, sought.goal_place, motors + 8 * i, chain->base);
+    KERNEL(decompose)(sought.goal, sought.goal_place, motors + 8 * i, chain->base);
     for (int k = 0; k < 3; k++) square += sought.goal_place[k] * sought.goal_place[k];
     for (int k = 0; k < 8; k++) finite += fabs(motors[8 * i + k]);
     for (ptrdiff_t j = 0; j < n; j++) finite += fabs(starts[n * i + j]);

@@ -50,10 +50,10 @@ BS_INLINE void FN(chain_step)(FN(pose) *pose, const double *joint, V x)
   const V way = SPLAT(joint[BS_ADVANCE]) * x, angle = SPLAT(joint[BS_TURN]) * x;
   FN(load_broadcast)(offset, joint + BS_OFFSET, 3);
   FN(load_broadcast)(axis, joint + BS_AXIS, 3);
-  KERNEL(placed)(place, pose->turn, pose->place, offset, axis, &way);
+  KERNEL(joint_position)(place, pose->turn, pose->place, offset, axis, &way);
   for (int k = 0; k < 3; k++) pose->place[k] = place[k];
   if (joint[BS_TURN] == 0) return;
-  KERNEL(turned)(turn, pose->turn, axis, &angle);
+  KERNEL(rotate)(turn, pose->turn, axis, &angle);
   for (int k = 0; k < 4; k++) pose->turn[k] = turn[k];
 }
 
@@ -63,7 +63,7 @@ BS_INLINE void FN(chain_frame)(FN(pose) *at, const FN(pose) *pose, const double 
   V offset[3], turn[4];
   FN(load_broadcast)(offset, frame, 3);
   FN(load_broadcast)(turn, frame + 3, 4);
-  KERNEL(framed)(at->turn, at->place, pose->turn, pose->place, offset, turn);
+  KERNEL(frame_pose)(at->turn, at->place, pose->turn, pose->place, offset, turn);
 }
 
 static void FN(chain_forward)(const bs_chain *chain, const double *x, int32_t all, double *motors, ptrdiff_t begin,
@@ -80,12 +80,12 @@ static void FN(chain_forward)(const bs_chain *chain, const double *x, int32_t al
       FN(chain_step)(&pose, chain->joints + BS_JOINT * j, FN(chain_get)(x + i * n + j, n, lanes));
       if (!all) continue;
       FN(chain_frame)(&at, &pose, chain->links + BS_FRAME * j);
-      KERNEL(landed)(motor, at.turn, at.place, base);
+      KERNEL(compose)(motor, at.turn, at.place, base);
       FN(chain_put)(motors + i * stride + 8 * j, stride, 1, motor, 8, lanes);
     }
     if (all) continue;
     FN(chain_frame)(&at, &pose, chain->tool);
-    KERNEL(landed)(motor, at.turn, at.place, base);
+    KERNEL(compose)(motor, at.turn, at.place, base);
     FN(chain_put)(motors + i * stride, stride, 1, motor, 8, lanes);
   }
 }
@@ -99,7 +99,7 @@ BS_INLINE void FN(chain_axes)(const bs_chain *chain, const double *x, int lanes,
     const double *const joint = chain->joints + BS_JOINT * j;
     V axis[3];
     FN(load_broadcast)(axis, joint + BS_AXIS, 3);
-    KERNEL(pointed)(axes + 3 * j, pose.turn, axis);
+    KERNEL(link_direction)(axes + 3 * j, pose.turn, axis);
     FN(chain_step)(&pose, joint, FN(chain_get)(x + j, chain->count, lanes));
     for (int k = 0; k < 3; k++) places[3 * j + k] = pose.place[k];
   }
@@ -119,7 +119,7 @@ static void FN(chain_jacobian)(const bs_chain *chain, const double *x, int32_t f
     FN(chain_axes)(chain, x + i * n, lanes, &tool, axes, places);
     if (frame) {
       for (int k = 0; k < 3; k++) point[k] = FN(chain_get)(points + i * stride + k, stride, lanes);
-      KERNEL(placed)(from, tool.turn, tool.place, point, nowhere, &none);
+      KERNEL(joint_position)(from, tool.turn, tool.place, point, nowhere, &none);
     } else {
       for (int k = 0; k < 3; k++) from[k] = SPLAT(-chain->base[k]); /* the world's origin, as seen from the base */
     }
@@ -149,11 +149,11 @@ static void FN(chain_twists)(const bs_chain *chain, const double *x, const doubl
       const V speed = FN(chain_get)(speeds + i * n + j, n, lanes), push = FN(chain_get)(pushes + i * n + j, n, lanes);
       V axis[3], along[3], place[3], unit[6], next[6], next_rate[6];
       FN(load_broadcast)(axis, joint + BS_AXIS, 3);
-      KERNEL(pointed)(along, pose.turn, axis);
+      KERNEL(link_direction)(along, pose.turn, axis);
       FN(chain_step)(&pose, joint, FN(chain_get)(x + i * n + j, n, lanes));
       for (int k = 0; k < 3; k++) place[k] = pose.place[k] + SPLAT(chain->base[k]);
       KERNEL(unit_twist)(unit, along, place, &turn, &advance);
-      KERNEL(accumulated)(next, next_rate, twist, rate, unit, &speed, &push);
+      KERNEL(link_twist)(next, next_rate, twist, rate, unit, &speed, &push);
       for (int k = 0; k < 6; k++) twist[k] = next[k], rate[k] = next_rate[k];
       if (!all && j < n - 1) continue;
       const ptrdiff_t to = i * stride + (all ? 6 * j : 0);

@@ -6,8 +6,9 @@ typedef struct {
   int32_t layout;            /* which blades V has; -1: V is a wrench without power on the relative twist */
   int32_t body, other;       /* other: -1 for the world */
   int32_t rows;              /* equations */
-  int32_t user;              /* function of time that gives V, dV, ddV, H, dH, ddH; -1 for none */
+  int32_t user;              /* function of time that gives V, dV, ddV, H, dH, ddH, unknown; -1 for none */
   ptrdiff_t v, h, a;         /* where V, H and A (rows by coefficients of V; -1: one) stand in a simulation's numbers */
+  double unknown;            /* by how much errors may be off, for what a V without function is made of */
 } bs_constraint;
 
 typedef struct {
@@ -69,15 +70,18 @@ typedef struct {
   double *tangents;          /* (simulations, stores, tangents, 2, bodies, 6) */
 } bs_run;
 
+/* Bytes of the workspace that a thread brings along, aligned as doubles are; nothing is kept there between calls. */
+size_t bs_dynamics_workspace(void);
 ptrdiff_t bs_dynamics_memory(const bs_method *method);
 void bs_dynamics_start(const bs_dynamics *model, const bs_method *method, const bs_run *run, const double *motors,
-                       const double *twists, ptrdiff_t begin, ptrdiff_t end);
-void bs_dynamics_run(const bs_dynamics *model, const bs_method *method, const bs_run *run, ptrdiff_t begin,
-                     ptrdiff_t end);
+                       const double *twists, void *workspace, ptrdiff_t begin, ptrdiff_t end);
+void bs_dynamics_run(const bs_dynamics *model, const bs_method *method, const bs_run *run, void *workspace,
+                     ptrdiff_t begin, ptrdiff_t end);
 /* At one state (bodies): accelerations (bodies, 6), rows of the reactions (bodies, 6), the matrix of the constraints
    (rows, bodies, 6), their right sides and errors (rows) and the errors' rates (rows); the rank, or -1. */
-int32_t bs_dynamics_look(const bs_dynamics *model, double t, const double *motors, const double *twists,
+int32_t bs_dynamics_evaluate(const bs_dynamics *model, double t, const double *motors, const double *twists,
                          double *accelerations, double *reactions, double *matrix, double *right, double *errors,
-                         double *rates);
-int32_t bs_dynamics_project(const bs_dynamics *model, double t, double tolerance, double *motors, double *twists);
+                         double *rates, void *workspace);
+int32_t bs_dynamics_project(const bs_dynamics *model, double t, double tolerance, double *motors, double *twists,
+                            void *workspace);
 const char *bs_source_hash(void);

@@ -31,7 +31,10 @@ typedef struct {
   int32_t general;           /* all at once, by orthogonal directions */
 } bs_jacobians;
 
-void bs_mechanism_poses(const bs_mechanism *m, const bs_poses *p, ptrdiff_t begin, ptrdiff_t end);
-void bs_mechanism_jacobians(const bs_mechanism *m, const bs_jacobians *j, ptrdiff_t begin, ptrdiff_t end);
+/* Bytes of the workspace that a thread brings along, aligned as doubles are; nothing is kept there between calls. */
+size_t bs_mechanism_workspace(void);
+void bs_mechanism_poses(const bs_mechanism *m, const bs_poses *p, void *workspace, ptrdiff_t begin, ptrdiff_t end);
+void bs_mechanism_jacobians(const bs_mechanism *m, const bs_jacobians *j, void *workspace, ptrdiff_t begin,
+                            ptrdiff_t end);
 /* Links as parents see them, of motors (items, bodies, 8), and the other way round. */
 void bs_mechanism_links(const double *motors, double *links, ptrdiff_t begin, ptrdiff_t end);

@@ -8,7 +8,7 @@ BS_INLINE int FN(is_motor_finite)(const S *motor)
 }
 
 /* One match: what is not finite (objects that face each other, centres that are one) changes nothing; 0 then. */
-BS_OWN int FN(direct_step)(const bs_reform *s, const bs_direct *d, ptrdiff_t i)
+BS_OUTLINED int FN(direct_step)(const bs_reform *s, const bs_direct *d, ptrdiff_t i)
 {
   const int kind = d->kinds[i];
   const ptrdiff_t size = FN(row_size)(kind), other = d->partners[i];
@@ -24,7 +24,7 @@ BS_OWN int FN(direct_step)(const bs_reform *s, const bs_direct *d, ptrdiff_t i)
   return 1;
 }
 
-BS_OWN void FN(direct)(const bs_reform *s, bs_direct *d)
+BS_OUTLINED void FN(direct)(const bs_reform *s, bs_direct *d)
 {
   d->taken = d->skipped = 0;
   while (d->taken < d->rounds) {

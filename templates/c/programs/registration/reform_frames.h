@@ -2,7 +2,7 @@
    a few far ones. */
 
 /* The value that stands at a place once values are in order; they are put in another order (C. A. R. Hoare's FIND). */
-BS_OWN S FN(in_place)(S *values, ptrdiff_t count, ptrdiff_t place)
+BS_OUTLINED S FN(in_place)(S *values, ptrdiff_t count, ptrdiff_t place)
 {
   ptrdiff_t low = 0, high = count - 1;
   while (low < high) {
@@ -23,7 +23,7 @@ BS_OWN S FN(in_place)(S *values, ptrdiff_t count, ptrdiff_t place)
 
 /* The nearest point to objects that are near, from where the middle of their positions is; directions in which they
    say nothing stay as they are. */
-BS_OWN void FN(nearest_point)(const bs_middle *m, S *point)
+BS_OUTLINED void FN(nearest_point)(const bs_center *m, S *point)
 {
   S about[BS_AXES] = {0}, pull[BS_AXES] = {0}, a[4][4] = {{0}}, v[4][4], square, gradient[BS_AXES], matrix[6], most = 0;
   ptrdiff_t count = 0;
@@ -48,13 +48,13 @@ BS_OWN void FN(nearest_point)(const bs_middle *m, S *point)
   for (int k = 0; k < BS_AXES; k++) point[k] = about[k];
   for (int p = 0; p < BS_AXES; p++) {
     S along = 0;
-    if (!(a[p][p] > m->loose * most)) continue;
+    if (!(a[p][p] > m->rank_tolerance * most)) continue;
     for (int k = 0; k < BS_AXES; k++) along += v[k][p] * pull[k];
     for (int k = 0; k < BS_AXES; k++) point[k] -= v[k][p] * (along / a[p][p]);
   }
 }
 
-BS_OWN void FN(middle)(const bs_middle *m)
+BS_OUTLINED void FN(robust_center)(const bs_center *m)
 {
   S least = 0, gradient[BS_AXES], matrix[6];
   for (ptrdiff_t i = 0; i < m->count; i++) {

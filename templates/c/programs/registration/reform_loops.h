@@ -10,7 +10,7 @@ BS_INLINE int32_t FN(cell)(const bs_grid *grid, int axis, S x)
 }
 
 /* The row of the nearest reference object of a kind within the limit, or -1; its weighted square, and its sign. */
-BS_OWN ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square, S *sign)
+BS_OUTLINED ptrdiff_t FN(nearest)(const bs_reform *s, int kind, const S *e, S *square, S *sign)
 {
   const bs_grid *const grid = &s->grids[kind];
   const S whole = FN(has_direction)(kind), other = s->align ? K(-1) : K(1);
@@ -48,7 +48,7 @@ BS_INLINE const S *FN(asked_row)(const bs_reform *s, ptrdiff_t i)
 /* How well a motor lays the query over the reference. It is given up where too few of the first 8, 32, 128 ...
    objects have a counterpart; they are asked in turn from a first one on, which should differ between samples: else
    a query whose first few objects have no counterpart is never found. */
-BS_OWN S FN(score)(const bs_reform *s, const S *motor, ptrdiff_t first, int32_t *hits, int32_t *tested)
+BS_OUTLINED S FN(score)(const bs_reform *s, const S *motor, ptrdiff_t first, int32_t *hits, int32_t *tested)
 {
   S total = 0, square, sign, element[BS_NUMBERS];
   ptrdiff_t look = 8, i = s->asked > 0 ? first % s->asked : 0;
@@ -74,7 +74,7 @@ BS_INLINE void FN(add_form)(S *sum, int kind, const S *x, const S *y, S sign, S 
 }
 
 /* One sample: the motor of its pairs, and its score. */
-BS_OWN void FN(sample)(const bs_reform *s, const bs_samples *c, ptrdiff_t i)
+BS_OUTLINED void FN(sample)(const bs_reform *s, const bs_samples *c, ptrdiff_t i)
 {
   S form[BS_FORM] = {0};
   S *motor = c->motors + BS_MOTOR * i;
@@ -93,7 +93,7 @@ BS_OWN void FN(sample)(const bs_reform *s, const bs_samples *c, ptrdiff_t i)
 }
 
 /* The least pivot of the form of twists of a set: how stiff it is against the motion that it hinders least. */
-BS_OWN S FN(stiffness)(const bs_reform *s, const bs_sets *c, ptrdiff_t i)
+BS_OUTLINED S FN(stiffness)(const bs_reform *s, const bs_sets *c, ptrdiff_t i)
 {
   S form[BS_FORM] = {0}, a[BS_MOTOR][BS_MOTOR], least = K(BS_HUGE_VALUE);
   for (ptrdiff_t k = i * c->size; k < (i + 1) * c->size; k++) {
@@ -121,7 +121,7 @@ BS_OWN S FN(stiffness)(const bs_reform *s, const bs_sets *c, ptrdiff_t i)
 }
 
 /* One candidate: match, and move by the motor of the matches, near ones weighing more, until it stays. */
-BS_OWN void FN(refine)(const bs_reform *s, const bs_refined *c, ptrdiff_t n)
+BS_OUTLINED void FN(refine)(const bs_reform *s, const bs_refined *c, ptrdiff_t n)
 {
   S *motor = c->motors + BS_MOTOR * n, next[BS_MOTOR], element[BS_NUMBERS], square, sign;
   c->taken[n] = -1;
@@ -150,7 +150,7 @@ BS_OWN void FN(refine)(const bs_reform *s, const bs_refined *c, ptrdiff_t n)
   c->scores[n] = FN(score)(s, motor, 0, c->hits + n, &tested);
 }
 
-BS_OWN void FN(match)(const bs_reform *s, const bs_matching *m, ptrdiff_t i)
+BS_OUTLINED void FN(match)(const bs_reform *s, const bs_matching *m, ptrdiff_t i)
 {
   S element[BS_NUMBERS];
   FN(moved_element)(s->asked_kinds[i], element, m->motor, FN(asked_row)(s, i));

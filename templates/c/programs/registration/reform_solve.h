@@ -79,7 +79,7 @@ BS_INLINE S FN(least_eigenvector)(S a[4][4], S *vector, S *gap)
 }
 
 /* The unit motor of least form, and the form there; negative if the form leaves the rotation free. */
-BS_OWN S FN(form_motor)(S *motor, const S *form)
+BS_OUTLINED S FN(form_motor)(S *motor, const S *form)
 {
   S outer[4][4], cross[4][4], inner[4][4], half[4][4], raw[8], whole[8], gap, trace = 0;
   for (int i = 0, k = 0; i < BS_MOTOR; i++)

@@ -87,11 +87,11 @@ typedef struct {
   ptrdiff_t place;           /* the object that many are nearer than is as far as is usual */
   double far;                /* times as far: too far */
   double rounding;           /* of distances, relative to the largest coordinate */
-  double loose;              /* directions of which objects say less, relative to the most, are left */
+  double rank_tolerance;              /* directions of which objects say less, relative to the most, are left */
   double *point;             /* 3: result */
   double *squares, *ordered; /* (count): room to work */
   int32_t *near;             /* (count): 1 for objects that count */
-} bs_middle;
+} bs_center;
 
 const char *bs_source_hash(void);
 /* Elements (count, 7) of objects; weighted squares of how far two of a kind are apart (weights of squared differences of
@@ -99,12 +99,12 @@ const char *bs_source_hash(void);
    (count, 8) between frames about two positions, and twists (count, 6) of one, as the world sees them. Invariants
    (count, 4) of pairs of objects by their rows, kinds in order; the motor next to (1 + b) R. */
 void bs_reform_elements(int kind, const double *rows, double *elements, ptrdiff_t count);
-void bs_reform_seen(int kind, const double *rows, const double *origin, double *found, ptrdiff_t count);
-void bs_reform_apart(int kind, const double *a, const double *b, const double *weights, double other, double *squares,
+void bs_reform_to_frame(int kind, const double *rows, const double *origin, double *found, ptrdiff_t count);
+void bs_reform_squared_distances(int kind, const double *a, const double *b, const double *weights, double other, double *squares,
                      ptrdiff_t begin, ptrdiff_t end);
-void bs_reform_middle(const bs_middle *middle);
-void bs_reform_unseen(const double *motors, const double *to, const double *back, double *found, ptrdiff_t count);
-void bs_reform_unseen_twists(const double *twists, const double *origin, double *found, ptrdiff_t count);
+void bs_reform_robust_center(const bs_center *middle);
+void bs_reform_motors_to_world(const double *motors, const double *to, const double *back, double *found, ptrdiff_t count);
+void bs_reform_twists_to_world(const double *twists, const double *origin, double *found, ptrdiff_t count);
 void bs_reform_invariants(int first_kind, const double *first_rows, const int32_t *first, int second_kind,
                           const double *second_rows, const int32_t *second, double *invariants, ptrdiff_t begin,
                           ptrdiff_t end);

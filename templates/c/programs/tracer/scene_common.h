@@ -4,11 +4,11 @@
 
 /* A function of its own: called from several places, and visible in the compiled file under its own name. */
 #if defined(__CUDACC__)
-#define BS_OWN static __device__ __noinline__
+#define BS_OUTLINED static __device__ __noinline__
 #elif defined(__GNUC__)
-#define BS_OWN static __attribute__((noinline, unused))
+#define BS_OUTLINED static __attribute__((noinline, unused))
 #else
-#define BS_OWN static
+#define BS_OUTLINED static
 #endif
 
 enum {
@@ -27,8 +27,8 @@ enum {
   BS_CAMERA_LENS = 8 /* after the motor */
 };
 
-/* Two to that many rays share a seal: they are one range of the loop. */
-enum { BS_SEALED_BITS = 12 };
+/* Two to that many rays share a checksum: they are one range of the loop. */
+enum { BS_CHECKSUM_BITS = 12 };
 
 /* The codes of bladesmith.Status that a ray can meet. */
 enum { BS_STATUS_OK = 0, BS_STATUS_SINGULAR = 1, BS_STATUS_INVALID = 6 };
@@ -39,14 +39,14 @@ enum {
   BS_PARTS = 4,
   BS_NO_PART = -2147483647 - 1,
   BS_TREE_LEVELS = 48,
-  BS_TREE_WAITING = (BS_TREE_LEVELS + 1) * BS_PARTS
+  BS_TREE_STACK = (BS_TREE_LEVELS + 1) * BS_PARTS
 };
 
 /* Rays that one thread takes through the tree at the same time: more gain nothing. */
 #if defined(__CUDACC__)
-enum { BS_WALKERS = 1 };
+enum { BS_RAYS_IN_WORK = 1 };
 #else
-enum { BS_WALKERS = 4 };
+enum { BS_RAYS_IN_WORK = 4 };
 #endif
 
 /* Roundings of numbers of 32 bits about 1, more than nodes are asked with. */

@@ -72,7 +72,7 @@ BS_INLINE ptrdiff_t FN(scene_joint)(const bs_hits *out, ptrdiff_t begin, ptrdiff
 
 /* Add the points of the row that was asked to those of a line: by t, and by row where t is the same. Those for which
    there is no room are counted. */
-BS_OWN void FN(scene_gather)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
+BS_OUTLINED void FN(scene_gather)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
 {
   const bs_hits *const out = search->gather;
   const ptrdiff_t begin = search->place * out->roots;

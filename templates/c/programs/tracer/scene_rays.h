@@ -31,37 +31,37 @@ typedef struct {
   FN(ray) ray;
   FN(hit) hit;
   FN(search) search;
-  FN(walk) walk;
+  FN(traversal) traversal;
   ptrdiff_t place; /* of the ray, -1 for none */
   int valid;
-} FN(walker);
+} FN(active_ray);
 
-BS_INLINE void FN(walker_begin)(FN(walker) *walker, const bs_scene *scene, const bs_rays *rays, ptrdiff_t i)
+BS_INLINE void FN(active_ray_begin)(FN(active_ray) *active, const bs_scene *scene, const bs_rays *rays, ptrdiff_t i)
 {
-  walker->search = FN(search_for)(scene, &walker->hit, 1);
-  walker->place = i, walker->walk.count = 0;
-  walker->valid = FN(scene_load)(&walker->ray, rays, i);
-  if (walker->valid) FN(walk_begin)(&walker->walk, &walker->search, scene, &walker->ray, 0);
+  active->search = FN(search_for)(scene, &active->hit, 1);
+  active->place = i, active->traversal.count = 0;
+  active->valid = FN(scene_load)(&active->ray, rays, i);
+  if (active->valid) FN(traversal_begin)(&active->traversal, &active->search, scene, &active->ray, 0);
 }
 
 static void FN(scene_first)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *rays,
                             const bs_hits *out)
 {
-  FN(walker) walkers[BS_WALKERS];
+  FN(active_ray) rays_in_work[BS_RAYS_IN_WORK];
   ptrdiff_t next = begin, left = end - begin;
-  for (int w = 0; w < BS_WALKERS; w++) walkers[w].place = -1, walkers[w].walk.count = 0;
+  for (int w = 0; w < BS_RAYS_IN_WORK; w++) rays_in_work[w].place = -1, rays_in_work[w].traversal.count = 0;
   while (left > 0) {
-    for (int w = 0; w < BS_WALKERS; w++) {
-      FN(walker) *const walker = &walkers[w];
-      if (walker->walk.count > 0) {
-        FN(walk_step)(&walker->walk, &walker->search, scene, &walker->ray);
+    for (int w = 0; w < BS_RAYS_IN_WORK; w++) {
+      FN(active_ray) *const active = &rays_in_work[w];
+      if (active->traversal.count > 0) {
+        FN(traversal_step)(&active->traversal, &active->search, scene, &active->ray);
         continue;
       }
-      if (walker->place >= 0) {
-        FN(scene_found)(out, walker->place, scene, &walker->search, &walker->ray, walker->valid);
-        walker->place = -1, left--;
+      if (active->place >= 0) {
+        FN(scene_found)(out, active->place, scene, &active->search, &active->ray, active->valid);
+        active->place = -1, left--;
       }
-      if (next < end) FN(walker_begin)(walker, scene, rays, next++);
+      if (next < end) FN(active_ray_begin)(active, scene, rays, next++);
     }
   }
 }

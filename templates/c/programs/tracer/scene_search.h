@@ -1,7 +1,7 @@
 /* bladesmith: one ray against all surfaces of a scene: constants of their rows, the nearest hit, its normal. */
 
 /* Constants of rows of one kind; the number of the first row that is no surface, else the number of rows. */
-BS_OWN ptrdiff_t FN(scene_prepare)(int kind, ptrdiff_t rows, const S *parameters, S *constants)
+BS_OUTLINED ptrdiff_t FN(scene_prepare)(int kind, ptrdiff_t rows, const S *parameters, S *constants)
 {
   ptrdiff_t i = 0;
 #define BS_EACH(number, name, given, size) \
@@ -31,7 +31,7 @@ BS_INLINE void FN(scene_normal)(S *normal, const bs_scene *scene, const FN(ray) 
 #include "scene_gather.h"
 
 /* The row that was asked could not tell: keep what it said with the place where its box begins. */
-BS_OWN void FN(scene_note)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
+BS_OUTLINED void FN(scene_note)(FN(search) *search, const bs_scene *scene, const FN(ray) *ray)
 {
   S begin = -BS_FAR;
 #if BS_SCENE_BOXES

@@ -10,7 +10,7 @@ BS_INLINE S FN(scene_size)(const FN(ray) *ray, const FN(hit) *hit)
 }
 
 /* The same, with the numbers of the surface. */
-BS_OWN S FN(scene_extent)(const bs_scene *scene, const FN(ray) *ray, const FN(hit) *hit)
+BS_OUTLINED S FN(scene_extent)(const bs_scene *scene, const FN(ray) *ray, const FN(hit) *hit)
 {
   const S *const boxes = (const S *)scene->surfaces[hit->kind].boxes;
   S size = FN(scene_size)(ray, hit);

@@ -17,7 +17,7 @@ typedef struct {            /* a tree over the boxes of rows; scene_build.h make
   const bs_node *nodes;
   const int32_t *items;     /* kind and row of each item */
   ptrdiff_t node_count, item_count;
-  ptrdiff_t loose;          /* items from here to the end have no box: they are always asked */
+  ptrdiff_t unbounded;          /* items from here to the end have no box: they are always asked */
   double reach;             /* largest absolute coordinate of a box */
   double whole[6];          /* box around all */
   double center[3], unit;   /* a point x of the world is (x - center) * unit for nodes */
@@ -42,7 +42,7 @@ typedef struct {            /* arrays to fill; rows of `roots` entries where all
   int32_t *surface;         /* place in the scene's list, -1 for none; of all roots the row of the surface */
   int32_t *count;           /* for all roots only: of all there are, also if rows have less room */
   uint8_t *status;
-  uint64_t *seal;           /* of the rays that were read, one for 4096; null where nobody asks */
+  uint64_t *checksum;           /* of the rays that were read, one for 4096; null where nobody asks */
   ptrdiff_t roots;
 } bs_hits;
 

@@ -1,5 +1,5 @@
 /* bladesmith: first hits of W rays at a time, for scenes of a few planes and spheres: only how far and which. The same
-   kernels as in scene_plane.h and scene_sphere.h give the same bits; points and normals are asked for later. A seal of
+   kernels as in scene_plane.h and scene_sphere.h give the same bits; points and normals are asked for later. A checksum of
    the rays' own bits tells then whether they are still the same. */
 #include "scene_scale.h"
 
@@ -60,18 +60,18 @@ BS_INLINE UI FN(wide_bits)(const V *origin, const V *direction)
   return bits;
 }
 
-/* The seals of all lanes in one. */
-BS_INLINE uint64_t FN(wide_seal)(UI lanes)
+/* The checksums of all lanes in one. */
+BS_INLINE uint64_t FN(wide_checksum)(UI lanes)
 {
-  uint64_t seal = 0;
+  uint64_t checksum = 0;
   for (int l = 0; l < W; l++) {
-    seal = (seal ^ lanes[l]) * UINT64_C(0x9e3779b97f4a7c15);
-    seal ^= seal >> 29;
+    checksum = (checksum ^ lanes[l]) * UINT64_C(0x9e3779b97f4a7c15);
+    checksum ^= checksum >> 29;
   }
-  return seal;
+  return checksum;
 }
 
-/* Rays of one seal. */
+/* Rays of one checksum. */
 BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
                              const bs_hits *out)
 {
@@ -81,15 +81,15 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
   S *const times = (S *)out->t;
   int32_t *const surfaces = out->surface;
   uint8_t *const statuses = out->status;
-  UI seal = {0};
+  UI checksum = {0};
   for (ptrdiff_t i = begin; i < end; i += W) {
     const int count = end - i < W ? (int)(end - i) : W;
     FN(wide) rays;
     FN(wide_load)(rays.origin, origins, origin_stride, i, count);
     FN(wide_load)(rays.direction, directions, direction_stride, i, count);
-    seal ^= FN(wide_bits)(rays.origin, rays.direction);
-    seal += seal << 5;
-    seal ^= seal >> (BS_BITS / 2 - 1);
+    checksum ^= FN(wide_bits)(rays.origin, rays.direction);
+    checksum += checksum << 5;
+    checksum ^= checksum >> (BS_BITS / 2 - 1);
     const V *const o = rays.origin, square = FN(scene_scaled)(rays.direction), reach = ABS(o[0]) + ABS(o[1]) + ABS(o[2]);
     const M valid = AND(LE(reach + square, SPLAT(BS_FAR)), GT(square, SPLAT(0))); /* the square adds nothing to BS_FAR */
     rays.t = SPLAT(BS_FAR), rays.id = SPLAT(-1);
@@ -101,10 +101,10 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
 #undef BS_EACH
     const V distance = rays.t * SQRT(square);
     const V id = SELECT(AND(valid, LE(distance + reach, SPLAT(BS_FAR))), rays.id, SPLAT(-1));
-    const M told = AND(valid, EQ(id, rays.id)); /* nothing found is too far away: as scene_rays.h has it */
+    const M answered = AND(valid, EQ(id, rays.id)); /* nothing found is too far away: as scene_rays.h has it */
     const V t = SELECT(GE(id, SPLAT(0)), distance, SPLAT(BS_NOT_A_NUMBER));
     const FN(wide_ids) ids = __builtin_convertvector(id, FN(wide_ids));
-    if (count == W && !ANY(NOT(told))) {
+    if (count == W && !ANY(NOT(answered))) {
       FN(store_rows)(times + i, &t, 1);
       __builtin_memcpy(surfaces + i, &ids, sizeof ids);
       __builtin_memset(statuses + i, BS_STATUS_OK, W);
@@ -112,16 +112,16 @@ BS_INLINE void FN(wide_part)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t e
       for (int l = 0; l < count; l++) {
         times[i + l] = t[l];
         surfaces[i + l] = ids[l];
-        statuses[i + l] = (uint8_t)(BS_LANE(told, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
+        statuses[i + l] = (uint8_t)(BS_LANE(answered, l) ? BS_STATUS_OK : BS_STATUS_INVALID);
       }
     }
   }
-  if (out->seal) out->seal[begin >> BS_SEALED_BITS] = FN(wide_seal)(seal);
+  if (out->checksum) out->checksum[begin >> BS_CHECKSUM_BITS] = FN(wide_checksum)(checksum);
 }
 
 static void FN(scene_wide)(const bs_scene *scene, ptrdiff_t begin, ptrdiff_t end, const bs_rays *given,
                            const bs_hits *out)
 {
-  const ptrdiff_t most = (ptrdiff_t)1 << BS_SEALED_BITS;
+  const ptrdiff_t most = (ptrdiff_t)1 << BS_CHECKSUM_BITS;
   for (ptrdiff_t i = begin; i < end; i += most) FN(wide_part)(scene, i, i + most < end ? i + most : end, given, out);
 }

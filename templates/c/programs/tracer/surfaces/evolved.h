@@ -2,7 +2,7 @@
    with one signature; control flow only. No guard: one inclusion makes one instance, for one scalar type S and one
    degree of the curve. The including file defines
      EVOLVED(name)  the instance's names
-     KERNEL(name)   its kernels, made from the formulas of codegen/formulas/surfaces.py
+     KERNEL(name)   its kernels, made from the formulas of codegen/formulas/curves/surfaces.py
      BS_DEGREE      n, of the curve
      BS_FREE        1 where pieces may begin and end with sums that are no circles, else 0
      BS_SCENE_ISOLATE, BS_SCENE_COMPANION, BS_SCENE_SAMPLED  which methods there are
@@ -67,7 +67,7 @@ BS_INLINE int EVOLVED(is_real)(const S *k, S t)
 #if BS_DEGREE == 1
 BS_INLINE
 #else
-BS_OWN
+BS_OUTLINED
 #endif
 S EVOLVED(condition)(const EVOLVED(problem) *d, S t, S rest)
 {
@@ -79,7 +79,7 @@ S EVOLVED(condition)(const EVOLVED(problem) *d, S t, S rest)
 #if BS_DEGREE == 1
 BS_INLINE
 #else
-BS_OWN
+BS_OUTLINED
 #endif
 void EVOLVED(condition_rate)(S *f_rate, const EVOLVED(problem) *d, S t, S rest)
 {
@@ -260,7 +260,7 @@ BS_INLINE S EVOLVED(meet_square)(const EVOLVED(problem) *d, S t)
 #include "companion.h"
 
 /* The printed method: all roots of the polynomial of degree 12 n, real ones in [0, 1] kept where |f| < 1e-6. */
-BS_OWN int EVOLVED(companion)(S *roots, int max_roots, const EVOLVED(problem) *d)
+BS_OUTLINED int EVOLVED(companion)(S *roots, int max_roots, const EVOLVED(problem) *d)
 {
     S powers[EVOLVED_PRINTED + 1], re[EVOLVED_PRINTED], im[EVOLVED_PRINTED];
     KERNEL(evolved_printed)(powers, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA);
@@ -297,7 +297,7 @@ BS_INLINE S EVOLVED(quadratic)(S f0, S f1, S f2, int from)
 
 /* The sampled finder as printed: f at samples (three or more) evenly spaced from 0 to 1, and where it changes sign
    the root of the quadratic through these two and a neighbour. */
-BS_OWN int EVOLVED(sampled)(S *roots, int max_roots, const EVOLVED(problem) *d, int samples)
+BS_OUTLINED int EVOLVED(sampled)(S *roots, int max_roots, const EVOLVED(problem) *d, int samples)
 {
     const S step = K(1) / K(samples - 1);
     S f0 = 0, f1 = 0;

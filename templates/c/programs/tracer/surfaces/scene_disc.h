@@ -7,7 +7,7 @@ BS_INLINE int FN(disc_prepare)(S *k, const S *parameters)
 }
 
 /* A ray in the disc's plane meets the rim: nowhere, once where it touches, or twice. */
-BS_OWN void FN(disc_rim)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void FN(disc_rim)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t[2], first[3], last[3];
   FN(cga3d_rim_hit)(t, first, last, ray->origin, ray->direction, k, k + 3, k + 6);
@@ -23,7 +23,7 @@ BS_COLD void FN(disc_grazed)(FN(search) *search, const S *k, const FN(ray) *ray)
   FN(offer)(search, t[0], k, local);
 }
 
-BS_OWN void FN(disc_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void FN(disc_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t_square_along[3], local[3];
   FN(cga3d_disc_hit)(t_square_along, local, ray->origin, ray->direction, k, k + 3, k + 6);

@@ -20,7 +20,7 @@ enum { BS_EVOLVED_STEPS = 4 };
 #endif
 
 /* S0, K, the controls with their binomials inside, and Q C': sums over products of two coefficients. */
-BS_OWN void EVOLVED(constants)(S *k, const S *controls)
+BS_OUTLINED void EVOLVED(constants)(S *k, const S *controls)
 {
   S *const norm = k + EVOLVED_NORM, *const kappa = k + EVOLVED_KAPPA;
   S *const c = k + EVOLVED_CONTROLS, *const products = k + EVOLVED_PRODUCTS;
@@ -168,7 +168,7 @@ BS_INLINE int EVOLVED(find)(S *roots, const S *meets, const EVOLVED(meeting) *m,
   return 0;
 }
 
-BS_OWN void EVOLVED(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void EVOLVED(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   const S *const c = k + EVOLVED_CONTROLS, *const products = k + EVOLVED_PRODUCTS;
   const S *const bound = k + EVOLVED_BOUND, *const unit = k + EVOLVED_UNIT;
@@ -205,7 +205,7 @@ BS_OWN void EVOLVED(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
   }
 }
 
-BS_OWN void EVOLVED(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
+BS_OUTLINED void EVOLVED(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
 {
   const S at = hit->at, rest = K(1) - at;
   (void)ray;

@@ -34,7 +34,7 @@ BS_INLINE void FN(facet_offer)(FN(search) *search, const S *k, const int *axes, 
   for (int i = 0; i < 3; i++) hit->point[axes[i]] = k[axes[i]] + local[i];
 }
 
-BS_OWN void FN(facet_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void FN(facet_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S origin[3], direction[3], corners[9], sides[3], t[1], shares[3], local[3];
   int axes[3];

@@ -6,7 +6,7 @@ BS_INLINE int FN(plane_prepare)(S *k, const S *parameters)
   return 1;
 }
 
-BS_OWN void FN(plane_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void FN(plane_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t[1], local[3];
   FN(cga3d_plane_hit)(t, ray->origin, ray->direction, k, k + 3);

@@ -76,7 +76,7 @@ BS_INLINE S FN(nothing)(void) /* NaN, also where there is no math.h */
 }
 
 /* 1 if the row that is asked goes before that of the hit found so far, which is as near. */
-BS_OWN int FN(precedes)(const FN(search) *search)
+BS_OUTLINED int FN(precedes)(const FN(search) *search)
 {
   const FN(hit) *const hit = search->hits;
   const int32_t id = search->scene->surfaces[search->kind].ids[search->index];

@@ -190,7 +190,7 @@ BS_INLINE int RIBBON(refined)(const RIBBON(meeting) *m, S *t, S *b, S *last, S *
 
 /* A point of a ray that is nearly parallel to the carrier of its pair, refined from a start: offered, unless it was
    before. 0 where it does not settle. half: of the segment, in t. */
-BS_OWN int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S half, S t, S b)
+BS_OUTLINED int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S half, S t, S b)
 {
   const S *const k = m->k, *const d = m->direction, settled = BS_ROOTS_NEAR(S) * BS_ROOTS_NEAR(S);
   const S margin = K(BS_ROOTS_MARGIN) * BS_ROOTS_UNIT(S);
@@ -216,7 +216,7 @@ BS_OWN int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S half, S 
 }
 
 /* The ends of a segment that lies in the ray, once: a root that touches may be found as two. */
-BS_OWN void RIBBON(offer_ends)(FN(search) *search, RIBBON(meeting) *m, S b, const S *ends)
+BS_OUTLINED void RIBBON(offer_ends)(FN(search) *search, RIBBON(meeting) *m, S b, const S *ends)
 {
   S position[3];
   for (int i = 0; i < m->along_count; i++)
@@ -233,7 +233,7 @@ BS_OWN void RIBBON(offer_ends)(FN(search) *search, RIBBON(meeting) *m, S b, cons
    points far apart: each t that the root's pair and its motion allow is refined together with the root; where none can
    be, from beside the root. A ray that cannot be told from the carrier has the whole segment in common with the surface:
    its two ends are offered. */
-BS_OWN void RIBBON(near_hit)(FN(search) *search, RIBBON(meeting) *m, S t, S root)
+BS_OUTLINED void RIBBON(near_hit)(FN(search) *search, RIBBON(meeting) *m, S t, S root)
 {
   const S *const norm = m->k + RIBBON(NORM), *const kappa = m->k + RIBBON(KAPPA), *const d = m->direction;
   const S *const c = m->k + RIBBON(CONTROLS), *const qc = m->k + RIBBON(PRODUCTS);
@@ -298,7 +298,7 @@ BS_INLINE int RIBBON(roots)(S *roots, S *meets, const S *noise, const S *k, cons
 #if BS_SCENE_ISOLATE
 /* Where a ray meets the first or the last segment to rounding and no root says so: roots may be just beyond the end, of
    rays along the carrier, and of those through the joint of two pieces beyond the ends of both. */
-BS_OWN void RIBBON(end_hits)(FN(search) *search, RIBBON(meeting) *m, const S *meets, const S *noise, const S *roots,
+BS_OUTLINED void RIBBON(end_hits)(FN(search) *search, RIBBON(meeting) *m, const S *meets, const S *noise, const S *roots,
                              int count)
 {
   const S *const norm = m->k + RIBBON(NORM), *const kappa = m->k + RIBBON(KAPPA), *const d = m->direction;
@@ -320,7 +320,7 @@ BS_OWN void RIBBON(end_hits)(FN(search) *search, RIBBON(meeting) *m, const S *me
 }
 #endif
 
-BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   const S *const norm = k + RIBBON(NORM), *const kappa = k + RIBBON(KAPPA);
   const S *const c = k + RIBBON(CONTROLS), *const qc = k + RIBBON(PRODUCTS);
@@ -356,7 +356,7 @@ BS_OWN void RIBBON_FN(hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 #endif
 }
 
-BS_OWN void RIBBON_FN(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
+BS_OUTLINED void RIBBON_FN(normal)(S *normal, const S *k, const FN(ray) *ray, const FN(hit) *hit)
 {
   const S b = hit->at, a = K(1) - b;
   (void)ray;

@@ -6,7 +6,7 @@ BS_INLINE int FN(sphere_prepare)(S *k, const S *parameters)
   return 1;
 }
 
-BS_OWN void FN(sphere_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
+BS_OUTLINED void FN(sphere_hits)(FN(search) *search, const S *k, const FN(ray) *ray)
 {
   S t[2], first[3], last[3];
   FN(cga3d_sphere_hit)(t, first, last, ray->origin, ray->direction, k, k + 3);

@@ -1,0 +1,117 @@
+"""Members of kinds: random ones over any ring, exact where the ring is, and the values of constraints."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..errors import KindError
+from ..rings.modular import Lanes, P
+from ..rings.protocol import LaneRing, NumericRing, RationalRing, Ring
+from .algebra import Kind
+from .multivector import Multivector, from_values, reciprocal
+from .spec_language import evaluate
+
+#: A constraint holds if its value is at most this many rounding units of the sum of its terms' absolute values:
+#: room for the errors of a long chain of operations (1e-12 in double, 5e-4 in single precision).
+TOLERANCE_ULPS = 4096
+
+
+class Source(Protocol):
+    """Random scalars of one ring."""
+
+    @property
+    def ring(self) -> Ring: ...
+
+    def scalar(self) -> Any: ...
+
+
+class LaneSource:
+    """Random residues at every sample point of a lane ring."""
+
+    def __init__(self, ring: LaneRing, seed: int) -> None:
+        self.ring = ring
+        self.random = np.random.default_rng(seed)
+
+    def scalar(self) -> Lanes:
+        return Lanes(self.random.integers(1, P, self.ring.count, dtype=np.uint64))
+
+
+class RationalSource:
+    """Small random fractions."""
+
+    def __init__(self, seed: int) -> None:
+        self.ring = RationalRing()
+        self.random = np.random.default_rng(seed)
+
+    def scalar(self) -> Fraction:
+        return Fraction(int(self.random.integers(-40, 41)) or 1, int(self.random.integers(1, 20)))
+
+
+class NumericSource:
+    """Normal floating-point numbers, ``count`` at a time; members hold their constraints to rounding."""
+
+    def __init__(self, count: int, seed: int, scale: float = 1.0, dtype: Any = np.float64) -> None:
+        self.ring = NumericRing(dtype)
+        self.count = count
+        self.scale = scale
+        self.random = np.random.default_rng(seed)
+
+    def scalar(self) -> Any:
+        return (self.random.normal(size=self.count) * self.scale).astype(self.ring.dtype)
+
+
+def sample(kind: Kind, source: Source) -> Multivector:
+    """A random member of a kind over the source's ring: exact where the ring is."""
+    ring = source.ring
+    if kind.form == "numbers":
+        raise KindError("a row of plain numbers is not a multivector; draw its scalars one by one.")
+    if not kind.member:
+        return from_values(kind.algebra, ring, kind.blades, [source.scalar() for _ in kind.blades])
+    like = Multivector(kind.algebra, ring, {})
+
+    def scalar() -> Multivector:
+        return like.new({0: source.scalar()})
+
+    def vector(*basis: Multivector) -> Multivector:
+        total = like
+        for b in basis:
+            total = total + scalar() * b
+        return total
+
+    def unit(*basis: Multivector) -> Multivector:
+        """Rational point of the unit sphere: stereographic projection from -basis[0]."""
+        parameters = [scalar() for _ in basis[1:]]
+        square = like.constant(0)
+        for t in parameters:
+            square = square + t * t
+        point = (1 - square) * basis[0]
+        for t, b in zip(parameters, basis[1:], strict=True):
+            point = point + 2 * t * b
+        return point * reciprocal(1 + square)
+
+    functions = {"scalar": scalar, "vector": vector, "unit": unit}
+    member = evaluate(kind.member, like, {}, f"member of {kind.algebra.name}.{kind.name}", functions)
+    if isinstance(ring, NumericRing):  # rounding errors on other blades are not part of the member
+        return like.new({b: member.terms[b] for b in kind.blades if b in member.terms})
+    return member
+
+
+def residuals(kind: Kind, x: Multivector) -> list[Multivector]:
+    """Values of a kind's constraints at ``x``; they vanish for members."""
+    where = f"constraint of {kind.algebra.name}.{kind.name}"
+    return [evaluate(text, x, {"x": x}, where) for text in kind.constraints]
+
+
+def violation(kind: Kind, x: Multivector) -> str | None:
+    """The first constraint that does not vanish at ``x`` (over an exact ring), or None."""
+    blades = set(kind.blades)
+    outside = [b for b in x.terms if b not in blades]
+    if outside:
+        return f"it has the blade {kind.algebra.blade_name(outside[0])}"
+    for text, value in zip(kind.constraints, residuals(kind, x), strict=True):
+        if value.terms:
+            return f"{text} does not hold"
+    return None

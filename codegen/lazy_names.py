@@ -1,0 +1,59 @@
+"""Packages whose public names are imported when they are first used.
+
+The stub `__init__.pyi` beside a package's `__init__.py` is the one list of its names: editors and type checkers read it
+as it stands, and here it says where each name is. (The package lazy_loader does the same, but only for names that are
+defined inside the package.)
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+
+def lazy_names(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """``__getattr__``, ``__dir__`` and ``__all__`` of a package.
+
+    Parameters
+    ----------
+    package, file : str
+        Its ``__name__`` and ``__file__``.
+    """
+    homes = _imports(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
+    names = sorted(homes)
+
+    def find(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        module, original = homes[name]
+        if module.strip("."):
+            value = getattr(import_module(module, package), original)
+        else:
+            value = import_module(module + original, package)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return find, lambda: names, names
+
+
+def _imports(stub: str) -> dict[str, tuple[str, str]]:
+    """Names that a stub imports by ``from module import name as alias``: module and name, by alias.
+
+    By hand: to load `ast`, or to compile a pattern, takes longer than all the rest of importing the package.
+    """
+    found = {}
+    module = ""
+    for line in stub.splitlines():
+        words = line.replace("(", " ").replace(")", " ").replace(",", " ").split()
+        if words[:1] == ["from"]:
+            module, words = words[1], words[3:]
+        elif not line.startswith(" "):
+            words = []  # an annotation, or the end of a list
+        while words:
+            name, alias = words[0], words[2] if words[1:2] == ["as"] else words[0]
+            found[alias] = (module, name)
+            words = words[3 if words[1:2] == ["as"] else 1 :]
+    return found

@@ -1,0 +1,94 @@
+"""Specialisation key of a mechanism's driver: links, loop-closing joints, targets, inputs and outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...errors import InputError
+from ..dynamics.config import ALGEBRAS
+
+
+@dataclass(frozen=True)
+class Link:
+    """A body, and the joint towards its parent; parents come first.
+
+    Parameters
+    ----------
+    parent : int
+        -1: the fixed body.
+    free : int
+        Coordinates: those of the joint, or 6 where a joint of varying freedoms is written as rows instead.
+    rows : int
+        What the joint forbids; 0 for a link with 6 coordinates.
+    layouts : tuple of str
+        Of the objects that it shares.
+    driven : bool
+        Whether its coordinates are given.
+    """
+
+    parent: int
+    free: int
+    rows: int
+    layouts: tuple[str, ...]
+    driven: bool = False
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A joint that closes a loop.
+
+    Parameters
+    ----------
+    a, b : int
+        Its bodies; -1: the fixed one.
+    rows : int
+    layouts : tuple of str
+    varying : bool
+        Whether what it forbids changes with the pose, as the first body sees it.
+    """
+
+    a: int
+    b: int
+    rows: int
+    layouts: tuple[str, ...]
+    varying: bool = False
+
+
+@dataclass(frozen=True)
+class Target:
+    """A pose that a body is to have, or a place for a point of it: 6 rows, or 3."""
+
+    body: int
+    rows: int
+
+
+@dataclass(frozen=True)
+class MechanismConfig:
+    """Links, cuts and targets of a mechanism, and its inputs and outputs.
+
+    Parameters
+    ----------
+    algebra : str
+    links : tuple of Link
+    cuts : tuple of Cut
+    targets : tuple of Target
+    columns : int
+        Speeds of targets that are inputs of a Jacobian; those of driven links come before.
+    outputs : tuple of int
+        Bodies whose twists are asked for.
+    coordinates : tuple of int
+        Links whose speeds are asked for.
+    """
+
+    algebra: str
+    links: tuple[Link, ...]
+    cuts: tuple[Cut, ...] = ()
+    targets: tuple[Target, ...] = ()
+    columns: int = 0
+    outputs: tuple[int, ...] = ()
+    coordinates: tuple[int, ...] = ()
+
+    def check(self) -> None:
+        """Raise `InputError` for what no driver has."""
+        if self.algebra not in ALGEBRAS:
+            raise InputError(f"mechanisms are compiled in {' and '.join(ALGEBRAS)}, not in {self.algebra!r}.")

@@ -1,1 +1,0 @@
-"""TOML files of users: positions of keys, schemas, and errors that say file, line, key and remedy."""
