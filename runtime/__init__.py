@@ -6,86 +6,66 @@ first used.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from importlib.machinery import ModuleSpec
 from os.path import isfile, join
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
-from .codegen.version import __version__
+from .codegen.lazy_names import lazy_names
+from .codegen.version import __version__ as __version__
 
-if TYPE_CHECKING:
-    from . import codegen, errors
-    from .algebras import Algebra
-    from .conformal import ConformalAlgebra, ConformalPlane
-    from .interchange.clifford import from_clifford
-    from .loading import algebra, load_algebra
-    from .multivector import Multivector
-    from .parallel import set_threads
-    from .projective import ProjectiveAlgebra
-    from .status import Status
-    from .storage import load, save
-
-    cga3d: ConformalAlgebra
-    cga2d: ConformalPlane
-    pga3d: ProjectiveAlgebra
-
-_HOMES = {
-    "Algebra": "algebras", "algebra": "loading", "load_algebra": "loading", "Multivector": "multivector",
-    "Status": "status", "save": "storage", "load": "storage", "from_clifford": "interchange.clifford",
-    "set_threads": "parallel",
-}  # fmt: skip
-_ROOMS = (
-    "codegen", "curves", "dynamics", "errors", "interchange", "kinematics", "objects", "plot", "reform", "report",
-    "tracer",
-)  # fmt: skip
 _ALGEBRAS = ("cga3d", "pga3d", "cga2d")
-
-__all__ = [
-    "Algebra",
-    "Multivector",
-    "Status",
-    "__version__",
-    "algebra",
-    "cga2d",
-    "cga3d",
-    "codegen",
-    "errors",
-    "from_clifford",
-    "load",
-    "load_algebra",
-    "pga3d",
-    "save",
-    "set_threads",
-]
+_find, _names, __all__ = lazy_names(__name__, __file__)
+__all__ = [*__all__, *_ALGEBRAS]
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
-    elif name in _ALGEBRAS:
-        value = import_module(".loading", __name__).stock_algebra(name)
-    elif name in _ROOMS:
-        try:
-            value = import_module(f".{name}", __name__)
-        except ModuleNotFoundError as error:
-            if error.name != f"{__name__}.{name}":
-                raise
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
-    else:
-        value = _generated(name)
-    globals()[name] = value
-    return value
+    if _is_algebra(name):
+        value = _algebra(name)
+        globals()[name] = value
+        return value
+    return _find(name)
 
 
-def _generated(name: str) -> Any:
-    """An algebra that was generated into the package beside the stock ones.
+def _algebra(name: str) -> Any:
+    from .core.registry import stock_algebra
 
-    Asked for every name that is not there yet, submodules included: it must import nothing to say no.
+    return stock_algebra(name)
+
+
+def _is_algebra(name: str) -> bool:
+    """Whether this names a stock algebra, or one that was generated into the package.
+
+    Called for every name that is not there yet, submodules included: it must import nothing to say no.
     """
-    homes = import_module(".generated", __name__).__path__ if name.isidentifier() and name[0] != "_" else ()
-    if any(isfile(join(home, name, "manifest.json")) for home in homes):
-        return import_module(".loading", __name__).stock_algebra(name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name in _ALGEBRAS:
+        return True
+    if not name.isidentifier() or name.startswith("_"):
+        return False
+    generated = import_module(".generated", __name__)  # `from . import` would come back here
+    return any(isfile(join(folder, name, "manifest.json")) for folder in generated.__path__)
+
+
+class _AlgebraFinder:
+    """Import of algebras as modules: ``import bladesmith.cga3d`` gives what ``from bladesmith import cga3d`` gives."""
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """The import of an algebra; None for every other module."""
+        package, _, algebra = name.rpartition(".")
+        return ModuleSpec(name, self) if package == __name__ and _is_algebra(algebra) else None  # type: ignore[arg-type]
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Let the import system create a module, which the algebra replaces."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Put the algebra in the module's place."""
+        sys.modules[module.__name__] = _algebra(module.__name__.rpartition(".")[2])
+
+
+sys.meta_path.append(_AlgebraFinder())  # after all others: it is called for names that are no module
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *_ROOMS})
+    return sorted(__all__)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .runner import Measurement, run_study
-from .study import Case, Method, Study
+from .harness.runner import Measurement, run_study
+from .harness.study import Case, Method, Study
 
 __all__ = ["Case", "Measurement", "Method", "Study", "run_study"]

@@ -1,4 +1,4 @@
-"""`bladesmith cache`: what was compiled for this user, and getting rid of it."""
+"""`bladesmith cache`: list and clear the compiled kernels of this user."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from datetime import datetime
 
 import click
 
-from ..codegen import cache
+from ..codegen.build import cache
 from ..errors import InputError
+from . import options
 
 
 def readable(size: int) -> str:
@@ -15,13 +16,13 @@ def readable(size: int) -> str:
     return f"{size / 1e6:.1f} MB" if size >= 100_000 else f"{size / 1e3:.1f} kB"
 
 
-def counted(entries: int) -> str:
+def count_entries(entries: int) -> str:
     """`1 entry`, `2 entries`."""
     return "1 entry" if entries == 1 else f"{entries} entries"
 
 
-@click.command(epilog="Example: bladesmith cache --clear")
-@click.option("--clear", is_flag=True, help="Remove all entries; they are compiled again when needed.")
+@options.command("cache --clear")
+@options.flag("--clear", "Remove all entries; they are compiled again when needed.")
 def command(clear: bool) -> None:
     """List the compiled kernels of this user, most recently used first, or clear them."""
     root = cache.directory()
@@ -29,11 +30,11 @@ def command(clear: bool) -> None:
         raise InputError(f"{root} is no directory.", remedy=f"Set {cache.DIRECTORY_VARIABLE} to one")
     if clear:
         removed, size = cache.clear()
-        click.echo(f"removed {counted(removed)}, {readable(size)}, from {root}")
+        click.echo(f"removed {count_entries(removed)}, {readable(size)}, from {root}")
         return
     found = cache.entries()
     for entry in found:
         used = datetime.fromtimestamp(entry.used).isoformat(" ", "minutes")
         click.echo(f"{readable(entry.size):>10}  {used}  {entry.stem}")
     total = sum(entry.size for entry in found)
-    click.echo(f"{counted(len(found))}, {readable(total)}, in {root}")
+    click.echo(f"{count_entries(len(found))}, {readable(total)}, in {root}")

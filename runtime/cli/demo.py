@@ -2,99 +2,147 @@
 
 from __future__ import annotations
 
-import sys
-import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..errors import BladesmithError
+from ..codegen.build.extension import compiler
+from . import options
 
-#: The algebra that the demonstration derives again.
-DEMO_ALGEBRA = "cga3d"
+#: Quick studies of the algebra and of robots. All: `bladesmith report`.
+DEMO_STUDIES = ("products", "distance", "reaching")
+#: Those of them that need a C compiler.
+COMPILED_STUDIES = ("reaching",)
+#: The algebra that is derived from nothing but its signature.
+SIGNATURE = (2, 0, 1)
+SIGNATURE_TEXT = ",".join(map(str, SIGNATURE))
 
 
-@click.command(
-    epilog="Example: bladesmith demo && open bladesmith-demo/index.html",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-@click.option("-o", "--out", default="bladesmith-demo", type=click.Path(file_okay=False), help="Folder to write.")
-@click.option("--width", type=click.IntRange(16, 8192), help="Width of the picture; default: the scene's.")
-@click.option("--threads", default=None, type=click.IntRange(1), help="Threads of the renderer. Default: all.")
-@click.option("--quiet", is_flag=True, help="No progress bars.")
-def command(out: str, width: int | None, threads: int | None, quiet: bool) -> None:
-    """Derive an algebra, render a scene with it, blend and cluster objects, and measure error against run time.
+@dataclass
+class Page:
+    """The page, written again after each part, so that an interrupt loses nothing but the part at work."""
 
-    Needs no input file and no network. Opens with bladesmith-demo/index.html.
-    """
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    stages: list[tuple[str, str, float]] = []
+    folder: Path
+    width: int | None
+    parts: list[tuple[str, str, float]] = field(default_factory=list)
+    picture: bool = False
+    compilation: Any = None
+    objects: bool = False
+    results: list[Any] = field(default_factory=list)
+    complete: bool = False
 
-    def stage(title: str, work: Callable[[], str]) -> None:
+    @property
+    def path(self) -> Path:
+        return self.folder / "index.html"
+
+    def do(self, title: str, work: Callable[[], str]) -> None:
+        """Do a part, put it on the page, and say what was found."""
         click.echo(f"{title} ...")
         start = time.perf_counter()
-        said = work()
-        stages.append((title, said, time.perf_counter() - start))
-        click.echo(f"  {said} ({stages[-1][2]:.1f} s)")
+        found = work()
+        self.parts.append((title, found, time.perf_counter() - start))
+        click.echo(f"  {found} ({self.parts[-1][2]:.1f} s)")
+        self.write()
 
-    results: list[Any] = []
-    stage(f"Deriving {DEMO_ALGEBRA} from its signature", lambda: _regenerate(quiet))
-    stage("Rendering the scene", lambda: _render(folder, width, threads, quiet))
-    stage("Blending and clustering objects", lambda: _objects(folder))
-    stage("Measuring error against run time", lambda: _studies(folder, results, quiet))
-    page = _write(folder, stages, results, width)
-    click.echo(f"Look at {page}")
+    def write(self) -> None:
+        from ..benchmarks.harness.runner import duration_text
+        from ..benchmarks.harness.write import machine
+        from ..benchmarks.registry import STUDIES, expected_seconds
+        from ..codegen.targets.templates import render
+        from ..common.files import write_atomically
 
-
-def _regenerate(quiet: bool) -> str:
-    """Generate the stock algebra in a temporary folder and compare it with what is installed."""
-    import json
-
-    from ..codegen.generator import generate
-    from ..codegen.spec import load_spec, stock_spec_path
-
-    installed = Path(str(resources.files(f"{__package__.partition('.')[0]}.generated").joinpath(DEMO_ALGEBRA)))
-    records = json.loads((installed / "forms.json").read_text(encoding="utf-8"))
-    with tempfile.TemporaryDirectory(prefix="bladesmith-demo-") as temporary:
-        files = generate(load_spec(stock_spec_path(DEMO_ALGEBRA)), records)
-        for name, text in files.items():
-            (Path(temporary) / name).write_text(text, encoding="utf-8")
-        different = [
-            name
-            for name in files
-            if (Path(temporary) / name).read_text("utf-8") != (installed / name).read_text("utf-8")
-        ]
-    if different:
-        raise BladesmithError(f"the generated {DEMO_ALGEBRA} differs from the installed one: {', '.join(different)}.")
-    kernels = len(json.loads(files["manifest.json"])["kernels"])
-    return f"{kernels} kernels, identical to the installed ones"
+        text = render(
+            "demo.html.j2",
+            page=self,
+            machine=machine(),
+            scene=demo_scene_path().read_text(encoding="utf-8"),
+            studies=len(STUDIES),
+            duration=duration_text(expected_seconds(STUDIES)),
+        )
+        write_atomically(self.path, text)
 
 
-def _render(folder: Path, width: int | None, threads: int | None, quiet: bool) -> str:
+@options.command("demo && open bladesmith-demo/index.html")
+@options.output_folder("bladesmith-demo")
+@click.option("--width", type=click.IntRange(16, 8192), help="Width of the picture; default: the scene's.")
+@options.threads
+@options.feedback
+def command(out: Path, width: int | None, threads: int | None, feedback: options.Feedback) -> None:
+    """Render a scene, compile a formula, derive an algebra, blend and cluster objects, measure error against run time.
+
+    Needs no input file and no network. Opens with bladesmith-demo/index.html, which is written after each part.
+    """
+    page = Page(out, width)
+    page.folder.mkdir(parents=True, exist_ok=True)
+    try:
+        page.do("Rendering the scene", lambda: _render(page, threads, feedback.shows_bars))
+        page.do("Compiling a formula", lambda: _compile(page))
+        page.do(f"Deriving Cl({SIGNATURE_TEXT}) from its signature", _derive)
+        page.do("Blending and clustering objects", lambda: _objects(page))
+        names = [name for name in DEMO_STUDIES if name not in COMPILED_STUDIES or compiler()]
+        runs = _studies(page, names, feedback.shows_bars)
+        for name in names:
+            page.do(f"Measuring: {name}", lambda: next(runs))
+    except KeyboardInterrupt:
+        if page.parts:
+            click.echo(f"What was done is in {page.path}", err=True)
+        raise
+    page.complete = True
+    page.write()
+    if len(names) < len(DEMO_STUDIES):
+        click.echo(f"Left out without a C compiler: {', '.join(COMPILED_STUDIES)}")
+    click.echo(f"Look at {page.path}")
+
+
+def _render(page: Page, threads: int | None, shows_bars: bool) -> str:
     from .. import tracer
 
     scene = tracer.Scene.load(demo_scene_path())
-    settings = scene.settings
+    settings, width = scene.settings, page.width
     height = None if width is None else max(1, width * settings["height"] // settings["width"])
-    # a bar is for a terminal, not for a pipe or a log
-    shown = not quiet and sys.stderr.isatty()
-    image = scene.render(width=width, height=height, threads=threads, progress=shown)
-    tracer.save_image(folder / "scene.png", image)
+    image = scene.render(width=width, height=height, threads=threads, progress=shows_bars)
+    tracer.save_image(page.folder / "scene.png", image)
+    page.picture = True
     rows, columns = image.shape[:2]
     return f"{columns} x {rows} pixels with {len(scene.kernels)} kernels"
 
 
-def _objects(folder: Path) -> str:
+def _compile(page: Page) -> str:
+    """The formula of the picture's tube, from its text to compiled code that agrees with 50 digits."""
+    from ..benchmarks.harness.compilation import compile_blend
+
+    page.compilation = made = compile_blend()
+    count = made.operations.multiplications
+    error = f"largest error {made.error:.1e} against {made.digits} digits"
+    return f"{count} multiplications; a {made.kind} takes {made.nanoseconds:.0f} ns; {error}"
+
+
+def _derive() -> str:
+    """An algebra that is not installed, as `bladesmith generate --signature` writes it."""
+    import json
+
+    from ..codegen.declarations import plain_spec
+    from ..codegen.generator import generate
+
+    files = generate(plain_spec(*SIGNATURE, "pga2d"), {})
+    kernels = len(json.loads(files["manifest.json"])["kernels"])
+    lines = sum(text.count("\n") for file, text in files.items() if file.endswith((".c", ".h")))
+    return f"{kernels} kernels, {lines} lines of C"
+
+
+def _objects(page: Page) -> str:
     """A curve through circles, and clusters of lines: computed in batches, drawn without a window."""
     import numpy as np
 
-    from .. import cga3d, curves, objects, plot
+    from .. import curves, objects, plot
+    from ..core.registry import stock_algebra
 
+    cga3d: Any = stock_algebra("cga3d")
     rings = cga3d.circle(
         center=[[0, 0, 0], [0.3, 0, 1.2], [1.5, 0.4, 2.2], [2.9, 1, 1.9], [3.6, 1.4, 0.8]],
         normal=[[0, 0, 1], [0.5, 0, 1], [1, 0.3, 0.2], [1, 0.5, -0.6], [0.3, 0.2, -1]],
@@ -111,42 +159,20 @@ def _objects(folder: Path) -> str:
     plot.draw(rings, ax=left, color=plot.palette.INK, size=2)
     plot.draw(lines, ax=right, color=found.labels, extent=3)
     plot.draw(found.centroids, ax=right, color=plot.palette.INK, size=2.5)
-    plot.save(folder / "objects.png", right)
+    plot.save(page.folder / "objects.png", right)
+    page.objects = True
     return f"a tube through {len(rings)} circles; {len(lines)} lines in {len(axes)} clusters"
+
+
+def _studies(page: Page, names: Sequence[str], shows_bars: bool) -> Iterator[str]:
+    """Each step runs one study."""
+    from ..benchmarks.harness.write import measure
+
+    for study, rows in measure(names, page.folder / "report", True, shows_bars):
+        page.results.append((study, rows))
+        yield f"{len(rows)} measurements"
 
 
 def demo_scene_path() -> Path:
     """The bundled scene."""
-    return Path(str(resources.files(f"{__package__.partition('.')[0]}.tracer").joinpath("data", "demo.toml")))
-
-
-def _studies(folder: Path, results: list[Any], quiet: bool) -> str:
-    from tqdm import tqdm
-
-    from ..report.registry import STUDIES, load_study
-    from ..report.runner import run_study
-    from ..report.write import write_report
-
-    for name in STUDIES:
-        study = load_study(name)
-        with tqdm(desc=name, disable=quiet or None, unit="run", leave=False) as bar:
-
-            def progress(done: int, total: int, text: str, bar: Any = bar) -> None:
-                bar.total, bar.n = total, done
-                bar.refresh()
-
-            results.append((study, run_study(study, quick=True, progress=progress)))
-    write_report(results, folder / "report")
-    return f"{len(results)} studies, {sum(len(rows) for _, rows in results)} measurements"
-
-
-def _write(folder: Path, stages: list[tuple[str, str, float]], results: list[Any], width: int | None) -> Path:
-    from ..codegen.templating import render
-    from ..files import write_atomically
-    from ..report.write import machine
-
-    source = demo_scene_path().read_text(encoding="utf-8")
-    size = None if width is None else f"a width of {width}"
-    page = render("report/demo.html.j2", stages=stages, results=results, machine=machine(), scene=source, size=size)
-    write_atomically(folder / "index.html", page)
-    return folder / "index.html"
+    return Path(str(resources.files(f"{__package__.partition('.')[0]}.tracer.io").joinpath("data", "demo.toml")))

@@ -15,24 +15,33 @@ from typing import Any
 
 import click
 
-from ..codegen import cache
-from ..codegen.build import compiler, has_python_headers
-from ..codegen.flags import C_FLAGS, compiled_files, source_hash
+from ..codegen.build import cache
+from ..codegen.build.cpu_features import best_instances, processor_name
+from ..codegen.build.extension import compiler, has_python_headers
+from ..codegen.build.flags import C_FLAGS, compiled_files, source_hash, unit_file
+from ..codegen.errors import BladesmithError
+from ..codegen.targets.c.instances import PORTABLE
 from ..codegen.version import __version__
-from ..parallel import thread_count
+from ..common.parallel import thread_count
+from ..dispatch.installed import linked_units
+from . import options
 from .cache import readable
 
 Facts = dict[str, str]
 
 _PACKAGES = ("numpy", "cffi", "sympy", "jinja2", "click", "pydantic")
+WITHOUT_COMPILER = (
+    "kernels that were not compiled at install run by numba or NumPy, also those of your own; simulations, chains, "
+    "poses of mechanisms and surfaces along curves of degree 4 and more do not run"
+)
 _NAME_LENGTH = 100  # bytes for a graphics processor's name; the driver cuts longer ones
 
 
-@click.command(epilog="Example: bladesmith doctor --json")
+@options.command("doctor --json")
 @click.option("--json", "as_json", is_flag=True, help="For programs and bug reports.")
 def command(as_json: bool) -> None:
     """Say what compiler, targets, caches and threads this machine has, and whether the kernels are fresh."""
-    found = {title: _attempted(facts) for title, facts in SECTIONS.items()}
+    found = {title: _try_section(facts) for title, facts in SECTIONS.items()}
     if as_json:
         click.echo(json.dumps(found, indent=1))
         return
@@ -54,7 +63,7 @@ def versions() -> Facts:
 def processor() -> Facts:
     """The processor, and which instance of the kernels it runs."""
     return {
-        "name": _processor_name(),
+        "name": processor_name(),
         "threads": f"{thread_count()} of {os.cpu_count()} usable",
         **_instances(),
     }
@@ -66,7 +75,7 @@ def c_compiler() -> Facts:
     if chosen is None:
         asked = os.environ.get("CC")
         why = f"CC={asked!r} does not run" if asked else "none found"
-        return {"compiler": f"{why}; install gcc or clang, or use target='numba'"}
+        return {"compiler": f"{why}; install gcc or clang, or set CC to one", "without it": WITHOUT_COMPILER}
     return {
         "compiler": f"{' '.join(chosen.command)}: {chosen.summary}",
         "flags": " ".join(C_FLAGS),
@@ -75,7 +84,7 @@ def c_compiler() -> Facts:
 
 
 def targets() -> Facts:
-    """Whether each target can be used."""
+    """Availability of each target."""
     return {"C": "yes" if compiler() else "installed kernels only", "numba": _numba(), "CUDA": _cuda()}
 
 
@@ -98,11 +107,11 @@ def algebras() -> Facts:
     folders = [path for path in sorted(generated.iterdir()) if (path / "kernels.cdef").is_file()]
     if not folders:
         return {"none": "run: bladesmith generate"}
-    return {folder.name: _freshness(folder, headers) for folder in folders}
+    return {**{folder.name: _freshness(folder, headers) for folder in folders}, "formulas": _formulas(generated)}
 
 
-def _attempted(facts: Callable[[], Facts]) -> Facts:
-    """What goes wrong in one section is itself a finding, and the others still matter."""
+def _try_section(facts: Callable[[], Facts]) -> Facts:
+    """Facts of a section; a failure is reported as one, and the other sections still run."""
     try:
         return facts()
     except Exception as error:
@@ -126,15 +135,6 @@ def _version(name: str) -> str:
         return "not installed"
 
 
-def _processor_name() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
-
-
 def _extension(name: str) -> Any:
     """The compiled module of a generated folder, or None."""
     try:
@@ -149,19 +149,8 @@ def _text(module: Any, pointer: Any) -> str:
 
 def _instances() -> Facts:
     """The instruction sets in use: of each precision the last instance that the processor takes."""
-    for name in ("cga3d", "pga3d", "cga2d"):
-        module = _extension(name)
-        if module is not None and hasattr(module.lib, "bs_use_instance"):
-            count = module.lib.bs_instance_count()
-            usable = [i for i in range(count) if module.lib.bs_use_instance(i)]
-            in_use = {label.partition("_")[0]: label for label in _names(module, usable)}
-            compiled = ", ".join(_names(module, range(count)))
-            return {"instances": f"{', '.join(in_use.values())} (of {compiled})"}
-    return {"instances": "no compiled algebra"}
-
-
-def _names(module: Any, instances: Any) -> list[str]:
-    return [_text(module, module.lib.bs_instance_name(i)) for i in instances]
+    in_use = ", ".join(i.tag for precision in ("f64", "f32") for i in best_instances(precision))
+    return {"instances": f"{in_use} (of {', '.join(i.tag for i in PORTABLE)})"}
 
 
 def _numba() -> str:
@@ -197,17 +186,44 @@ def _devices() -> list[str]:
 
 
 def _access(root: Path) -> str:
-    """Whether the directory, or the one that it would be made in, can be written."""
+    """Test whether the directory, or the one that it would be made in, can be written."""
     return "writable" if cache.is_writable(root) else "not writable: kernels go to a temporary directory"
+
+
+def _formulas(generated: Path) -> str:
+    """State of the generated texts: current, or older than the formulas."""
+    from ..codegen.generator import outdated_modules
+
+    try:
+        stale = outdated_modules(generated)
+    except BladesmithError as error:
+        return f"cannot be read: {error}"
+    if not stale:
+        return "the generated texts are theirs"
+    return f"NEWER than the generated texts: {', '.join(stale)}. Run: bladesmith generate --update"
 
 
 def _freshness(folder: Path, headers: Path) -> str:
     module = _extension(folder.name)
     if module is None:
-        return "not compiled: install again where there is a compiler"
+        return "not compiled at install: at first use, where there is a compiler"
     if not hasattr(module.lib, "bs_source_hash"):
         return "compiled"
     count = f"{module.lib.bs_kernel_count()} kernels, " if hasattr(module.lib, "bs_kernel_count") else ""
-    if _text(module, module.lib.bs_source_hash()) == source_hash(compiled_files(folder, headers)):
+    if _text(module, module.lib.bs_source_hash()) != source_hash(compiled_files(folder, headers)):
+        return f"{count}STALE: compiled from other sources; install again"
+    texts = {path.stem for path in folder.glob("kernels/*.c")}
+    if not texts:
         return f"{count}compiled from these sources"
-    return f"{count}STALE: compiled from other sources; install again"
+    found: dict[str, list[str]] = {}
+    stale = set()
+    for formulas, instance, made_of in linked_units(module):
+        if made_of == source_hash(compiled_files(folder, headers, [unit_file(formulas)])):
+            found.setdefault(instance, []).append(formulas)
+        else:
+            stale.add(formulas)
+    compiled = [f"{', '.join(sorted(names))} ({instance})" for instance, names in found.items()]
+    parts = [f"compiled from these sources: {'; '.join(compiled) or 'nothing'}"]
+    if stale:
+        parts.append(f"STALE, compiled anew at first use: {', '.join(sorted(stale))}")
+    return f"{count}{'. '.join(parts)}. The rest at first use"

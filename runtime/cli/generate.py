@@ -4,73 +4,87 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
-from ..errors import InputError, SignatureError
+from ..errors import InputError, SignatureError, SpecError
+from . import options
 
 #: Lines of difference that --check prints for each file.
 DIFF_LINES = 20
 
 
-@click.command(
-    epilog="Example: bladesmith generate --signature 2,0,1 --name pga2d --out generated/",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-@click.option("--spec", type=click.Path(dir_okay=False), help="Spec file of the algebra (docs/specs.md).")
+@options.command("generate --signature 2,0,1 --name pga2d --out generated/")
+@options.file("--spec", help="Spec file of the algebra (docs/specs.md).")
 @click.option("--signature", help="p,q,r of a plain algebra, instead of a spec.")
 @click.option("--name", help="Name of the plain algebra. Default: clp_q_r.")
-@click.option("--out", type=click.Path(file_okay=False), help="Folder that holds one folder per algebra.")
-@click.option("--check", is_flag=True, help="Write nothing; exit 1 with the difference when files are not up to date.")
-@click.option("--search", is_flag=True, help="Search the cheapest form of every kernel again (slow).")
-@click.option("--quiet", is_flag=True, help="No progress bar.")
+@click.option("--out", type=options.FOLDER, help="Folder that holds one folder per algebra.")
+@options.flag("--check", "Write nothing; exit 1 and say what is not up to date.")
+@options.flag("--update", "Make only what has changed since: seconds after a formula was edited.")
+@options.flag("--search", "Search the cheapest form of every kernel again (minutes).")
+@options.feedback
 def command(
-    spec: str | None,
-    signature: str | None,
-    name: str | None,
-    out: str | None,
-    check: bool,
-    search: bool,
-    quiet: bool,
-) -> None:
+    spec: Path | None, signature: str | None, name: str | None, out: Path | None, check: bool, update: bool,
+    search: bool, feedback: options.Feedback,
+) -> None:  # fmt: skip
     """Generate an algebra: C, numba and CUDA-ready sources, and a manifest.
 
     Without --spec and --signature, all stock algebras and programs. Without --out, into ./generated, or for --check
-    the installed package's own folder. The forms chosen earlier are read from forms.json there.
+    the installed package's own folder. The forms chosen earlier are read from forms.json there, and are good for
+    formulas that have not changed; others are searched. --update and --check make only what is older than its
+    formulas (see sources.json); without them everything is made anew.
     """
-    from ..codegen.generator import generate, generate_programs
+    from ..codegen.build.stamps import generated_files
+    from ..codegen.generator import generate, generate_programs, outdated_modules
 
-    folder = Path(out) if out else (_installed() if check else Path("generated"))
-    differences = []
+    if search and (check or update):
+        raise InputError("--search makes everything anew; give it without --check and --update.")
+    folder = out or (_installed_folder() if check else Path("generated"))
+    if check and not folder.is_dir():
+        raise InputError(f"{folder} is no folder; --check compares what is generated there.")
+    stock = spec is None and signature is None
+    if check and stock and (stale := outdated_modules(folder, printers=True)):  # digests tell: nothing is traced
+        _report_outdated(stale)
     made = {}
     for data in _specs(spec, signature, name):
-        forms = _read(folder / str(data["name"])).get("forms.json", "{}")
-        with _bar(quiet, str(data["name"])) as progress:
-            made[str(data["name"])] = generate(data, {} if search else json.loads(forms), progress)
-    if spec is None and signature is None:
-        made.update(generate_programs())
+        kept = generated_files(folder / str(data["name"]))
+        forms = {} if search else _recorded_forms(folder / str(data["name"]), kept)
+        made[str(data["name"])] = generate(
+            data, forms, feedback.shows_bars, kept if check or update else None, os.cpu_count() or 1
+        )
+    if stock:
+        made.update(generate_programs(anew=not (check or update)))
+    differences = []
     for stem, files in made.items():
-        target = folder / stem
+        target, old = folder / stem, generated_files(folder / stem)
+        changed = {n: t for n, t in files.items() if old.get(n) != t}
+        gone = [n for n in old if n not in files and n.startswith("kernels/")]  # of modules without kernels now
         if check:
-            old = _read(target)
-            differences += [_difference(target / n, old.get(n, ""), t) for n, t in files.items() if old.get(n) != t]
-        else:
-            _write(target, files)
-            click.echo(f"wrote {target} ({len(files)} files)")
+            differences += [_difference(target / n, old.get(n, ""), t) for n, t in changed.items()]
+            differences += [f"{target / n} is not generated any more" for n in gone]
+        elif changed or gone or not update:
+            _write(target, changed if update else files, gone)
+            click.echo(f"wrote {target} ({len(changed)} of {len(files)} files changed)")
     if differences:
-        click.echo("\n".join(differences))
-        raise click.exceptions.Exit(1)
+        _report_outdated(differences)
     if check:
         click.echo("generated files are up to date")
 
 
-def _specs(spec: str | None, signature: str | None, name: str | None) -> list[Mapping[str, Any]]:
-    from ..codegen.catalogue import STOCK
-    from ..codegen.generator import plain_spec
-    from ..codegen.spec import load_spec, stock_spec_path
+def _report_outdated(what: Sequence[str]) -> NoReturn:
+    click.echo("\n".join(what))
+    click.echo("generated files are older than their formulas; run: bladesmith generate --update")
+    raise click.exceptions.Exit(1)
+
+
+def _specs(spec: Path | None, signature: str | None, name: str | None) -> list[Mapping[str, Any]]:
+    from ..codegen.algebra.loader import STOCK
+    from ..codegen.algebra.schema import load_spec, stock_spec_path
+    from ..codegen.declarations import plain_spec
 
     if spec is not None and signature is not None:
         raise InputError("--spec and --signature exclude each other; give one.")
@@ -91,28 +105,31 @@ def _specs(spec: str | None, signature: str | None, name: str | None) -> list[Ma
     return [load_spec(stock_spec_path(stock)) for stock in STOCK]
 
 
-def _installed() -> Path:
+def _installed_folder() -> Path:
     from importlib import resources
 
     return Path(str(resources.files(f"{__package__.partition('.')[0]}.generated")))
 
 
-def _read(folder: Path) -> dict[str, str]:
-    if not folder.is_dir():
-        return {}
-    return {
-        p.name: p.read_text(encoding="utf-8")
-        for p in folder.iterdir()
-        if p.suffix in (".c", ".h", ".cdef", ".py", ".json")
-    }
+def _recorded_forms(folder: Path, kept: Mapping[str, str]) -> Any:
+    try:
+        return json.loads(kept.get("forms.json", "{}"))
+    except ValueError as error:
+        raise SpecError(
+            f"not a record of forms ({error})",
+            where=str(folder / "forms.json"),
+            remedy="Take it from version control, or remove it: all forms are searched again then (minutes)",
+        ) from None
 
 
-def _write(folder: Path, files: Mapping[str, str]) -> None:
-    from ..files import write_atomically
+def _write(folder: Path, files: Mapping[str, str], gone: Sequence[str]) -> None:
+    from ..common.files import write_atomically
 
-    folder.mkdir(parents=True, exist_ok=True)
     for file, text in files.items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / file, text)
+    for file in gone:
+        (folder / file).unlink()
 
 
 def _difference(path: Path, old: str, new: str) -> str:
@@ -120,23 +137,3 @@ def _difference(path: Path, old: str, new: str) -> str:
         old.splitlines(), new.splitlines(), str(path), f"{path} (generated now)", lineterm="", n=1
     )
     return "\n".join(list(lines)[:DIFF_LINES])
-
-
-class _bar:
-    """Progress bar as a context; gives the callback that the generator calls."""
-
-    def __init__(self, quiet: bool, text: str) -> None:
-        from tqdm import tqdm
-
-        self.bar = tqdm(desc=f"generate {text}", disable=quiet or None, unit="kernel", leave=False)
-
-    def __enter__(self) -> Any:
-        return self.update
-
-    def update(self, done: int, total: int, name: str) -> None:
-        """Show that ``done`` of ``total`` kernels are made."""
-        self.bar.total, self.bar.n = total, done
-        self.bar.set_postfix_str(name, refresh=True)
-
-    def __exit__(self, *exception: object) -> None:
-        self.bar.close()

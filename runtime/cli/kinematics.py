@@ -3,36 +3,30 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .outputs import check_places, partial_name
-from .waiting import counted, noticed
+from . import options
+from .outputs import check_outputs, partial_name
 
 if TYPE_CHECKING:
-    from ..kinematics.record import Motion
-    from ..kinematics.setup import Setup
+    from ..kinematics.task.joint_trajectory import Motion
+    from ..kinematics.task.task import Setup
 
 NOTICE = "preparing: what such a mechanism needs is compiled once, and kept"
 
 
-@click.command(
-    epilog="Example: bladesmith kinematics delta.toml -o robot.png --motion motion.csv --workspace slices.png",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-@click.argument("robot", type=click.Path(path_type=Path))
-@click.option("--output", "-o", "picture", type=click.Path(path_type=Path),
-              help="The robot at its pose, with its path if it has one: PNG, PDF, SVG. (Extra: plot.)")  # fmt: skip
-@click.option("--motion", "motions", type=click.Path(path_type=Path), multiple=True,
-              help="What the driven joints do along the path: .csv or .npz, may be repeated.")  # fmt: skip
-@click.option("--workspace", "slices", type=click.Path(path_type=Path),
-              help="What the tool reaches, and how well, in slices: PNG, PDF, SVG. (Extra: plot.)")  # fmt: skip
+@options.command("kinematics delta.toml -o robot.png --motion motion.csv --workspace slices.png")
+@options.input_file("robot")
+@options.output_file(None, f"The robot at its pose, with its path if it has one: {options.IMAGES}", "picture")
+@options.file("--motion", "motions", multiple=True,
+             help="What the driven joints do along the path: .csv or .npz, may be repeated.")  # fmt: skip
+@options.file("--workspace", "slices", help=f"What the tool reaches, and how well, in slices: {options.IMAGES}")
 @click.option("--joint", "-j", "joints", multiple=True, metavar="NAME=VALUE", help="Coordinate of a driven joint.")
-@click.option("--degrees", is_flag=True, help="Angles of --joint are degrees, not radians.")
+@options.flag("--degrees", "Angles of --joint are degrees, not radians.")
 @click.option("--position", type=float, nargs=3, metavar="X Y Z", help="Where the tool is, in place of joints.")
 @click.option(
     "--to", type=float, nargs=3, metavar="X Y Z", help="A path: the tool goes straight from its pose to here."
@@ -43,24 +37,11 @@ NOTICE = "preparing: what such a mechanism needs is compiled once, and kept"
 @click.option("--tip", help="Of a URDF: the link that is moved; default: the one behind most joints.")
 @click.option("--root", help="Of a URDF: the link that is fixed; default: the root of the file.")
 @click.option("--json", "as_json", is_flag=True, help="The report as JSON.")
-@click.option("--progress/--quiet", default=None, help="Show a bar; default: on a terminal.")
+@options.feedback
 def command(
-    robot: Path,
-    picture: Path | None,
-    motions: tuple[Path, ...],
-    slices: Path | None,
-    joints: tuple[str, ...],
-    degrees: bool,
-    position: tuple[float, float, float] | None,
-    to: tuple[float, float, float] | None,
-    duration: float | None,
-    samples: int | None,
-    box: tuple[float, ...] | None,
-    tip: str | None,
-    root: str | None,
-    as_json: bool,
-    progress: bool | None,
-) -> int:
+    robot: Path, picture: Path | None, motions: tuple[Path, ...], slices: Path | None, tip: str | None,
+    root: str | None, as_json: bool, feedback: options.Feedback, **changes: Any,
+) -> int:  # fmt: skip
     """Say what a mechanism can do, draw it, move it.
 
     ROBOT is a .toml file that describes a Delta robot, a mechanism of bodies and joints or names a URDF file, or a
@@ -68,19 +49,18 @@ def command(
     Jacobian with its condition number at the pose. The exit status is 1 if the robot cannot take the pose, or not all
     of its path: what there is of that goes to motion.partial.csv, beside the file that was asked for.
     """
-    from ..kinematics.document import load_mechanism
+    from ..kinematics.io.reader import load_mechanism
 
     _check(robot, motions, [x for x in (picture, slices) if x is not None])
     setup = load_mechanism(robot, tip, root)
-    setup = _changed(setup, joints, degrees, position, to, duration, samples, box)
+    setup = _apply_options(setup, **changes)
     if slices is not None:
         setup.check_workspace()
-    shown = sys.stderr.isatty() if progress is None else progress
-    with noticed(NOTICE, shown):
+    with feedback.preparing(NOTICE):
         report = setup.report()
-        moved = setup.moved() if motions or (picture and setup.way is not None) else None
+        moved = setup.motion_with_poses() if motions or (picture and setup.way is not None) else None
     click.echo(json.dumps(report.data, indent=1, allow_nan=False) if as_json else report.text())
-    trouble = _short(moved[0], setup) if moved is not None else ""
+    trouble = _unreached_message(moved[0], setup) if moved is not None else ""
     kept = [partial_name(place) if trouble else place for place in motions]
     for place in kept:
         assert moved is not None
@@ -88,13 +68,8 @@ def command(
     if picture is not None:
         setup.picture(picture, moved)
     if slices is not None:
-        with counted(slices.name, "positions", shown) as tell:
-            space = setup.workspace(tell)
-        setup.slices(slices, space)
-    if progress is not False:
-        for file in (*kept, picture, slices):
-            if file is not None:
-                click.echo(f"wrote {file}", err=True)
+        setup.slices(slices, setup.workspace(feedback.shows_bars))
+    feedback.wrote((*kept, picture, slices))
     if trouble:
         click.echo(trouble, err=True)
         return 1
@@ -103,29 +78,29 @@ def command(
 
 def _check(robot: Path, motions: tuple[Path, ...], pictures: list[Path]) -> None:
     """Refuse what could not be written, before any work."""
-    from ..kinematics.record import checked_name
-    from ..plot.figures import check_suffix
+    from ..kinematics.task.joint_trajectory import checked_name
+    from ..plot.style import check_suffix
 
     for place in motions:
         checked_name(place)
     for place in pictures:
         check_suffix(place)
-    check_places([*motions, *pictures], [robot], "the robot's file")
+    check_outputs([*motions, *pictures], [robot], "the robot's file")
 
 
-def _changed(
+def _apply_options(
     setup: Setup, joints: tuple[str, ...], degrees: bool, position: Any, to: Any, duration: float | None,
     samples: int | None, box: Any,
 ) -> Setup:  # fmt: skip
-    """What the options say, in place of what the file says."""
+    """Apply the command's options to a setup."""
     import math
 
     import numpy as np
 
     from ..errors import InputError
-    from ..kinematics.paths import Way
-    from ..kinematics.schema import MOST_SAMPLES
-    from ..kinematics.setup import Box, Stand
+    from ..kinematics.io.schema import MOST_SAMPLES
+    from ..kinematics.task.task import PoseQuery, WorkspaceQuery
+    from ..kinematics.task.tool_path import ToolPath
 
     for name, numbers in (("--position", position), ("--to", to), ("--box", box), ("--duration", duration)):
         if numbers is not None and not np.isfinite(numbers).all():
@@ -140,14 +115,14 @@ def _changed(
             number = math.nan
         if not name or not math.isfinite(number):
             raise InputError(f"--joint is {text!r}; it is NAME=VALUE, such as {_example(setup)}=0.5.")
-        turns = name in setup.model.inputs and setup.model.turning[setup.model.inputs.index(name)]
+        turns = name in setup.model.inputs and setup.model.is_revolute[setup.model.inputs.index(name)]
         values[name] = math.radians(number) if degrees and turns else number
     if joints or position is not None:
         place = None if position is None else np.array(position)
-        stand = Stand(values, place, stand.turn if place is not None else None)
+        stand = PoseQuery(values, place, stand.rotor if place is not None else None)
     way = setup.way
     if to is not None:
-        known = way or Way("line")
+        known = way or ToolPath("line")
         way = replace(known, kind="line", numbers={"start": None, "end": np.array(to)})
     if duration is not None or samples is not None:
         if way is None:
@@ -161,7 +136,7 @@ def _changed(
         way = replace(way, duration=duration or way.duration, samples=samples or way.samples)
     room = setup.box
     if box is not None:
-        room = replace(room or Box(), bounds=np.array(box).reshape(3, 2))
+        room = replace(room or WorkspaceQuery(), bounds=np.array(box).reshape(3, 2))
     return replace(setup, stand=stand, way=way, box=room)
 
 
@@ -169,11 +144,11 @@ def _example(setup: Setup) -> str:
     return setup.model.inputs[0] if setup.model.inputs else "motor"
 
 
-def _short(motion: Motion, setup: Setup) -> str:
-    """What is wrong with a motion, if something is."""
+def _unreached_message(motion: Motion, setup: Setup) -> str:
+    """Message about unreached points of a motion; empty if all are reached."""
     from ..status import Status
 
-    missed = ~motion.reached
+    missed = ~motion.is_reached
     if not missed.any():
         return ""
     first = int(missed.argmax())

@@ -2,42 +2,47 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import click
 
+from . import options
 
-@click.command(
-    epilog="Example: bladesmith report --quick -o report --study distance",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-@click.option("-o", "--out", default="bladesmith-report", type=click.Path(file_okay=False), help="Folder to write.")
+
+@options.command("report --quick -o report --study distance")
+@options.output_folder("bladesmith-report")
 @click.option("--study", "names", multiple=True, help="Run only this study (repeatable). Default: all.")
-@click.option("--quick", is_flag=True, help="A tenth of the items and fewer timings.")
-@click.option("--quiet", is_flag=True, help="No progress bar.")
-def command(out: str, names: tuple[str, ...], quick: bool, quiet: bool) -> None:
+@options.flag("--quick", "A tenth of the items and fewer timings.")
+@options.feedback
+def command(out: Path, names: tuple[str, ...], quick: bool, feedback: options.Feedback) -> None:
     """Run the studies and write index.html, one plot per study and report.json.
 
-    Errors are the largest over all items, against references of 50 digits. Results of the studies that are done
-    are kept when you interrupt.
+    Errors are the largest over all items, against references of 50 digits. How long it takes is said first. All is
+    written after each study: results of those that are done are kept when you interrupt.
     """
-    from tqdm import tqdm
+    from ..benchmarks.harness.runner import duration_text
+    from ..benchmarks.harness.write import measure
+    from ..benchmarks.registry import STUDIES, expected_seconds, load_study
+    from ..common.files import check_folder
 
-    from ..report.registry import STUDIES, load_study
-    from ..report.runner import Measurement, run_study
-    from ..report.study import Study
-    from ..report.write import write_report
-
-    folder = Path(out)
-    results: list[tuple[Study, list[Measurement]]] = []
-    for name in names or STUDIES:
-        study = load_study(name)
-        with tqdm(total=None, desc=study.name, disable=quiet or None, unit="run") as bar:
-
-            def progress(done: int, total: int, text: str, bar: tqdm = bar) -> None:
-                bar.total, bar.n = total, done
-                bar.set_postfix_str(text, refresh=True)
-
-            results.append((study, run_study(study, quick, progress)))
-        page = write_report(results, folder)
+    for name in names:
+        load_study(name)
+    check_folder(out)
+    left = list(dict.fromkeys(names) or STUDIES)
+    count, done, page = len(left), 0, out / "index.html"
+    expected = duration_text(expected_seconds(left, quick))
+    click.echo(f"{count} {'study' if count == 1 else 'studies'}, about {expected} on two cores")
+    start = time.perf_counter()
+    try:
+        for study, rows in measure(list(left), page.parent, quick, feedback.shows_bars):
+            done += 1
+            left.remove(study.name)
+            rest = f"; {len(left)} left, about {duration_text(expected_seconds(left, quick))}" if left else ""
+            click.echo(f"{study.name}: {len(rows)} measurements ({time.perf_counter() - start:.1f} s){rest}")
+            start = time.perf_counter()
+    except KeyboardInterrupt:
+        if done:
+            click.echo(f"{done} of {count} studies are in {page}", err=True)
+        raise
     click.echo(f"wrote {page}")

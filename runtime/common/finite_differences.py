@@ -1,8 +1,7 @@
-"""Functions of users: what the driver calls for loads and paths that change with time or state."""
+"""Derivatives of a function of time by differences of order eight, at a step chosen by comparison of steps."""
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable
 from fractions import Fraction
@@ -12,11 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, InputError
+from ..codegen.errors import InputError
 
 Array = NDArray[Any]
-#: Coefficients of a motor.
-MOTOR = 8
 #: Places, in steps, that derivatives of order eight are made of, and what is in the middle where both sides are there.
 PLACES, MIDDLE = 9, 4
 #: Steps that are tried: powers of ten from this to one second, and for short runs to this share of the run.
@@ -25,79 +22,6 @@ LEAST, LEAST_SHARE = -6, -4
 GOLDEN = (math.sqrt(5) - 1) / 2
 #: Derivatives that differ by more than this share have nothing in common, or are rounding of zero.
 ALIKE = 1e-3
-
-
-def arity(function: Callable[..., Any], what: str) -> int:
-    """1 for functions of time, 3 for those of time, motor and twist.
-
-    Raises
-    ------
-    InputError
-        If it takes neither.
-    """
-    return takes(function, (3, 1), what, "a function of time, or of time, motor and twist")
-
-
-def takes(function: Callable[..., Any], counts: tuple[int, ...], what: str, needed: str) -> int:
-    """With how many arguments a function can be called: the first of these counts that it takes.
-
-    Raises
-    ------
-    InputError
-        If it takes none of them.
-    """
-    try:
-        signature = inspect.signature(function)
-    except (TypeError, ValueError):  # of what is written in C nothing is known
-        return counts[-1]
-    places = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    named = [p for p in signature.parameters.values() if p.kind in places and p.default is p.empty]
-    if 1 in counts and len(named) == 1 and not any(p.kind is p.VAR_POSITIONAL for p in signature.parameters.values()):
-        counts = (1,)  # others have values already: lambda t, a=a, b=b
-    for count in counts:
-        try:
-            signature.bind(*[None] * count)
-        except TypeError:
-            continue
-        return count
-    raise InputError(f"{what} takes {signature}; {needed} is needed.")
-
-
-def reason(error: BaseException) -> str:
-    """What a user's function raised, on one line."""
-    if isinstance(error, BladesmithError):
-        return error.what
-    return f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
-
-
-class Asked:
-    """A user's function, whose failures before a run are told like all bad input.
-
-    Parameters
-    ----------
-    function : callable
-        Of one argument.
-    what : str
-        What it is, for messages.
-    check : callable, optional
-        Raises an `InputError` of a value that is no answer.
-    """
-
-    def __init__(
-        self, function: Callable[..., Any], what: str, check: Callable[[Any, str], None] | None = None
-    ) -> None:
-        self.__wrapped__ = function  # its signature is this one's
-        self._what, self._check = what, check
-
-    def __call__(self, *given: Any) -> Any:
-        try:
-            value = self.__wrapped__(*given)
-        except Exception as error:  # a user's function may raise anything
-            time = f" at time {given[0]:.6g}" if isinstance(given[0], float) else ""
-            raise InputError(f"{self._what} failed{time}: {reason(error).rstrip('.')}.") from error
-        if self._check is not None:
-            self._check(value, self._what)
-        return value
 
 
 @cache
@@ -180,56 +104,3 @@ def _least(errors: list[tuple[float, float]]) -> int:
     """Which error is least: as a share where one is small, for long steps see little of what is fast; else as it is."""
     own, shares = np.array(errors).T
     return int(np.argmin(shares if shares.min() < ALIKE else own))
-
-
-class Called:
-    """All functions of a simulation: the driver asks for them by number, and what goes wrong is kept for later."""
-
-    def __init__(self) -> None:
-        self.functions: list[Callable[[int, float, Array], Array]] = []
-        self.names: list[str] = []
-        self.sizes: list[int] = []
-        self.error: BaseException | None = None
-
-    def add(self, function: Callable[[int, float, Array], Array], name: str, size: int) -> int:
-        """The number of a function of simulation, time and state (motor, then twist), that gives so many numbers."""
-        self.sizes.append(size)
-        self.functions.append(function)
-        self.names.append(name)
-        return len(self.functions) - 1
-
-    def call(self, which: int, item: int, t: float, state: Array) -> Array | None:
-        """The value, or None where the function failed."""
-        if self.error is not None and not isinstance(self.error, Exception):
-            return None  # an interrupt ends all of a batch
-        try:
-            value = self.functions[which](item, t, state)
-            if np.size(value) != self.sizes[which]:  # the driver has room for no more, and reads no less
-                raise InputError(
-                    f"it gave {np.size(value)} numbers where {self.sizes[which]} are needed: one object, always with "
-                    "its two derivatives or always without"
-                )
-            if not np.isfinite(value).all():
-                raise InputError(f"it returned {value[~np.isfinite(value)][0]}")
-            return value
-        except Exception as error:  # a user's function may raise anything
-            cause = (error.__cause__ if isinstance(error, InputError) else None) or error
-            told = InputError(
-                f"{self.names[which]} failed at time {t:.6g}: {reason(cause).rstrip('.')}.",
-                where=None if item == 0 else f"simulation {item}",
-                remedy=f"The body was at motor {_rounded(state[:MOTOR])} with twist {_rounded(state[MOTOR:])}",
-            )
-            told.__cause__ = error
-            self.error = self.error or told
-        except BaseException as error:  # an interrupt inside the function
-            self.keep(error)
-        return None
-
-    def keep(self, error: BaseException) -> None:
-        """What ends the run: the first error, unless an interrupt comes."""
-        if self.error is None or not isinstance(error, Exception):
-            self.error = error
-
-
-def _rounded(values: Array) -> str:
-    return "[" + ", ".join(f"{v:.6g}" for v in values) + "]"

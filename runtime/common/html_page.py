@@ -11,6 +11,9 @@ import json
 from importlib import resources
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 #: What a page may do: run its own scripts and style itself.
 _POLICY = (
     "default-src 'none'; script-src {scripts}; style-src 'unsafe-inline'; img-src data: blob:; "
@@ -26,7 +29,19 @@ def page_json(data: Any) -> str:
     return text
 
 
-def filled(folder: str, name: str, title: str, note: str, data: str, library: str = "") -> str:
+def encode_array(values: NDArray[Any], dtype: Any) -> dict[str, str]:
+    """Type and base64 text of an array, little-endian, as plotly and the pages' own scripts read them."""
+    array = np.ascontiguousarray(values, np.dtype(dtype).newbyteorder("<"))
+    name = f"{array.dtype.kind}{array.dtype.itemsize}"
+    return {"dtype": name, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
+
+
+def index_type(count: int) -> Any:
+    """Smallest type of indices of so many vertices."""
+    return np.uint16 if count <= np.iinfo(np.uint16).max else np.uint32
+
+
+def render_page(folder: str, name: str, title: str, note: str, data: str, library: str = "") -> str:
     """A page from ``name``.html, .css and .js of a package's folder.
 
     Parameters
@@ -64,4 +79,4 @@ def _hash(script: str) -> str:
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
-__all__ = ["filled", "page_json"]
+__all__ = ["encode_array", "index_type", "page_json", "render_page"]

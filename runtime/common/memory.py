@@ -1,16 +1,21 @@
-"""How much memory there is, so that pictures that can never fit are refused before anything is allocated."""
+"""Memory of the machine: what can never fit is refused before anything is allocated."""
 
 from __future__ import annotations
 
 import os
 import re
+from functools import cache
 from pathlib import Path
+
+from ..codegen.errors import InputError
 
 _MEMINFO = Path("/proc/meminfo")
 #: Limits of containers: version 2 and version 1 of control groups. What they count as used may be given back.
 _LIMITS = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
 #: More bytes than anybody has.
 _MOST = 10**30
+#: Bytes that a machine is taken to have if it does not say.
+_ASSUMED = 64 << 30
 _UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB")
 
 
@@ -18,6 +23,25 @@ def available() -> int | None:
     """Bytes that can be had: what Linux counts as available, elsewhere all there is; None where nobody tells."""
     found = [_system(), *(_group(limit) for limit in _LIMITS)]
     return min((value for value in found if value is not None), default=None)
+
+
+@cache
+def total() -> int:
+    """Bytes of memory of the machine."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):  # Windows
+        return _ASSUMED
+
+
+def check_workspace(size: int, threads: int, what: str) -> None:
+    """Raise `InputError` if a compiled driver needs more bytes for each thread than there are."""
+    there = total()
+    if size * threads > there:
+        raise InputError(
+            f"{what} takes {size} bytes of memory for each of {threads} threads; this machine has {there} bytes.",
+            remedy="Take fewer bodies" + (", or fewer threads" if threads > 1 else ""),
+        )
 
 
 def readable(count: int) -> str:

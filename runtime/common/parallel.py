@@ -10,12 +10,12 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from functools import partial
-from operator import index
-from reprlib import repr as shortened
 
-from .codegen.binding import install_splitter
-from .codegen.errors import InputError
+from ..codegen.execute.arrays import install_splitter
+from ..codegen.interrupts import deferred_interrupts
+from .validation import as_int
 
 Part = Callable[[int, int], None]
 #: Chunks per thread where the caller names no size: enough for progress, few enough to cost nothing.
@@ -27,10 +27,12 @@ MOST_THREADS = 4096
 #: How often a waiting main thread looks up, in seconds, so that an interrupt is seen at once everywhere.
 POLL = 0.1
 _inside = threading.local()
+#: Number of threads that `set_threads` was given; None: all processors.
+_default: int | None = None
 
 
 def thread_count(threads: int | None = None) -> int:
-    """How many threads to use: as asked for, else the processors that this process may run on.
+    """Number of threads: as requested, else the package's default: see `set_threads`.
 
     Raises
     ------
@@ -38,26 +40,13 @@ def thread_count(threads: int | None = None) -> int:
         If the count is no whole number from 1 to `MOST_THREADS`.
     """
     if threads is not None:
-        try:
-            count = None if isinstance(threads, bool) else index(threads)
-        except TypeError:
-            count = None
-        if count is None:
-            raise InputError(f"threads is {_shown(threads)}; a whole number is needed.")
-        if count < 1:
-            raise InputError(f"threads is {_shown(count)}; at least one is needed.")
-        if count > MOST_THREADS:
-            raise InputError(f"threads is {_shown(count)}; at most {MOST_THREADS} are started.")
-        return count
+        return as_int(threads, "threads", 1, MOST_THREADS)
+    if _default is not None:
+        return _default
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # macOS, Windows
         return os.cpu_count() or 1
-
-
-def _shown(value: object) -> str:
-    """A wrong value as messages repeat it: of arrays a few characters, on one line."""
-    return " ".join(shortened(value).split())
 
 
 def run(
@@ -66,6 +55,7 @@ def run(
     threads: int | None = None,
     chunk: int | None = None,
     progress: Callable[[int], None] | None = None,
+    grain: int = 1,
 ) -> None:
     """Call ``part(begin, end)`` until [0, n) is covered.
 
@@ -75,11 +65,13 @@ def run(
         Works on items begin to end - 1. Chunks must not depend on each other.
     n : int
     threads : int, optional
-        Default: all processors of this process. Inside another `run`: one.
+        Default: that of `set_threads`. Inside another `run`: one.
     chunk : int, optional
         Items per call.
     progress : callable, optional
-        Called in the calling thread with the number of items that were newly done.
+        Called in the calling thread with the number of items that are done.
+    grain : int, optional
+        Items that are worth another thread.
 
     Raises
     ------
@@ -95,32 +87,35 @@ def run(
         return
     if getattr(_inside, "running", False):
         count = 1
-    size = chunk or max(1, -(-n // (count * CHUNKS_PER_THREAD)))
+    size = chunk or max(grain, -(-n // (count * CHUNKS_PER_THREAD)))
     if count == 1 and chunk is None and progress is None:
         size = n
     ranges = ((begin, min(begin + size, n)) for begin in range(0, n, size))
     if count == 1 or n <= size:
-        _serial(part, ranges, progress)
+        _run_serial(part, ranges, progress)
     else:
-        _threaded(part, ranges, count, progress)
+        _run_threaded(part, ranges, count, progress)
 
 
 def set_threads(count: int | None) -> None:
-    """Share batches of products and of kernels over threads. At first they use one.
+    """Set the package's default number of threads: of all functions whose ``threads`` is None, products and kernels.
 
-    Results are the same bits for any number. Batches of fewer than 32768 items stay in the calling thread.
+    Before the first call these are all processors of this process, but batches of products and of kernels stay in the
+    calling thread. Results are the same bits for any number. Batches of fewer than 32768 products are not shared.
 
     Parameters
     ----------
     count : int or None
-        1: no sharing. None: all processors of this process.
+        None: all processors of this process.
 
     Raises
     ------
     InputError
         If the count is not a positive whole number.
     """
-    threads = thread_count(count)
+    global _default
+    _default = None if count is None else thread_count(count)
+    threads = thread_count()
     install_splitter(partial(split, threads=threads) if threads > 1 else None)
 
 
@@ -128,26 +123,29 @@ def split(part: Part, n: int, threads: int | None = None) -> None:
     """`run` for loops over cheap items, such as batches of products: few chunks, each worth a thread."""
     threads = thread_count(threads)
     if n < 2 * GRAIN or threads == 1:
-        part(0, n)
+        _call(part, 0, n)
     else:
         run(part, n, threads, chunk=max(GRAIN, -(-n // threads)))
 
 
-def _serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[int], None] | None) -> None:
+def _run_serial(part: Part, ranges: Iterator[tuple[int, int]], progress: Callable[[int], None] | None) -> None:
     for begin, end in ranges:
         _call(part, begin, end)
         if progress:
-            progress(end - begin)
+            with deferred_interrupts():
+                progress(end)
 
 
-def _threaded(
+def _run_threaded(
     part: Part, ranges: Iterator[tuple[int, int]], threads: int, progress: Callable[[int], None] | None
 ) -> None:
     """Two chunks for each thread, one running and one waiting; the rest stays here and can be dropped."""
     pool = ThreadPoolExecutor(threads, thread_name_prefix="bladesmith")
     pending: dict[Future[None], int] = {}
-    try:
+    finished = 0
+    with deferred_interrupts() as tell, _shut_down_at_end(pool):
         while True:
+            tell()
             while len(pending) < 2 * threads and (piece := next(ranges, None)) is not None:
                 pending[pool.submit(_call, part, *piece)] = piece[1] - piece[0]
             if not pending:
@@ -156,8 +154,16 @@ def _threaded(
             for future in done:
                 size = pending.pop(future)
                 future.result()
+                finished += size
                 if progress:
-                    progress(size)
+                    progress(finished)
+
+
+@contextmanager
+def _shut_down_at_end(pool: ThreadPoolExecutor) -> Iterator[None]:
+    """Wait for what runs in a pool at the end of the block, and drop the rest."""
+    try:
+        yield
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 

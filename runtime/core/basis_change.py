@@ -1,4 +1,4 @@
-"""From an algebra's own basis to orthonormal vectors and back: every conversion of basis and sign is made here.
+"""Change of basis between an algebra's vectors and orthonormal ones: every conversion of basis and sign is here.
 
 The orthonormal algebra of a signature is ``bs.algebra(p, q, r)``; a change of basis of the vectors gives one of
 the blades (their outer products), a sparse matrix that is exact.
@@ -9,19 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.algebra import Algebra as Mathematics
-from ..codegen.errors import AlgebraMismatchError, InputError, SignatureError
-from ..codegen.multivector import Multivector as Exact
-from ..codegen.rings import RationalRing
-from ..multivector import Multivector
-
-if TYPE_CHECKING:
-    from ..algebras import Algebra
+from ..codegen.algebra.algebra import Algebra as Mathematics
+from ..codegen.algebra.multivector import Multivector as Exact
+from ..codegen.errors import AlgebraMismatchError, SignatureError
+from ..codegen.rings.protocol import RationalRing
+from ..dispatch.coefficients import embed
+from ..dispatch.multivector_data import M, MultivectorData
+from ..dispatch.types import TypedAlgebra
 
 
 def orthonormal_vectors(algebra: Mathematics) -> list[Exact]:
@@ -56,32 +55,17 @@ def orthonormal_vectors(algebra: Mathematics) -> list[Exact]:
     return [*(found[0] if null_first else []), *found[1], *found[-1], *([] if null_first else found[0])]
 
 
-def orthonormal_algebra(algebra: Algebra, basis: str = "orthonormal") -> Algebra:
-    """The algebra of the same signature on orthonormal vectors.
-
-    Raises
-    ------
-    InputError
-        If ``basis`` is another word.
-    """
-    if basis != "orthonormal":
-        raise InputError(f"basis is {basis!r}; the only other basis is 'orthonormal'.")
-    if is_orthonormal(algebra):
-        return algebra
-    from ..loading import algebra as plain
-
-    return plain(*algebra.signature)
-
-
 def is_orthonormal(algebra: Mathematics) -> bool:
-    """Whether the vectors are already orthonormal, and in the standard order."""
+    """Test whether the vectors are already orthonormal, and in the standard order."""
     p, q, r = algebra.signature
     squares = [Fraction(0)] * (r == 1) + [Fraction(1)] * p + [Fraction(-1)] * q + [Fraction(0)] * (r if r != 1 else 0)
     return algebra.is_diagonal and [algebra.metric[i][i] for i in range(algebra.dimension)] == squares
 
 
 @lru_cache(maxsize=512)
-def _columns(source: Algebra, target: Algebra, blades: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.float64]]:
+def _columns(
+    source: TypedAlgebra, target: TypedAlgebra, blades: tuple[int, ...]
+) -> tuple[tuple[int, ...], NDArray[np.float64]]:
     """Blades of the target, and the matrix that takes coefficients on ``blades`` of the source to them."""
     images = [_image(source, target, blade) for blade in blades]
     found = target.order(blade for image in images for blade in image) or (0,)
@@ -93,7 +77,7 @@ def _columns(source: Algebra, target: Algebra, blades: tuple[int, ...]) -> tuple
     return found, matrix
 
 
-def _image(source: Algebra, target: Algebra, blade: int) -> dict[int, Fraction]:
+def _image(source: TypedAlgebra, target: TypedAlgebra, blade: int) -> dict[int, Fraction]:
     """A basis blade of the source in the target's basis: the outer product of its vectors' images."""
     total = Exact(target, RationalRing(), {0: Fraction(1)})
     for i, vector in enumerate(_vector_images(source, target)):
@@ -103,7 +87,7 @@ def _image(source: Algebra, target: Algebra, blade: int) -> dict[int, Fraction]:
 
 
 @lru_cache(maxsize=64)
-def _vector_images(source: Algebra, target: Algebra) -> Sequence[tuple[tuple[int, Fraction], ...]]:
+def _vector_images(source: TypedAlgebra, target: TypedAlgebra) -> Sequence[tuple[tuple[int, Fraction], ...]]:
     """The source's basis vectors in the target's basis, through the orthonormal vectors of both."""
     n = source.dimension
     own = [[v.terms.get(1 << j, Fraction(0)) for j in range(n)] for v in orthonormal_vectors(source)]
@@ -111,7 +95,7 @@ def _vector_images(source: Algebra, target: Algebra) -> Sequence[tuple[tuple[int
     for row in _inverse(own):
         total = Exact(target, RationalRing(), {})
         for weight, vector in zip(row, orthonormal_vectors(target), strict=True):
-            total = total.weighted(1, vector, weight)
+            total = total.linear_combination(1, vector, weight)
         images.append(tuple(total.terms.items()))
     return images
 
@@ -131,20 +115,14 @@ def _inverse(matrix: list[list[Fraction]]) -> list[list[Fraction]]:
     return [row[n:] for row in rows]
 
 
-def convert(x: Multivector, target: Algebra) -> Multivector:
+def convert(x: M, target: TypedAlgebra) -> M:
     """x in another algebra of the same signature."""
     blades, matrix = _columns(x.algebra, target, x._type.blades)
     data = x._data @ matrix.astype(x.dtype)
     return x._make(target.type_of(target.layout_of(blades), x.dtype), data, x.shape, x._status)
 
 
-def to_basis(x: Multivector, basis: str = "orthonormal") -> Multivector:
-    """x on orthonormal vectors."""
-    target = orthonormal_algebra(x.algebra, basis)
-    return x if target is x.algebra else convert(x, target)
-
-
-def from_algebra(target: Algebra, x: Multivector) -> Multivector:
+def from_algebra(target: TypedAlgebra, x: M) -> M:
     """x, of another algebra, in ``target``.
 
     Raises
@@ -160,8 +138,6 @@ def from_algebra(target: Algebra, x: Multivector) -> Multivector:
     return convert(x, target)
 
 
-def dense(x: Multivector, algebra: Algebra) -> NDArray[Any]:
+def dense(x: MultivectorData, algebra: TypedAlgebra) -> NDArray[Any]:
     """All 2^n coefficients of x in the blade order of its algebra."""
-    from ..rows import embedded
-
-    return embedded(x, algebra.layout_of(algebra.blades))
+    return embed(x, algebra.layout_of(algebra.blades))

@@ -1,4 +1,4 @@
-"""exp, log and square root of runtime multivectors: which formula serves the blades at hand.
+"""exp, log and square root of multivectors, by the formula for their blades.
 
 Motors have the shortest one; every other rotor of up to five dimensions goes through invariant decomposition; exp of
 anything else is a series.
@@ -7,18 +7,15 @@ anything else is a series.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import proofs
-from .arrays import truth
-from .calls import call, finite, raise_first
-from .codegen.errors import GradeError, NotARotorError
-from .codegen.kinds import Kind
-
-if TYPE_CHECKING:
-    from .multivector import Multivector
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import GradeError, NotARotorError
+from ..common.validation import as_bool
+from ..dispatch import kind_inference
+from ..dispatch.formulas import evaluate, invalidate_nonfinite, raise_first
+from .operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
 SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
@@ -26,28 +23,28 @@ SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
 UNIT = ("x * ~x - 1",)
 
 
-def exp(x: Multivector) -> Multivector:
+def exp(x: P) -> P:
     """exp(x): in closed form for bivectors, where there is one, else by halving and a series.
 
     The closed forms are for bivectors of motors in every algebra, and for all bivectors of up to five dimensions if one
     signature of the metric has at most one vector. INVALID: it is not finite.
     """
-    formula = x._type.remembered("exp", lambda: _exp_formula(x)) if x.grades == (2,) else ""
+    formula = x._type.memoize("exp", lambda: _exp_formula(x)) if x.grades == (2,) else ""
     if not formula:
-        return finite(_exp_series(x))
-    return finite(_as_versor(call(x.algebra, formula, x).value))
+        return invalidate_nonfinite(_exp_series(x))
+    return invalidate_nonfinite(_as_versor(evaluate(x.algebra, formula, x).value))  # type: ignore[no-any-return]
 
 
-def _exp_formula(x: Multivector) -> str:
-    from .codegen.formulas import exponentials, invariant
+def _exp_formula(x: Operators) -> str:
+    from ..codegen.formulas.products import exponentials, invariant
 
-    b = proofs.member(x.kind.layout, 0)
+    b = kind_inference.member(x.kind.layout, 0)
     if exponentials.is_motion(b) or not (b * b).grade(4).terms:
         return "exponentials.exp_bivector"
     return "invariant.exp_bivector" if invariant.decomposes(b) else ""
 
 
-def _exp_series(x: Multivector) -> Multivector:
+def _exp_series(x: P) -> P:
     """exp(x) = exp(x / 2^k)^(2^k), for any multivector of any algebra."""
     sizes = np.abs(x._data).sum(-1)
     size = float(sizes.max(initial=0.0, where=np.isfinite(sizes)))
@@ -61,7 +58,7 @@ def _exp_series(x: Multivector) -> Multivector:
     return total
 
 
-def log(x: Multivector, strict: bool = False) -> Multivector:
+def log(x: P, strict: bool = False) -> P:
     """The bivector b with exp(b) = x, of a unit rotor x; the angle of its rotation is in [0, 2 pi).
 
     For motors, and for all rotors of up to five dimensions of a metric that is not degenerate and has at most one
@@ -89,12 +86,12 @@ def log(x: Multivector, strict: bool = False) -> Multivector:
     return _rotor_function(x, "log", strict)
 
 
-def sqrt(x: Multivector, strict: bool = False) -> Multivector:
+def sqrt(x: P, strict: bool = False) -> P:
     """exp(log(x)/2), of the same rotors as `log` and with its statuses."""
     return _rotor_function(x, "sqrt", strict)
 
 
-def _rotor_function(x: Multivector, name: str, strict: bool) -> Multivector:
+def _rotor_function(x: P, name: str, strict: bool) -> P:
     even = all(g % 2 == 0 for g in x.grades)
     if not even or 0 not in x.grades:
         raise NotARotorError(
@@ -102,35 +99,35 @@ def _rotor_function(x: Multivector, name: str, strict: bool) -> Multivector:
             remedy="Rotors are even, with a scalar part",
         )
     try:
-        outcome = call(x.algebra, x._type.remembered(name, lambda: _rotor_formula(x, name)), x)
+        outcome = evaluate(x.algebra, x._type.memoize(name, lambda: _rotor_formula(x, name)), x)
     except GradeError as error:
         raise NotARotorError(str(error)) from None
-    if truth(strict, "strict"):
+    if as_bool(strict, "strict"):
         raise_first(outcome.status, name, NotARotorError)
-    return outcome.value if name == "log" else _as_versor(outcome.value)
+    return outcome.value if name == "log" else _as_versor(outcome.value)  # type: ignore[no-any-return]
 
 
-def _rotor_formula(x: Multivector, name: str) -> str:
-    from .codegen.formulas import exponentials, invariant
+def _rotor_formula(x: Operators, name: str) -> str:
+    from ..codegen.formulas.products import exponentials, invariant
 
-    member = proofs.member(x.kind.layout, 0)
+    member = kind_inference.member(x.kind.layout, 0)
     if not exponentials.is_motor(member) and invariant.decomposes(member, invertibly=True):
         return f"invariant.{name}_rotor"
     return f"exponentials.{name}_motor"
 
 
-def _as_versor(x: Multivector) -> Multivector:
+def _as_versor(x: P) -> P:
     """x, a unit versor by mathematics, of the kind that says so.
 
     The exact layer does not see it in forms that select their divisors.
     """
     if x.kind.constraints:
         return x
-    kind: Kind | None = x._type.remembered("versor", lambda: _versor_kind(x))
+    kind: Kind | None = x._type.memoize("versor", lambda: _versor_kind(x))
     return x if kind is None else x._make(x.algebra.type_of(kind, x.dtype), x._data, x._lead, x._status)
 
 
-def _versor_kind(x: Multivector) -> Kind | None:
+def _versor_kind(x: Operators) -> Kind | None:
     blades = x.kind.blades
     return next((k for k in x.algebra.kinds.values() if k.blades == blades and k.constraints == UNIT), None)
 

@@ -1,16 +1,13 @@
-"""How multivectors print: as mathematics, batches abbreviated."""
+"""Text of multivectors: mathematics, batches abbreviated."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .status import Status
-
-if TYPE_CHECKING:
-    from .multivector import Multivector
+from ..dispatch.multivector_data import MultivectorData
+from ..status import Status
 
 #: Items at each end of a batch that are shown; the rest is dots.
 EDGE = 3
@@ -20,7 +17,7 @@ MOST_TERMS = 12
 DIGITS = 6
 
 
-def plain(x: Multivector) -> str:
+def plain(x: MultivectorData) -> str:
     """``point of cga3d: 1 e1 + 2 e2 + 1 no + 2.5 ni``."""
     head = f"{_kind_name(x)} of {x.algebra.name}"
     if x.dtype == np.float32:
@@ -39,20 +36,20 @@ def plain(x: Multivector) -> str:
     return "\n".join(lines)
 
 
-def _kind_name(x: Multivector) -> str:
+def _kind_name(x: MultivectorData) -> str:
     """The kind's name; "layout motor" for a motor's blades with nothing known."""
     named = x.algebra.kinds.get(x.kind.name)
     is_bare = named is not None and named.constraints and x.kind.is_layout
     return f"layout {x.kind.name}" if is_bare else x.kind.name
 
 
-def _item(x: Multivector, place: tuple[int, ...]) -> str:
+def _item(x: MultivectorData, place: tuple[int, ...]) -> str:
     text = _sum([(_number(v), x.algebra.blade_name(b)) for b, v in _terms(x, place)])
-    status = x.status if not place else x.status[place]
+    status = np.asarray(x.status)[place]
     return text if status == Status.OK else f"{text} ({Status(int(status)).name})"
 
 
-def _terms(x: Multivector, place: tuple[int, ...]) -> list[tuple[int, float]]:
+def _terms(x: MultivectorData, place: tuple[int, ...]) -> list[tuple[int, float]]:
     row = x.values[place]
     return [(b, float(v)) for b, v in zip(x._type.blades, row, strict=True) if v != 0]
 
@@ -73,8 +70,8 @@ def _sum(terms: list[tuple[str, str]]) -> str:
     return text if shown is terms else f"{text} + ... ({len(terms)} terms)"
 
 
-def latex(x: Multivector) -> str:
-    """The same for notebooks, with subscripts; of a batch its ends."""
+def latex(x: MultivectorData) -> str:
+    """LaTeX for notebooks, with subscripts; a batch is abbreviated to its ends."""
     if not x.shape:
         return f"${_latex_item(x, ())}$"
     rows = [f"{_latex_item(x, (i, *([0] * (x.ndim - 1))))}" for i in range(min(x.shape[0], EDGE))] if x.size else []
@@ -83,7 +80,7 @@ def latex(x: Multivector) -> str:
     return "$\\begin{array}{l}" + r"\\".join(rows) + "\\end{array}$"
 
 
-def _latex_item(x: Multivector, place: tuple[int, ...]) -> str:
+def _latex_item(x: MultivectorData, place: tuple[int, ...]) -> str:
     terms = [(_latex_number(v), _latex_blade(x.algebra, b)) for b, v in _terms(x, place)]
     return _sum(terms).replace("...", r"\dots")
 
@@ -105,10 +102,3 @@ def _latex_blade(algebra: Any, blade: int) -> str:
 
 #: Subscripts of vectors that are not numbered.
 WORDS = {"no": "0", "ni": r"\infty"}
-
-
-def statuses(codes: NDArray[np.uint8] | None, lead: tuple[int, ...]) -> Any:
-    """A `Status` for one item, an array of codes for a batch."""
-    if codes is None:
-        codes = np.zeros(lead, np.uint8)
-    return Status(int(codes)) if not lead else codes

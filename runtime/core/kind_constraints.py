@@ -1,6 +1,6 @@
-"""Numbers that claim to be of a kind: whether its constraints hold within rounding, and scaling so that they do.
+"""Conversion to kinds: tests of their constraints within rounding, and scales at which they hold.
 
-This is the only way by which a user's coefficients get a constrained kind.
+A user's coefficients get a constrained kind only here.
 """
 
 from __future__ import annotations
@@ -9,27 +9,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import proofs
-from .codegen.algebra import Algebra
-from .codegen.errors import KindError
-from .codegen.kinds import Kind
-from .codegen.multivector import from_values
-from .codegen.rings import RationalRing
-from .dispatch import table_rows
-from .general import Table
-from .rows import embedded
-
-if TYPE_CHECKING:
-    from .multivector import Multivector
-
-#: A constraint holds if its value is at most this many rounding units of the sum of its terms' absolute values:
-#: room for what a long chain of operations leaves (1e-12 in double, 5e-4 in single precision).
-TOLERANCE_ULPS = 4096
+from ..codegen.algebra.algebra import Algebra, Kind
+from ..codegen.algebra.members import TOLERANCE_ULPS, residuals
+from ..codegen.algebra.multivector import from_values
+from ..codegen.errors import KindError
+from ..codegen.rings.protocol import RationalRing
+from ..dispatch import kind_inference
+from ..dispatch.coefficients import embed
+from ..dispatch.multivector_data import M, MultivectorData
+from ..dispatch.plans import table_rows
+from ..dispatch.product_tables import Table
 
 #: A multivector is not blown up to a kind of more than this many times its coefficients.
 MOST_ZEROS = 2
@@ -40,9 +34,9 @@ def tolerance(dtype: np.dtype[Any]) -> float:
     return TOLERANCE_ULPS * float(np.finfo(dtype).eps)
 
 
-def holds(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
+def satisfies_constraints(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
     """For each row of coefficients, whether the kind's constraints hold; NaN does not."""
-    form = _form(kind.algebra, kind)
+    form = quadratic_constraints(kind)
     x = np.ascontiguousarray(data, np.float64).reshape(-1, kind.size)
     with np.errstate(all="ignore"):
         value = form.at(x)
@@ -54,7 +48,7 @@ def holds(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True, eq=False)
-class Form:
+class QuadraticConstraints:
     """The constraints of a kind as quadratic forms in its coefficients, one column for each part of a residual.
 
     Attributes
@@ -71,7 +65,7 @@ class Form:
     linear: NDArray[np.float64]
     quadratic: Table
     whole: NDArray[np.int64]
-    size: Form | None
+    size: QuadraticConstraints | None
 
     def at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Values for rows of coefficients."""
@@ -83,8 +77,15 @@ class Form:
         return value
 
 
+def quadratic_constraints(kind: Kind) -> QuadraticConstraints:
+    """The constraints of a kind as polynomials of its coefficients."""
+    return _form(kind.algebra, kind)
+
+
 @lru_cache(maxsize=256)
-def _form(algebra: Algebra, kind: Kind) -> Form:  # kinds of algebras of one name are equal: the algebra is a key
+def _form(
+    algebra: Algebra, kind: Kind
+) -> QuadraticConstraints:  # kinds of algebras of one name are equal: the algebra is a key
     """By exact evaluation at 0, the basis blades and their sums: what is quadratic is known from those.
 
     Raises
@@ -94,14 +95,14 @@ def _form(algebra: Algebra, kind: Kind) -> Form:  # kinds of algebras of one nam
     """
     k = kind.size
 
-    def residuals(weights: Mapping[int, int]) -> list[dict[int, Fraction]]:
+    def at(weights: Mapping[int, int]) -> list[dict[int, Fraction]]:
         values = [Fraction(weights.get(i, 0)) for i in range(k)]
-        return [dict(r.terms) for r in kind.residuals(from_values(algebra, RationalRing(), kind.blades, values))]
+        return [dict(r.terms) for r in residuals(kind, from_values(algebra, RationalRing(), kind.blades, values))]
 
-    zero = residuals({})
-    single, double = [residuals({i: 1}) for i in range(k)], [residuals({i: 2}) for i in range(k)]
-    pairs = {(i, j): residuals({i: 1, j: 1}) for i in range(k) for j in range(i)}
-    mixed = residuals({i: i + 1 for i in range(k)})
+    zero = at({})
+    single, double = [at({i: 1}) for i in range(k)], [at({i: 2}) for i in range(k)]
+    pairs = {(i, j): at({i: 1, j: 1}) for i in range(k) for j in range(i)}
+    mixed = at({i: i + 1 for i in range(k)})
     columns: list[tuple[int, int]] = []
     constant, linear, terms = [], [], []
     for c in range(len(kind.constraints)):
@@ -125,8 +126,10 @@ def _form(algebra: Algebra, kind: Kind) -> Form:  # kinds of algebras of one nam
             columns.append((c, blade))
     whole = np.array([columns.index((c, 0)) if blade and (c, 0) in columns else -1 for c, blade in columns], np.int64)
     weights = np.array(constant), np.array(linear).reshape(-1, k).T
-    size = Form(np.abs(weights[0]), np.abs(weights[1]), _table(terms, k, len(columns), absolute=True), whole, None)
-    return Form(*weights, _table(terms, k, len(columns)), whole, size)
+    size = QuadraticConstraints(
+        np.abs(weights[0]), np.abs(weights[1]), _table(terms, k, len(columns), absolute=True), whole, None
+    )
+    return QuadraticConstraints(*weights, _table(terms, k, len(columns)), whole, size)
 
 
 def _table(terms: list[tuple[int, int, int, float]], k: int, columns: int, absolute: bool = False) -> Table:
@@ -138,7 +141,7 @@ def _table(terms: list[tuple[int, int, int, float]], k: int, columns: int, absol
     return Table(tuple(range(columns)), (k, k), starts, left, right, weights)
 
 
-def converted(x: Multivector, kind: Kind, check: bool = True) -> Multivector:
+def convert_to_kind(x: M, kind: Kind, check: bool = True) -> M:
     """x as a multivector of ``kind``, its constraints checked item by item.
 
     Raises
@@ -149,12 +152,12 @@ def converted(x: Multivector, kind: Kind, check: bool = True) -> Multivector:
     if kind == x.kind:
         return x
     algebra = x.algebra
-    data = embedded(x, kind)
+    data = embed(x, kind)
     if check:
         _check_lost(x, kind)
-        if kind.constraints and not proofs.belongs(x.kind, kind):
+        if kind.constraints and not kind_inference.is_subkind(x.kind, kind):
             undecided = ~np.isnan(data).all(-1)  # items without an answer stay what they are
-            bad = undecided & ~holds(kind, data)
+            bad = undecided & ~satisfies_constraints(kind, data)
             if bad.any():
                 raise KindError(
                     f"{_item(bad)} is not a {kind.name} of {algebra.name}: {', '.join(kind.constraints)} must vanish.",
@@ -163,7 +166,7 @@ def converted(x: Multivector, kind: Kind, check: bool = True) -> Multivector:
     return x._make(algebra.type_of(kind, x.dtype), data, x._lead, x._status)
 
 
-def _check_lost(x: Multivector, kind: Kind) -> None:
+def _check_lost(x: MultivectorData, kind: Kind) -> None:
     kept = set(kind.blades)
     lost = [i for i, blade in enumerate(x._type.blades) if blade not in kept]
     if not lost:
@@ -201,8 +204,8 @@ def _linear_scale(algebra: Algebra, kind: Kind) -> tuple[float, ...] | None:
     ring = RationalRing()
     units = [[Fraction(int(i == j)) for j in range(kind.size)] for i in range(kind.size)]
     values = [[Fraction(0)] * kind.size, *units, [Fraction(i + 2) for i in range(kind.size)]]
-    residuals = [kind.residuals(from_values(algebra, ring, kind.blades, v)) for v in values]
-    for rows in zip(*residuals, strict=True):
+    constraint_values = [residuals(kind, from_values(algebra, ring, kind.blades, v)) for v in values]
+    for rows in zip(*constraint_values, strict=True):
         if any(set(row.terms) - {0} for row in rows):
             continue
         offset, *parts, mixed = (row.terms.get(0, Fraction(0)) for row in rows)
@@ -213,13 +216,12 @@ def _linear_scale(algebra: Algebra, kind: Kind) -> tuple[float, ...] | None:
     return None
 
 
-def kinds_on(x: Multivector) -> Sequence[Kind]:
+def candidate_kinds(x: MultivectorData) -> Sequence[Kind]:
     """Constrained kinds that x may be scaled to: those on its blades, then larger ones that hold them."""
-    found: Sequence[Kind] = x._type.remembered("kinds", lambda: _kinds_on(x))
-    return found
+    return x._type.memoize("kinds", lambda: _kinds_on(x))
 
 
-def _kinds_on(x: Multivector) -> Sequence[Kind]:
+def _kinds_on(x: MultivectorData) -> Sequence[Kind]:
     own = set(x._type.blades)
     if own == {0}:
         return ()

@@ -1,34 +1,33 @@
-"""What needs no compiled kernel: signs, columns, sums and changes of layout, each a line or two of NumPy."""
+"""Linear operations that need no compiled kernel: signs, grades, sums and changes of layout, in NumPy."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arrays, proofs
-from .codegen.algebra import grade
-from .codegen.errors import AlgebraMismatchError, BladeError, GradeError, InputError, ShapeError, suggest
-from .general import LINEAR, linear_map
-from .rows import broadcast
-from .typed import F32, F64, Type
-
-if TYPE_CHECKING:
-    from .multivector import Multivector
+from ..codegen.algebra.blades import grade
+from ..codegen.errors import AlgebraMismatchError, BladeError, GradeError, InputError, ShapeError, suggest
+from ..common.dtypes import F32, F64
+from ..common.validation import as_int, real_array
+from ..dispatch import kind_inference
+from ..dispatch.coefficients import broadcast
+from ..dispatch.multivector_data import M, MultivectorData
+from ..dispatch.product_tables import LINEAR, linear_map
+from ..dispatch.types import Blade, Type, TypedAlgebra
 
 Columns = NDArray[np.int64]
 #: Above this many coefficients the kind of a mapped result is not looked for.
 MAX_PROVED = 64
 
 
-def mapped(x: Any, name: str) -> Multivector:
-    """A linear map of `general.LINEAR` on every item."""
-    out, apply = x._type.remembered(name, lambda: _map(x._type, name))
-    image: Multivector = x._make(out, apply(x._data), x._lead)
-    return image
+def apply_linear_map(x: M, name: str) -> M:
+    """A linear map of `product_tables.LINEAR` on every item."""
+    out, apply = x._type.memoize(name, lambda: _map(x._type, name))
+    return x._make(out, apply(x._data), x._lead)
 
 
 def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArray[Any]]]:
@@ -38,7 +37,7 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
     blades = algebra.order(images.tolist()) or (0,)
     kind = algebra.layout_of(blades)
     if not source.kind.is_layout and source.size <= MAX_PROVED:
-        proved = proofs.result_kind(algebra, LINEAR[name], (source.kind,))
+        proved = kind_inference.result_kind(algebra, LINEAR[name], (source.kind,))
         kind = proved if proved.blades == blades else kind
     out = algebra.type_of(kind, source.dtype)
     if len(images) == len(blades) == len(set(places.tolist())):  # one source each: signs and a permutation
@@ -53,18 +52,16 @@ def _map(source: Type, name: str) -> tuple[Type, Callable[[NDArray[Any]], NDArra
     return out, lambda data: data @ matrix
 
 
-def selected(x: Any, grades: Sequence[int]) -> Multivector:
+def select_grades(x: M, grades: Sequence[int]) -> M:
     """The part of these grades."""
     for g in grades:
-        if isinstance(g, bool) or not isinstance(g, int | np.integer) or not 0 <= g <= x.algebra.dimension:
-            raise GradeError(f"{g!r} is no grade; grades are whole numbers from 0 to {x.algebra.dimension}.")
+        as_int(g, "a grade", 0, x.algebra.dimension, GradeError)
     key = ("grade", *grades)
-    out, index = x._type.remembered(key, lambda: _selection(x._type, set(grades)))
-    part: Multivector = x
-    if index is not None:
-        data = x._data[..., index] if len(index) else np.zeros((*x._lead, 1), out.dtype)
-        part = x._make(out, data, x._lead)
-    return part
+    out, index = x._type.memoize(key, lambda: _selection(x._type, set(grades)))
+    if index is None:
+        return x
+    data = x._data[..., index] if len(index) else np.zeros((*x._lead, 1), out.dtype)
+    return x._make(out, data, x._lead)
 
 
 def _selection(source: Type, grades: set[int]) -> tuple[Type, Columns | None]:
@@ -75,22 +72,13 @@ def _selection(source: Type, grades: set[int]) -> tuple[Type, Columns | None]:
     return source.algebra.type_of(kind, source.dtype), np.array(index, np.int64)
 
 
-def coefficient(x: Multivector, name: Any) -> NDArray[Any]:
-    """Coefficient of one blade, in the sign of the name's order; zero where the layout lacks it."""
-    blade, sign = x.algebra.parse_blade(name) if not isinstance(name, int) else (int(name), 1)
-    column = x._type.columns.get(blade)
-    if column is None:
-        return np.zeros(x._lead, x.dtype)
-    return x._data[..., column] * x.dtype.type(sign)  # type: ignore[no-any-return]
-
-
-def added(a: Multivector, b: Multivector, sign: int) -> Multivector:
+def add(a: M, b: M, sign: int) -> M:
     """a + sign b; nothing is known of the sum."""
-    if a._type.free is b._type.free:
+    if a._type.unconstrained is b._type.unconstrained:
         if a._lead != b._lead:
             broadcast(a, b)  # for its message
         data = a._data + b._data if sign > 0 else a._data - b._data
-        return a._make(a._type.free, data, data.shape[:-1])
+        return a._make(a._type.unconstrained, data, data.shape[:-1])
     out, place_a, place_b = _union(a._type, b._type)
     lead = a._lead if a._lead == b._lead else broadcast(a, b)
     data = np.zeros((*lead, out.size), out.dtype)
@@ -103,7 +91,7 @@ def added(a: Multivector, b: Multivector, sign: int) -> Multivector:
 
 
 def _union(a: Type, b: Type) -> tuple[Type, Any, Any]:
-    return a.remembered(("union", b), lambda: _make_union(a, b))  # type: ignore[no-any-return]
+    return a.memoize(("union", b), lambda: _make_union(a, b))
 
 
 def _make_union(a: Type, b: Type) -> tuple[Type, Any, Any]:
@@ -125,7 +113,7 @@ def _places(source: Type, target: Type) -> Any:
     return np.array(index, np.int64)
 
 
-def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
+def scale(x: M, value: Any, divide: bool = False) -> M:
     """Items times (or divided by) numbers that broadcast with them; nothing is known of the result.
 
     Raises
@@ -139,8 +127,8 @@ def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
         except OverflowError:
             raise InputError("the factor is too large for a floating-point number.") from None
         if not divide:
-            return x._make(x._type.free, x._data * value, x._lead)
-    factor = arrays.real(value, "the factor")
+            return x._make(x._type.unconstrained, x._data * value, x._lead)
+    factor = real_array(value, "the factor")
     dtype = x.dtype if factor.dtype == x.dtype or factor.ndim == 0 else F64
     data = x._data if x.dtype == dtype else x._data.astype(dtype)
     number = factor.astype(dtype)[..., None]
@@ -150,34 +138,32 @@ def scaled(x: Multivector, value: Any, divide: bool = False) -> Multivector:
     except ValueError:
         shapes = f"{x._lead} and {factor.shape}"
         raise ShapeError(f"shapes {shapes} do not broadcast; insert axes with a[:, None].") from None
-    return x._make(x._type.free.in_precision(dtype), data, data.shape[:-1])
+    return x._make(x._type.unconstrained.in_precision(dtype), data, data.shape[:-1])
 
 
-def is_close(a: Multivector, b: Multivector, rtol: float, atol: float) -> NDArray[np.bool_]:
-    """Whether the difference's largest coefficient is at most atol + rtol times the operands' largest."""
-    difference = added(a, b, -1)
+def is_close(a: MultivectorData, b: MultivectorData, rtol: float, atol: float) -> NDArray[np.bool_]:
+    """Test whether the difference's largest coefficient is at most atol + rtol times the operands' largest."""
+    difference = add(a, b, -1)
     with np.errstate(all="ignore"):
         size = np.maximum(np.abs(a._data).max(-1), np.abs(b._data).max(-1))
         return np.asarray(np.abs(difference._data).max(-1) <= atol + rtol * size)
 
 
-def blade_in(algebra: Any, key: Any) -> tuple[int, int]:
+def blade_in(algebra: TypedAlgebra, key: Any) -> tuple[int, int]:
     """Blade and sign of a key of a dictionary of coefficients: a name, a tuple of labels, or a `Blade`.
 
     Raises
     ------
     BladeError
-        If it is none of these.
+        If it is not one of these.
     """
-    from .typed import Blade
-
     if isinstance(key, Blade):
         if key >> algebra.dimension:
             raise BladeError(f"{key!r} is not a blade of {algebra.name}.")
         return int(key), 1
     if isinstance(key, str):
-        return algebra.parse_blade(key)  # type: ignore[no-any-return]
+        return algebra.parse_blade(key)
     if isinstance(key, tuple):
-        return algebra.parse_blade([str(label) for label in key])  # type: ignore[no-any-return]
+        return algebra.parse_blade([str(label) for label in key])
     hint = suggest(f"e{key}", algebra.vectors)
     raise BladeError(f"{key!r} is no blade{hint}; write 'e12' or (1, 2).")

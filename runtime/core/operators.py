@@ -6,160 +6,152 @@ nor numbers, so that Python's own error names the types.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import linear
-from .dispatch import PLANS, plan
+from ..dispatch.multivector_data import MultivectorData
+from ..dispatch.plans import PLANS, plan
+from . import linear_maps
 
-if TYPE_CHECKING:
-    from .multivector import Multivector
-    from .typed import Type
-
+#: Operand that is no multivector: it stands for scalars.
 Number = int | float | NDArray[Any]
+#: Some class of multivectors with products.
+P = TypeVar("P", bound="Operators")
 
 
-class Operators:
-    """Operators and products of `Multivector`."""
+class Operators(MultivectorData):
+    """Multivectors with operators and products; division by multivectors is defined with the inverse."""
 
     __slots__ = ()
-    _type: Type
 
     # -- products; the common ones look their plan up themselves, which saves a call ---------------------------
 
-    def __mul__(self, other: Any) -> Multivector:
+    def __mul__(self, other: Any) -> Self:
         try:
             known = PLANS["geometric", self._type, other._type]
         except (KeyError, AttributeError):
-            return _product("geometric", self, other) if isinstance(other, Operators) else _scaled(self, other)
-        return known(self, other)
+            return _product("geometric", self, other) if isinstance(other, Operators) else _multiply(self, other)
+        return known(self, other)  # type: ignore[no-any-return]
 
-    def __rshift__(self, other: Any) -> Multivector:
+    def __rshift__(self, other: Any) -> Self:
         try:
             known = PLANS["sandwich", self._type, other._type]
         except (KeyError, AttributeError):
             return _product("sandwich", self, other)
-        return known(self, other)
+        return known(self, other)  # type: ignore[no-any-return]
 
-    def __xor__(self, other: Any) -> Multivector:
+    def __xor__(self, other: Any) -> Self:
         try:
             known = PLANS["outer", self._type, other._type]
         except (KeyError, AttributeError):
             return _product("outer", self, other)
-        return known(self, other)
+        return known(self, other)  # type: ignore[no-any-return]
 
-    def __or__(self, other: Any) -> Multivector:
+    def __or__(self, other: Any) -> Self:
         try:
             known = PLANS["inner", self._type, other._type]
         except (KeyError, AttributeError):
             return _product("inner", self, other)
-        return known(self, other)
+        return known(self, other)  # type: ignore[no-any-return]
 
-    def __and__(self, other: Any) -> Multivector:
+    def __and__(self, other: Any) -> Self:
         return _product("regressive", self, other)
 
-    def __rmul__(self, other: Any) -> Multivector:
-        return _scaled(self, other)
+    def __rmul__(self, other: Any) -> Self:
+        return _multiply(self, other)
 
-    def __rxor__(self, other: Any) -> Multivector:
-        return _product("outer", other, self)
+    def __rxor__(self, other: Any) -> Self:
+        return _reflected_product("outer", other, self)
 
-    def __ror__(self, other: Any) -> Multivector:
-        return _product("inner", other, self)
+    def __ror__(self, other: Any) -> Self:
+        return _reflected_product("inner", other, self)
 
-    def __rand__(self, other: Any) -> Multivector:
-        return _product("regressive", other, self)
+    def __rand__(self, other: Any) -> Self:
+        return _reflected_product("regressive", other, self)
 
-    def outer(self, other: Multivector | Number) -> Multivector:
+    def outer(self, other: Self | Number) -> Self:
         """Outer product ``a ^ b``."""
         return _product("outer", self, other)
 
-    def inner(self, other: Multivector | Number) -> Multivector:
+    def inner(self, other: Self | Number) -> Self:
         """Inner product ``a | b`` of the thesis: the part of grade |r - s|, zero with scalars."""
         return _product("inner", self, other)
 
-    def sandwich(self, other: Multivector | Number) -> Multivector:
+    def sandwich(self, other: Self | Number) -> Self:
         """``R >> x``: R x ~R."""
         return _product("sandwich", self, other)
 
-    def left_contraction(self, other: Multivector | Number) -> Multivector:
+    def left_contraction(self, other: Self | Number) -> Self:
         """The part of grade s - r of the product."""
         return _product("left_contraction", self, other)
 
-    def scalar_product(self, other: Multivector | Number) -> Multivector:
+    def scalar_product(self, other: Self | Number) -> Self:
         """<a b>_0; unlike the inner product it is not zero with scalars."""
         return _product("scalar_product", self, other)
 
-    def commutator(self, other: Multivector | Number) -> Multivector:
+    def commutator(self, other: Self | Number) -> Self:
         """(a b - b a)/2."""
         return _product("commutator", self, other)
 
-    def anticommutator(self, other: Multivector | Number) -> Multivector:
+    def anticommutator(self, other: Self | Number) -> Self:
         """(a b + b a)/2."""
         return _product("anticommutator", self, other)
 
-    def regressive(self, other: Multivector | Number) -> Multivector:
+    def regressive(self, other: Self | Number) -> Self:
         """``a & b``: (a* ^ b*) I, or J^-1(J a ^ J b) where the metric is degenerate."""
         return _product("regressive", self, other)
 
-    def meet(self, other: Multivector) -> Multivector:
+    def meet(self, other: Self) -> Self:
         """Intersection: ``a & b``, or ``a ^ b`` in PGA and other degenerate metrics."""
         return _product("outer" if self._type.algebra.is_degenerate else "regressive", self, other)
 
-    def join(self, other: Multivector) -> Multivector:
+    def join(self, other: Self) -> Self:
         """Span of disjoint objects: ``a ^ b``, or ``a & b`` in PGA and other degenerate metrics."""
         return _product("regressive" if self._type.algebra.is_degenerate else "outer", self, other)
 
     # -- linear structure ----------------------------------------------------------------------------------
 
-    def __add__(self, other: Any) -> Multivector:
+    def __add__(self, other: Any) -> Self:
         return _sum(self, other, 1)
 
-    def __sub__(self, other: Any) -> Multivector:
+    def __sub__(self, other: Any) -> Self:
         return _sum(self, other, -1)
 
     __radd__ = __add__
 
-    def __rsub__(self, other: Any) -> Multivector:
-        return _sum(other, self, -1)
+    def __rsub__(self, other: Any) -> Self:
+        return _difference_from(other, self)
 
-    def __truediv__(self, other: Any) -> Multivector:
-        return self * other.inverse() if isinstance(other, Operators) else _scaled(self, other, divide=True)
+    def __truediv__(self, other: Any) -> Self:
+        return _multiply(self, other, divide=True)
 
-    def __rtruediv__(self, other: Any) -> Multivector:
-        return _scaled(self.inverse(), other)
+    def __neg__(self) -> Self:
+        return linear_maps.apply_linear_map(self, "negative")
 
-    def inverse(self) -> Multivector:
-        """See `Multivector.inverse`."""
-        raise NotImplementedError
-
-    def __neg__(self) -> Multivector:
-        return linear.mapped(self, "negative")
-
-    def __invert__(self) -> Multivector:
-        return linear.mapped(self, "reverse")
+    def __invert__(self) -> Self:
+        return linear_maps.apply_linear_map(self, "reverse")
 
     reverse = __invert__
 
-    def involute(self) -> Multivector:
+    def involute(self) -> Self:
         """Grade involution: odd grades change sign."""
-        return linear.mapped(self, "involute")
+        return linear_maps.apply_linear_map(self, "involute")
 
-    def conjugate(self) -> Multivector:
+    def conjugate(self) -> Self:
         """Clifford conjugation: reversion and involution."""
-        return linear.mapped(self, "conjugate")
+        return linear_maps.apply_linear_map(self, "conjugate")
 
-    def dual(self) -> Multivector:
+    def dual(self) -> Self:
         """x I, or the map J where the metric is degenerate."""
-        return linear.mapped(self, "dual")
+        return linear_maps.apply_linear_map(self, "dual")
 
-    def undual(self) -> Multivector:
+    def undual(self) -> Self:
         """The y with ``y.dual()`` = x."""
-        return linear.mapped(self, "undual")
+        return linear_maps.apply_linear_map(self, "undual")
 
-    def grade(self, *grades: int) -> Multivector:
+    def grade(self, *grades: int) -> Self:
         """The part of these grades.
 
         Raises
@@ -167,38 +159,48 @@ class Operators:
         GradeError
             If one is no whole number from 0 to the dimension.
         """
-        return linear.selected(self, grades)
+        return linear_maps.select_grades(self, grades)
 
 
-def _product(operation: str, a: Any, b: Any) -> Multivector:
-    """Any product; numbers are scalars of the other operand's algebra."""
-    if not isinstance(b, Operators):
-        b = _lifted(a, b)
-    elif not isinstance(a, Operators):
-        a = _lifted(b, a)
-    if a is NotImplemented or b is NotImplemented:
+def _product(operation: str, a: P, b: Any) -> P:
+    """Any product; numbers are scalars of the multivector's algebra."""
+    right: Any = b if isinstance(b, Operators) else _as_scalar(a, b)
+    if right is NotImplemented:
         return NotImplemented  # type: ignore[no-any-return]
-    result: Multivector = plan(operation, a, b)(a, b)
-    return result
+    return plan(operation, a, right)(a, right)  # type: ignore[no-any-return]
 
 
-def _sum(a: Any, b: Any, sign: int) -> Multivector:
-    if not isinstance(b, Operators):
-        b = _lifted(a, b)
-    elif not isinstance(a, Operators):
-        a = _lifted(b, a)
-    if a is NotImplemented or b is NotImplemented:
+def _reflected_product(operation: str, a: Any, b: P) -> P:
+    """A product of numbers with a multivector."""
+    left = _as_scalar(b, a)
+    if left is NotImplemented:
         return NotImplemented  # type: ignore[no-any-return]
-    return linear.added(a, b, sign)
+    return plan(operation, left, b)(left, b)  # type: ignore[no-any-return]
 
 
-def _scaled(x: Any, factor: Any, divide: bool = False) -> Multivector:
+def _sum(a: P, b: Any, sign: int) -> P:
+    """a + sign b."""
+    right: Any = b if isinstance(b, Operators) else _as_scalar(a, b)
+    if right is NotImplemented:
+        return NotImplemented  # type: ignore[no-any-return]
+    return linear_maps.add(a, right, sign)  # type: ignore[no-any-return]
+
+
+def _difference_from(a: Any, b: P) -> P:
+    """Numbers minus a multivector."""
+    left = _as_scalar(b, a)
+    if left is NotImplemented:
+        return NotImplemented  # type: ignore[no-any-return]
+    return linear_maps.add(left, b, -1)  # type: ignore[no-any-return]
+
+
+def _multiply(x: P, factor: Any, divide: bool = False) -> P:
     if not _may_be_numbers(factor):
         return NotImplemented  # type: ignore[no-any-return]
-    return linear.scaled(x, factor, divide)
+    return linear_maps.scale(x, factor, divide)
 
 
-def _lifted(like: Any, value: Any) -> Any:
+def _as_scalar(like: Any, value: Any) -> Any:
     """Numbers as scalars; single numbers take the multivector's precision."""
     if not _may_be_numbers(value):
         return NotImplemented

@@ -1,4 +1,4 @@
-"""Where algebras come from: a signature, the package's generated folders, a user's folder, or plain data.
+"""Algebras by signature, from the package's generated folders, from a user's folder, and from plain data.
 
 Each is made once in a process, so that multivectors of one algebra always meet.
 """
@@ -6,20 +6,19 @@ Each is made once in a process, so that multivectors of one algebra always meet.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
-from importlib import import_module, resources
+from importlib import resources
 from pathlib import Path
-from typing import Any
-from weakref import WeakValueDictionary
 
-from . import stock
-from .algebras import Algebra
-from .codegen import algebra as mathematics
-from .codegen.catalogue import STOCK, data_from_algebra
-from .codegen.errors import InputError, SpecError
-from .codegen.kinds import add_plain_kinds
-from .stock import StockKernels
+from ..codegen.algebra import algebra as mathematics
+from ..codegen.algebra.algebra import add_plain_kinds
+from ..codegen.algebra.blades import validated_identifier
+from ..codegen.algebra.loader import STOCK, data_from_algebra
+from ..codegen.errors import SpecError
+from ..dispatch import stock_kernels
+from ..dispatch.stock_kernels import StockKernels
+from .multivector import Algebra
 
 
 def algebra(p: int, q: int = 0, r: int = 0) -> Algebra:
@@ -47,20 +46,12 @@ def _plain_algebra(p: int, q: int, r: int) -> Algebra:
 
 def plain_algebra(like: Algebra) -> Algebra:
     """The one algebra of a name, vectors and metric, with the kinds that every algebra has."""
-    return from_hashable(hashable({**data_from_algebra(like), "kinds": {}}))
-
-
-#: Classes of the algebras that stand for a geometry, by name.
-CLASSES = {
-    "cga3d": ("conformal", "ConformalAlgebra"),
-    "cga2d": ("conformal", "ConformalPlane"),
-    "pga3d": ("projective", "ProjectiveAlgebra"),
-}
+    return _class_of(like.name).intern({**data_from_algebra(like), "kinds": {}})
 
 
 def is_generated(name: str) -> bool:
-    """Whether the package's `generated` folder holds an algebra of this name."""
-    return name.isidentifier() and (stock.bundled(name) / "manifest.json").is_file()
+    """Test whether the package's `generated` folder holds an algebra of this name."""
+    return name.isidentifier() and (stock_kernels.bundled_folder(name) / "manifest.json").is_file()
 
 
 @cache
@@ -70,13 +61,17 @@ def stock_algebra(name: str) -> Algebra:
     Raises
     ------
     SpecError
-        If there is none of this name.
+        If there is no algebra of this name.
     """
-    mathematics.validated_identifier(name, "the algebra's name")
+    validated_identifier(name, "the algebra's name")
     if is_generated(name):
-        return _loaded(stock.bundled(name), stock_algebra, name)
+        return _load_generated(stock_kernels.bundled_folder(name), stock_algebra, name)
     if name in STOCK:  # its sources are not generated yet: everything works, by the general product
-        text = resources.files(f"{__package__}.codegen").joinpath("specs", f"{name}.toml").read_text(encoding="utf-8")
+        text = (
+            resources.files(f"{__package__.partition('.')[0]}.codegen")
+            .joinpath("specs", f"{name}.toml")
+            .read_text(encoding="utf-8")
+        )
         new = _class_of(name).from_data(tomllib.loads(text))
         new.remember(stock_algebra, name)
         return new
@@ -96,11 +91,11 @@ def load_algebra(folder: str | Path) -> Algebra:
 
 @cache
 def _load_folder(path: str) -> Algebra:
-    return _loaded(Path(path), load_algebra, path)
+    return _load_generated(Path(path), load_algebra, path)
 
 
-def _loaded(folder: Path, origin: Callable[..., Algebra], key: str) -> Algebra:
-    manifest = stock.read_manifest(folder)
+def _load_generated(folder: Path, origin: Callable[..., Algebra], key: str) -> Algebra:
+    manifest = stock_kernels.read_manifest(folder)
     new = _class_of(manifest["algebra"]["name"]).from_data(manifest["algebra"])
     new.stock = StockKernels(new, folder, manifest)
     new.remember(origin, key)
@@ -108,37 +103,16 @@ def _loaded(folder: Path, origin: Callable[..., Algebra], key: str) -> Algebra:
 
 
 def _class_of(name: str) -> type[Algebra]:
-    if name not in CLASSES:
-        return Algebra
-    module, found = CLASSES[name]
-    return getattr(import_module(f".{module}", __package__), found)  # type: ignore[no-any-return]
+    """The class of an algebra: those of a geometry are imported when one of their name is first used."""
+    if name in ("cga3d", "cga2d"):
+        from .geometry.conformal import ConformalAlgebra, ConformalPlane
+
+        return ConformalAlgebra if name == "cga3d" else ConformalPlane
+    if name == "pga3d":
+        from .geometry.projective import ProjectiveAlgebra
+
+        return ProjectiveAlgebra
+    return Algebra
 
 
-def hashable(data: Any) -> Any:
-    """Plain data as nested tuples, so that the same data gives the same algebra in one process."""
-    if isinstance(data, Mapping):
-        return ("map", *((key, hashable(value)) for key, value in data.items()))
-    return ("list", *map(hashable, data)) if isinstance(data, list | tuple) else data
-
-
-#: Algebras made from data, by that data: unpickling gives back the one that was pickled in this process.
-KNOWN: WeakValueDictionary[Any, Algebra] = WeakValueDictionary()
-
-
-def from_hashable(data: Any) -> Algebra:
-    """The algebra of such data; what pickle calls."""
-    known = KNOWN.get(data)
-    if known is None:
-        plain = _plain_data(data)
-        if not isinstance(plain, dict):
-            raise InputError("the pickled data is no algebra.")
-        known = KNOWN[data] = _class_of(plain["name"]).from_data(plain)
-    return known
-
-
-def _plain_data(data: Any) -> Any:
-    if not isinstance(data, tuple):
-        return data
-    if data[0] == "map":
-        return {key: _plain_data(value) for key, value in data[1:]}
-    return [_plain_data(value) for value in data[1:]]
+Algebra._by_signature = staticmethod(algebra)

@@ -1,7 +1,8 @@
-"""What all curves share: parameters checked, sums of rows, and one projection to the blade manifold for a batch."""
+"""Base class of curves: checks of parameters, sums of rows, and one projection to the blade manifold for a batch."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
 from typing import Any, Protocol, Self
@@ -9,15 +10,15 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..arrays import truth
-from ..calls import Numbers, Outcome, call, finite, merged, raise_first
-from ..codegen.errors import InputError, ShapeError
-from ..codegen.kinds import Kind
-from ..multivector import Multivector
-from ..typed import F64
-from .basis import Array
-from .controls import Controls, rows_of
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import InputError
+from ..common.deprecation import renamed_attribute
+from ..common.dtypes import F64
+from ..common.validation import as_bool, check_shape, real_array
+from ..core.multivector import Multivector
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate, invalidate_nonfinite, merge_statuses, raise_first
+from .bernstein import Array
+from .control_objects import Controls, rows_of
 
 #: A parameter outside the curve by less than this many rounding units of the domain is its end: i * (1/n) may be.
 ROUNDING = 4
@@ -64,16 +65,16 @@ class Curve:
     @cached_property
     def _local(self) -> Rows:
         """In the frame of the controls."""
-        return self._checked(self._controls.rows)
+        return self._finite_rows(self._controls.rows)
 
     @cached_property
     def _world(self) -> Rows:
         """In the world."""
         if self._controls.frame is None:
             return self._local
-        return self._checked(rows_of(self._controls.objects, self.kind))
+        return self._finite_rows(rows_of(self._controls.objects, self.kind))
 
-    def _checked(self, rows: Array) -> Rows:
+    def _finite_rows(self, rows: Array) -> Rows:
         """The curve through rows.
 
         Raises
@@ -95,17 +96,17 @@ class Curve:
 
     @property
     def controls(self) -> Multivector:
-        """Control objects (n,), turned over where `flipped` says so."""
+        """Control objects (n,), of reversed orientation where `flipped` says so."""
         return self._controls.objects
 
     @property
-    def given(self) -> Any:
+    def original_controls(self) -> Multivector | Sequence[Any]:
         """The controls as they were handed over, before ``align`` turned any."""
-        return self._controls.given
+        return self._controls.original
 
     @property
     def flipped(self) -> NDArray[np.bool_]:
-        """Which controls ``align`` turned over, (n,)."""
+        """Mask (n,) of the controls whose orientation ``align`` changed."""
         return self._controls.flipped.copy()
 
     @property
@@ -134,7 +135,7 @@ class Curve:
         return self._local.degree
 
     def blending(self) -> tuple[NDArray[np.intp], Array]:
-        """What the Bernstein coefficients of each piece take of the controls: curves are linear in them.
+        """Weights of the controls in the Bernstein coefficients of each piece: curves are linear in them.
 
         Returns
         -------
@@ -148,21 +149,23 @@ class Curve:
         shares = found.reshape(self.segments, -1, len(self))
         return np.broadcast_to(np.arange(len(self)), (self.segments, len(self))), shares
 
-    def turned(self, which: Any) -> Self:
-        """The curve through these controls with some turned over: objects of the other orientation.
+    def with_flipped_controls(self, which: Any) -> Self:
+        """The curve through these controls with the orientation of some reversed.
 
         Parameters
         ----------
         which : array (n,) of bool
         """
         signs = np.where(np.asarray(which, bool), -1.0, 1.0)
-        if signs.shape != (len(self),):
-            raise ShapeError(f"which has shape {signs.shape}; say it of each of the {len(self)} controls.")
+        check_shape(signs, "which", (len(self),))
         new = copy(self)
         for name in ("_local", "_world"):
             new.__dict__.pop(name, None)
-        new._controls = self._controls.turned(signs)
+        new._controls = self._controls.with_signs(signs)
         return new
+
+    turned = renamed_attribute("with_flipped_controls")
+    given = renamed_attribute("original_controls")
 
     def __len__(self) -> int:
         """Number of controls."""
@@ -186,9 +189,9 @@ class Curve:
         SingularError
             With ``strict``, for the first item without an object.
         """
-        found = self._projected(*map(self._multivector, self._local.at(self._inside(t))))
-        x = self._outward(found.value, found.status)
-        if truth(strict, "strict"):
+        found = self._project(*map(self._multivector, self._local.at(self._inside(t))))
+        x = self._to_world(found.value, found.status)
+        if as_bool(strict, "strict"):
             raise_first(x._status, "a value of the curve")
         return x
 
@@ -196,20 +199,20 @@ class Curve:
         """Derivatives of the objects by t, (...); same errors and statuses as the values."""
         inside = self._inside(t)
         raw, size, rate = map(self._multivector, (*self._local.at(inside), self._local.rate_at(inside)))
-        found = call(self.controls.algebra, "blades.project_rate", raw, rate)
-        of_value = self._projected(raw, size).status
-        x = self._outward(found.value, merged(of_value, found.status))
-        if truth(strict, "strict"):
+        found = evaluate(self.controls.algebra, "blades.project_rate", raw, rate)
+        of_value = self._project(raw, size).status
+        x = self._to_world(found.value, merge_statuses(of_value, found.status))
+        if as_bool(strict, "strict"):
             raise_first(x._status, "a derivative of the curve")
         return x
 
-    def _projected(self, raw: Multivector, size: Multivector) -> Outcome:
+    def _project(self, raw: Multivector, size: Multivector) -> FormulaResult:
         """Sums projected; far from the world's origin the controls are known to its rounding only."""
         frame, algebra = self._controls.frame, self.controls.algebra
         if frame is None or raw.grades == (1,):
-            return call(algebra, "blades.project_sum", raw, size)
-        distance = Numbers(float(np.linalg.norm(frame.origin)), 0, "distance")
-        return call(algebra, "blades.project_far_sum", raw, size, distance)
+            return evaluate(algebra, "blades.project_sum", raw, size)
+        distance = ArrayOperand(float(np.linalg.norm(frame.origin)), 0, "distance")
+        return evaluate(algebra, "blades.project_far_sum", raw, size, distance)
 
     def raw(self, t: Any) -> Multivector:
         """Sums of the controls at parameters t, not projected."""
@@ -221,7 +224,7 @@ class Curve:
 
     def _inside(self, t: Any) -> Array:
         """Checked parameters, with what is outside by rounding moved to the ends."""
-        array: Array = np.asarray(arrays.real(t, "t"), np.float64)
+        array: Array = np.asarray(real_array(t, "t"), np.float64)
         start, end = self.domain
         room = ROUNDING * float(np.finfo(F64).eps) * max(abs(start), abs(end))
         good = (array >= start - room) & (array <= end + room)
@@ -235,9 +238,9 @@ class Curve:
         layout = self.controls.algebra.type_of(self.kind.layout, F64)
         return Multivector._make(layout, np.ascontiguousarray(rows), rows.shape[:-1])
 
-    def _outward(self, x: Multivector, status: NDArray[np.uint8] | None) -> Multivector:
-        """From the frame of the controls to the world, in their precision; without an answer NaN all over."""
+    def _to_world(self, x: Multivector, status: NDArray[np.uint8] | None) -> Multivector:
+        """Objects of the controls' frame in the world, in their precision; NaN without an answer."""
         frame = self._controls.frame
-        moved = x if frame is None else frame.outward(x)
+        moved = x if frame is None else frame.to_world(x)
         checked = Multivector._make(moved._type, moved._data, moved.shape, status)
-        return finite(checked).astype(self.controls.dtype)
+        return invalidate_nonfinite(checked).astype(self.controls.dtype)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,11 @@ def _in_chunks(rows_at: Callable[[Array], Array], t: Array, widths: tuple[int, .
         for block, part in zip(blocks, parts, strict=True):
             block[chunk] = part
     return [block.reshape(*t.shape, width) for block, width in zip(blocks, widths, strict=True)]
+
+
+def binomials(n: int) -> Array:
+    """Binomial coefficients of n, shape (n + 1,)."""
+    return np.array([comb(n, k) for k in range(n + 1)], np.float64)
 
 
 def bernstein(degree: int, u: Array) -> Array:

@@ -7,13 +7,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import truth
 from ..codegen.errors import InputError
-from ..multivector import Multivector
-from ..objects import inputs
+from ..common.validation import as_bool
+from ..core.multivector import Multivector
+from ..objects import arguments
 from .base import Curve
-from .basis import Array, Pieces, Quotient, bezier_pieces, hermite_pieces
-from .controls import Controls, as_controls, difference, joined, rows_of, scalars
+from .bernstein import Array, Pieces, Quotient, bezier_pieces, hermite_pieces
+from .control_objects import Controls, as_controls, concatenate, difference, rows_of, scalars
 
 #: The least weight over the largest: the squares of weights, and what is divided by them, are numbers.
 LIGHTEST = 1e-60
@@ -40,7 +40,7 @@ class Bezier(Curve):
     """
 
     def __init__(self, controls: Any, *, align: bool = False, raw: bool = False) -> None:
-        if truth(align, "align") and truth(raw, "raw"):
+        if as_bool(align, "align") and as_bool(raw, "raw"):
             raise InputError("align turns unit objects over; raw controls are none.")
         super().__init__(as_controls(controls, align, raw))
 
@@ -55,7 +55,7 @@ class Bezier(Curve):
         return bezier_pieces(rows)
 
     def to_hermite(self) -> Hermite:
-        """The same curve from its ends and the derivatives there: for cubics whose ends are objects.
+        """Convert to ends and the derivatives there, for cubics whose ends are objects.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Bezier(Curve):
         if self.degree != 3:
             raise InputError(f"a Hermite curve is a cubic; this Bezier curve has degree {self.degree}.")
         c = self.controls
-        kind = inputs.object_kind(c, "controls", c.grades)
+        kind = arguments.object_kind(c, "controls", c.grades)
         ends = [c[i].as_kind(kind) for i in (0, 3)]
         return Hermite(ends[0], 3 * (c[1] - c[0]), ends[1], 3 * (c[3] - c[2]))
 
@@ -138,7 +138,7 @@ class Hermite(Curve):
     """
 
     def __init__(self, c0: Any, v0: Any, c1: Any, v1: Any, *, align: bool = False) -> None:
-        tangents = joined([difference(v, f"v{i}") for i, v in enumerate((v0, v1))], "tangents")
+        tangents = concatenate([difference(v, f"v{i}") for i, v in enumerate((v0, v1))], "tangents")
         super().__init__(as_controls([c0, c1], align, tangents=[tangents]))
         if len(self) != 2 or len(tangents) != 2:
             raise InputError("a Hermite curve has one object and one tangent at each end; these are batches.")
@@ -153,15 +153,15 @@ class Hermite(Curve):
 
     @property
     def tangents(self) -> Multivector:
-        """Derivatives v0 and v1, shape (2,); v1 turned over with c1."""
+        """Derivatives v0 and v1, shape (2,); v1 reversed with c1."""
         return self._tangents.astype(self.controls.dtype)
 
     def blending(self) -> tuple[NDArray[np.intp], Array]:
         rows = np.eye(4)
         return np.arange(4)[None], _cubic(rows[:2], rows[2:]).ordinates
 
-    def turned(self, which: Any) -> Self:
-        new = super().turned(which)
+    def with_flipped_controls(self, which: Any) -> Self:
+        new = super().with_flipped_controls(which)
         new._tangents = self._tangents * np.where(which, -1.0, 1.0)
         return new
 
@@ -172,7 +172,7 @@ class Hermite(Curve):
         return _cubic(rows, rows_of(moved, self.kind))
 
     def to_bezier(self) -> Bezier:
-        """The same curve as a Bezier cubic, whose two inner controls are no objects."""
+        """Convert to a Bezier cubic, whose two inner controls are not objects."""
         return as_beziers(self)[0]
 
     def to_beziers(self) -> list[Bezier]:

@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..arrays import truth
+from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, InputError, ShapeError
-from ..codegen.kinds import Kind
-from ..multivector import Multivector
-from ..objects import blends, inputs, local
-from ..rows import embedded
+from ..common.dtypes import F64
+from ..common.validation import as_bool, as_float, as_instance, check_shape, finite_array, invalid
+from ..core.multivector import Multivector
+from ..dispatch.coefficients import embed
+from ..objects import arguments
+from ..objects.interpolation import blending
+from ..objects.rotors import local_origin
 from ..status import Status
-from ..typed import F64
-from .basis import Array
+from .bernstein import Array
 
 #: Keys of a difference of objects: the scale is 1 where it is left out.
 DIFFERENCE = ("from", "to", "scale")
@@ -35,10 +36,10 @@ class Controls:
 
     Attributes
     ----------
-    given
+    original
         What the user handed over.
     objects : Multivector (n,)
-        Turned over where ``flipped`` says so.
+        Of reversed orientation where ``flipped`` says so.
     flipped : array (n,) of bool
     frame : Frame or None
         Where rows are computed: about a local origin, or in the world.
@@ -46,10 +47,10 @@ class Controls:
         Coefficients in that frame, in double precision.
     """
 
-    given: Any
+    original: Multivector | Sequence[Any]
     objects: Multivector
     flipped: NDArray[np.bool_]
-    frame: local.Frame | None
+    frame: local_origin.Frame | None
     rows: Array
 
     def __len__(self) -> int:
@@ -60,10 +61,10 @@ class Controls:
         """Kind of the objects; the layout, where they are any sums."""
         return self.objects.kind
 
-    def turned(self, signs: Array) -> Controls:
+    def with_signs(self, signs: Array) -> Controls:
         """These times signs (n,)."""
-        objects = _turned(self.objects, signs)
-        return Controls(self.given, objects, self.flipped ^ (signs < 0), self.frame, self.rows * signs[:, None])
+        objects = _negate(self.objects, signs)
+        return Controls(self.original, objects, self.flipped ^ (signs < 0), self.frame, self.rows * signs[:, None])
 
 
 def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Sequence[Any] = ()) -> Controls:
@@ -76,8 +77,8 @@ def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Se
     InputError, GradeError, ShapeError
         Naming the control.
     """
-    align, raw = truth(align, "align"), truth(raw, "raw")
-    found = _gathered(given, raw)
+    align, raw = as_bool(align, "align"), as_bool(raw, "raw")
+    found = _read_controls(given, raw)
     if len(found) < 2:
         raise InputError(f"a curve needs at least 2 controls, not {len(found)}.")
     if not raw:
@@ -85,33 +86,33 @@ def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Se
     if tangents:
         found = found.as_kind(_widest([found, *tangents], "tangents"))
     objects = found.astype(F64)
-    frame = None if raw else local.frame(objects, shared=True)
-    inner = objects if frame is None else frame.inward(objects)
+    frame = None if raw else local_origin.frame(objects, shared=True)
+    inner = objects if frame is None else frame.to_local(objects)
     controls = Controls(given, found, np.zeros(len(objects), bool), frame, rows_of(inner, objects.kind))
-    flipped = _opposed(inner) if align else controls.flipped
-    return controls.turned(np.where(flipped, -1.0, 1.0)) if flipped.any() else controls
+    flipped = _flips(inner) if align else controls.flipped
+    return controls.with_signs(np.where(flipped, -1.0, 1.0)) if flipped.any() else controls
 
 
 def rows_of(x: Multivector, kind: Kind) -> Array:
     """Coefficients on the blades of a kind, in double precision."""
-    return np.asarray(embedded(x, kind), np.float64)
+    return np.asarray(embed(x, kind), np.float64)
 
 
-def _opposed(x: Multivector) -> NDArray[np.bool_]:
-    """Which objects of a row to turn over so that each agrees with the one before it; points have no orientation."""
-    against = blends.align(x[1:], x[:-1])[1]
+def _flips(x: Multivector) -> NDArray[np.bool_]:
+    """Mask of the objects of a row to negate so that each agrees with the one before it; points have no orientation."""
+    against = blending.align(x[1:], x[:-1])[1]
     return np.concatenate([[False], np.cumsum(against) % 2 == 1])
 
 
-def _turned(x: Multivector, signs: NDArray[Any]) -> Multivector:
-    """Unit objects turned over are unit objects: the kind stays."""
+def _negate(x: Multivector, signs: NDArray[Any]) -> Multivector:
+    """Reverse the orientation of unit objects; they stay unit objects of their kind."""
     return Multivector._make(x._type, x._data * signs.astype(x.dtype)[:, None], x.shape)
 
 
-def _gathered(given: Any, raw: bool) -> Multivector:
+def _read_controls(given: Any, raw: bool) -> Multivector:
     if not isinstance(given, Multivector):
         if isinstance(given, (str, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
-            raise InputError(f"controls are a {type(given).__name__}; give a list of objects, or a batch of them.")
+            raise invalid(given, "controls", "a list of objects, or a batch of them,")
         circles = _circles(given)
         if circles is not None:
             return circles
@@ -120,10 +121,9 @@ def _gathered(given: Any, raw: bool) -> Multivector:
             raise InputError("a curve needs at least 2 controls, not 0.")
         for i, x in enumerate(entries):
             _same_sort(entries[0], x, f"controls[{i}]")
-        return joined(entries, "controls") if raw else inputs.gathered(entries, "controls")
-    if given.ndim != 1:
-        raise ShapeError(f"controls have shape {given.shape}; a curve takes one row of them, (n,).")
-    return joined([given], "controls") if raw else inputs.as_objects(given, "controls")
+        return concatenate(entries, "controls") if raw else arguments.concatenate_objects(entries, "controls")
+    check_shape(given, "controls", ("n",))
+    return concatenate([given], "controls") if raw else arguments.as_objects(given, "controls")
 
 
 def _circles(given: Any) -> Multivector | None:
@@ -137,7 +137,7 @@ def _circles(given: Any) -> Multivector | None:
         return None
     if rows.dtype.kind not in "iuf" or rows.ndim != 2 or rows.shape[1] != 7:
         return None
-    from ..loading import stock_algebra
+    from ..core.registry import stock_algebra
 
     found: Multivector = stock_algebra("cga3d").circle(rows[:, :3], rows[:, 3:6], rows[:, 6])
     return None if found._status is not None and found._status.any() else found
@@ -147,14 +147,16 @@ def _entry(x: Any, name: str) -> Multivector:
     """One control: a multivector, or a circle or a point pair from parameters, or a circle from coefficients."""
     if isinstance(x, Multivector):
         return x
-    from ..loading import stock_algebra
+    from ..core.registry import stock_algebra
 
     cga = stock_algebra("cga3d")
     if isinstance(x, Mapping):
         kind = "point_pair" if "a" in x or "b" in x else "circle"
         missing = [key for key in PARAMETERS[kind] if key not in x]
         if missing:
-            raise InputError(f"{name} has no {missing[0]}; {_called(kind)} has {_listed(PARAMETERS[kind])}.")
+            raise InputError(
+                f"{name} has no {missing[0]}; {_kind_phrase(kind)} has {_enumerate_words(PARAMETERS[kind])}."
+            )
         x = tuple(x[key] for key in PARAMETERS[kind])
     if isinstance(x, (tuple, list)):
         for kind, fields in PARAMETERS.items():
@@ -179,11 +181,11 @@ def _from_parameters(cga: Any, kind: str, x: Sequence[Any], name: str) -> Multiv
     return made
 
 
-def _called(kind: str) -> str:
+def _kind_phrase(kind: str) -> str:
     return f"a {kind.replace('_', ' ')}"
 
 
-def _listed(names: Sequence[str]) -> str:
+def _enumerate_words(names: Sequence[str]) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
@@ -195,20 +197,18 @@ def difference(x: Any, name: str) -> Multivector:
     InputError
     """
     if not isinstance(x, Mapping):
-        if isinstance(x, Multivector):
-            return x
-        raise InputError(f"{name} is a {type(x).__name__}, no multivector, nor a mapping with from, to and scale.")
+        return as_instance(x, name, Multivector, "a multivector, or a mapping with from, to and scale,")
     unknown = [key for key in x if key not in DIFFERENCE]
     missing = [key for key in DIFFERENCE[:2] if key not in x]
     if unknown or missing:
         fault = f"has no {missing[0]}" if missing else f"has a {unknown[0]!r}"
-        raise InputError(f"{name} {fault}; a difference has {_listed(DIFFERENCE)}.")
+        raise InputError(f"{name} {fault}; a difference has {_enumerate_words(DIFFERENCE)}.")
     start, end = (_entry(x[key], f"{name}.{key}") for key in DIFFERENCE[:2])
     _same_sort(start, end, f"{name}.to")
-    return (end - start) * inputs.number(x.get("scale", 1.0), f"{name}.scale")
+    return (end - start) * as_float(x.get("scale", 1.0), f"{name}.scale")
 
 
-def joined(parts: Sequence[Any], name: str) -> Multivector:
+def concatenate(parts: Sequence[Any], name: str) -> Multivector:
     """Any finite multivectors of one grade as one batch (n,) on the blades of the widest.
 
     Raises
@@ -216,27 +216,26 @@ def joined(parts: Sequence[Any], name: str) -> Multivector:
     InputError, GradeError, AlgebraMismatchError
     """
     for i, x in enumerate(parts):
-        if not isinstance(x, Multivector):
-            raise InputError(f"{name}[{i}] is a {type(x).__name__}, no multivector.")
+        as_instance(x, f"{name}[{i}]", Multivector, "a multivector")
         _same_sort(parts[0], x, f"{name}[{i}]")
         if not np.isfinite(x._data).all():
             raise InputError(f"{name}[{i}] is not finite.")
     wide = _widest(parts, name)
-    data = np.concatenate([embedded(x, wide).reshape(-1, wide.size) for x in parts])
+    data = np.concatenate([embed(x, wide).reshape(-1, wide.size) for x in parts])
     algebra = parts[0].algebra
     return Multivector._make(algebra.type_of(wide.layout, data.dtype), data, data.shape[:1])
 
 
 def _widest(parts: Sequence[Multivector], name: str) -> Kind:
     """The kind of objects whose blades hold all parts."""
-    kinds = (inputs.object_kind(x, name, tuple(inputs.OBJECTS)) for x in parts)
+    kinds = (arguments.object_kind(x, name, tuple(arguments.OBJECTS)) for x in parts)
     return max(kinds, key=lambda k: k.size)
 
 
 def _same_sort(first: Multivector, x: Multivector, name: str) -> None:
     """Raise, naming x, unless both are of one grade of one algebra."""
     try:
-        inputs.same_sort(first, x)
+        arguments.same_sort(first, x)
     except (AlgebraMismatchError, GradeError) as error:
         raise type(error)(error.what, where=name) from None
 
@@ -260,13 +259,10 @@ def scalars(value: Any, count: int, name: str) -> Array:
     ------
     InputError, ShapeError
     """
-    array = np.asarray(arrays.real(value, name), np.float64)
+    array = finite_array(value, name)
     if array.shape not in ((), (count,)):
         raise ShapeError(f"{name} has shape {array.shape}; give one number, or one for each of the {count} controls.")
-    if not np.isfinite(array).all():
-        where = "" if not array.shape else f"[{int(np.argmin(np.isfinite(array)))}]"
-        raise InputError(f"{name}{where} is not finite.")
     return np.array(np.broadcast_to(array, (count,)))
 
 
-__all__ = ["Controls", "as_controls", "difference", "joined", "rows_of", "scalars"]
+__all__ = ["Controls", "as_controls", "difference", "concatenate", "rows_of", "scalars"]

@@ -7,11 +7,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..arrays import truth
-from ..codegen.errors import InputError, ShapeError
+from ..codegen.errors import InputError
+from ..common.validation import as_bool, as_choice, check_shape, finite_array, invalid
 from .base import Curve
-from .basis import (
+from .bernstein import (
     Array,
     Pieces,
     cubic_pieces,
@@ -21,7 +20,7 @@ from .basis import (
     quadratic_pieces,
 )
 from .bezier import Bezier, as_beziers
-from .controls import as_controls, scalars
+from .control_objects import as_controls, scalars
 
 #: Steps between knots: splines multiply three of them, and divide by them.
 SHORTEST, LONGEST = 1e-90, 1e90
@@ -71,11 +70,11 @@ class KochanekBartels(Curve):
             scalars(value, len(self), name)
             for value, name in ((tension, "tension"), (bias, "bias"), (continuity, "continuity"))
         )
-        self._closed = truth(closed, "closed")
+        self._closed = as_bool(closed, "closed")
 
     @property
     def closed(self) -> bool:
-        """Whether it ends where it starts."""
+        """True if the curve ends at its start."""
         return self._closed
 
     @property
@@ -95,7 +94,7 @@ class KochanekBartels(Curve):
         return hermite_pieces(self.breaks, rows[start], leaving[start], rows[end], reaching[end])
 
     def _slopes(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """What the tangents that leave and reach the controls take of the differences before and after them, (n,)."""
+        """Weights (n,) of the differences before and after a control in the tangents that leave and reach it."""
         tension, bias, continuity = self._shape
         before, after = (1 - tension) * (1 + bias) / 2, (1 - tension) * (1 - bias) / 2
         leaving = (1 + continuity) * before, (1 - continuity) * after
@@ -154,9 +153,8 @@ class Interpolating(Curve):
         self, objects: Any, knots: Any = None, degree: int = 3, *, ends: Ends = "not-a-knot", align: bool = False
     ) -> None:
         if isinstance(degree, bool) or degree not in (1, 2, 3):
-            raise InputError(f"degree is {degree!r}; it is 1, 2 or 3.")
-        if ends not in ("not-a-knot", "natural"):
-            raise InputError(f"ends is {ends!r}; it is 'not-a-knot' or 'natural'.")
+            raise invalid(degree, "degree", "1, 2 or 3")
+        as_choice(ends, "ends", ("not-a-knot", "natural"))
         super().__init__(as_controls(objects, align))
         self._wanted = int(degree)
         self._ends = ends
@@ -205,11 +203,8 @@ class Interpolating(Curve):
 
 def _increasing(value: Any, count: int) -> Array:
     """Checked knots, whose steps can be squared and divided by."""
-    knots = np.array(arrays.real(value, "knots"), np.float64)
-    if knots.shape != (count,):
-        raise ShapeError(f"knots have shape {knots.shape}; give one for each of the {count} objects.")
-    if not np.isfinite(knots).all():
-        raise InputError(f"knots[{int(np.argmin(np.isfinite(knots)))}] is not finite.")
+    knots = finite_array(value, "knots").copy()
+    check_shape(knots, "knots", (count,), remedy="Give one for each object")
     with np.errstate(over="ignore"):
         steps = np.diff(knots)
     if not (steps > 0).all():

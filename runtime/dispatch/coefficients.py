@@ -1,21 +1,19 @@
-"""Rows of coefficients for a call: broadcast over items, made contiguous, scaled, put on other blades. No products."""
+"""Arrays of coefficients for a call: broadcast over items, contiguous, scaled, on other blades. No products."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .codegen.errors import ShapeError
-
-if TYPE_CHECKING:
-    from .codegen.kinds import Kind
-    from .multivector import Multivector
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import ShapeError
+from .multivector_data import M, MultivectorData
 
 
-def broadcast(*operands: Multivector) -> tuple[int, ...]:
+def broadcast(*operands: MultivectorData) -> tuple[int, ...]:
     """Common leading shape.
 
     Raises
@@ -30,14 +28,14 @@ def broadcast(*operands: Multivector) -> tuple[int, ...]:
         raise ShapeError(f"shapes {shapes} do not broadcast; insert axes with a[:, None].") from None
 
 
-def expanded(x: Multivector, lead: tuple[int, ...]) -> NDArray[Any]:
+def expand_rows(x: MultivectorData, lead: tuple[int, ...]) -> NDArray[Any]:
     """Contiguous rows for the common shape: as they are, one for all, or repeated."""
     if x._lead == lead or math.prod(x._lead) == 1:
         return x._data
     return np.ascontiguousarray(np.broadcast_to(x._data, (*lead, x._type.size)))
 
 
-def embedded(x: Multivector, kind: Kind) -> NDArray[Any]:
+def embed(x: MultivectorData, kind: Kind) -> NDArray[Any]:
     """Rows on the blades of ``kind``: zero where x has no such blade; the others of x are left out."""
     if x._type.blades == kind.blades:
         return x._data
@@ -50,7 +48,7 @@ def embedded(x: Multivector, kind: Kind) -> NDArray[Any]:
     return data
 
 
-def levelled(x: Multivector) -> tuple[Multivector, NDArray[Any] | None]:
+def normalize_exponents(x: M) -> tuple[M, NDArray[Any] | None]:
     """Items over a power of two that brings their largest coefficient near 1, and its exponent.
 
     Exact, so that products neither overflow nor vanish; x itself, and None, where all items are ordinary already,

@@ -10,48 +10,46 @@ import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from . import arrays, proofs
-from .codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
-from .codegen.kinds import Kind, numbers, scalar_argument
-from .rows import embedded
-from .status import Status
-from .stock import Entry, Key, Result
-
-if TYPE_CHECKING:
-    from .algebras import Algebra
-    from .multivector import Multivector
+from ..codegen.algebra.algebra import Kind, numbers, scalar_argument
+from ..codegen.errors import AlgebraMismatchError, BladesmithError, GradeError, SingularError, TraceError
+from ..common.dtypes import common_precision
+from ..common.validation import real_array
+from ..status import Status
+from . import kind_inference
+from .coefficients import embed
+from .kernel_entries import Entry, Key, Result
+from .multivector_data import M, MultivectorData
+from .types import TypedAlgebra
 
 #: Items of a formula after which it is compiled: NumPy takes some microseconds for each, the compiler half a second.
 WORTH_COMPILING = 100_000
-#: The form of such a formula. A cheaper one takes up to a second to find: that is for kernels that are declared.
-AS_WRITTEN = {"form": "staged"}
 _log = logging.getLogger("bladesmith")
 
 
-class Numbers(NamedTuple):
+class ArrayOperand(NamedTuple):
     """A plain operand, with its name in errors.
 
     ``key`` is 0 for one number per item, k for a row of k numbers, or a kind whose coefficients the rows are.
     """
 
-    value: Any
+    value: ArrayLike
     key: Key
     name: str
 
     def rows(self) -> NDArray[Any]:
         """The checked array."""
         count = self.key if isinstance(self.key, int) else self.key.size
-        return arrays.rows(self.value, count, self.name) if count else arrays.real(self.value, self.name)
+        return real_array(self.value, self.name, (..., count) if count else None)
 
 
 @dataclass(frozen=True)
-class Target:
-    """What serves a formula for some operands."""
+class ResolvedKernel:
+    """Function that evaluates a formula for operands of some kinds."""
 
     inputs: tuple[Key, ...]
     outputs: tuple[Result, ...]
@@ -59,7 +57,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class FormulaResult:
     """Results of a formula: multivectors and arrays in the formula's order, and the status of each item."""
 
     values: tuple[Any, ...]
@@ -71,7 +69,7 @@ class Outcome:
         return self.values[0]
 
 
-def call(algebra: Algebra, formula: str, *operands: Multivector | Numbers) -> Outcome:
+def evaluate(algebra: TypedAlgebra, formula: str, *operands: MultivectorData | ArrayOperand) -> FormulaResult:
     """Run ``module.function`` of `codegen.formulas`.
 
     Raises
@@ -82,43 +80,39 @@ def call(algebra: Algebra, formula: str, *operands: Multivector | Numbers) -> Ou
         If the formula means nothing for operands on these blades.
     """
     for x in operands:
-        if not isinstance(x, Numbers) and x.algebra is not algebra:
+        if not isinstance(x, ArrayOperand) and x.algebra is not algebra:
             raise AlgebraMismatchError(f"{x.algebra.name} is not {algebra.name}; convert the operand first.")
-    keys = tuple(x.key if isinstance(x, Numbers) else x.kind for x in operands)
-    found = target(algebra, formula, keys)
+    keys = tuple(x.key if isinstance(x, ArrayOperand) else x.kind for x in operands)
+    found = resolve_kernel(algebra, formula, keys)
     given = [
-        x.rows() if isinstance(x, Numbers) else embedded(x, key) if isinstance(key, Kind) else x._data
+        x.rows() if isinstance(x, ArrayOperand) else embed(x, key) if isinstance(key, Kind) else x._data
         for x, key in zip(operands, found.inputs, strict=True)
     ]
-    own = [x.value if isinstance(x, Numbers) else data for x, data in zip(operands, given, strict=True)]
-    dtype = arrays.precision(*own)
+    own = [x.value if isinstance(x, ArrayOperand) else data for x, data in zip(operands, given, strict=True)]
+    dtype = common_precision(*own)
     results = found.run(*(data if data.dtype == dtype else data.astype(dtype) for data in given))
     items = results if isinstance(results, tuple) else (results,)
     code = next((v for v, o in zip(items, found.outputs, strict=True) if o.is_status), None)
-    values = tuple(
-        _value(algebra, v, o, code) for v, o in zip(items, found.outputs, strict=True) if not o.is_status
-    )
-    return Outcome(values, code)
+    values = tuple(_value(algebra, v, o, code) for v, o in zip(items, found.outputs, strict=True) if not o.is_status)
+    return FormulaResult(values, code)
 
 
-def _value(algebra: Algebra, data: NDArray[Any], result: Result, code: NDArray[np.uint8] | None) -> Any:
+def _value(algebra: TypedAlgebra, data: NDArray[Any], result: Result, code: NDArray[np.uint8] | None) -> Any:
     if result.kind is None:
         return data
-    from .multivector import Multivector
-
-    return Multivector._make(algebra.type_of(result.kind, data.dtype), data, data.shape[:-1], code)
+    return algebra.multivector_class._make(algebra.type_of(result.kind, data.dtype), data, data.shape[:-1], code)
 
 
-def target(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
-    """What serves a formula for operands of these keys; remembered."""
+def resolve_kernel(algebra: TypedAlgebra, formula: str, keys: tuple[Key, ...]) -> ResolvedKernel:
+    """Function that evaluates a formula for operands of these keys; cached."""
     known = algebra.targets.get((formula, keys))
     if known is None:
-        known = _stock(algebra, formula, keys) or _traced(algebra, formula, keys)
+        known = _find_stock_kernel(algebra, formula, keys) or _trace_formula(algebra, formula, keys)
         algebra.targets[formula, keys] = known
     return known
 
 
-def _stock(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target | None:
+def _find_stock_kernel(algebra: TypedAlgebra, formula: str, keys: tuple[Key, ...]) -> ResolvedKernel | None:
     """The stock kernel that loses least: the kinds themselves, their layouts, then kinds that hold them."""
     if algebra.stock is None:
         return None
@@ -127,7 +121,7 @@ def _stock(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target | No
     if not costs:
         return None
     entry = min(costs, key=lambda pair: pair[0])[1]
-    return Target(entry.inputs, entry.outputs, algebra.stock.bound(entry))
+    return ResolvedKernel(entry.inputs, entry.outputs, algebra.stock.bound(entry))
 
 
 def _cost(entry: Entry, keys: Sequence[Key]) -> int | None:
@@ -141,37 +135,36 @@ def _cost(entry: Entry, keys: Sequence[Key]) -> int | None:
                 return None
         elif wanted == given:
             continue
-        elif proofs.belongs(given, wanted):
+        elif kind_inference.is_subkind(given, wanted):
             total += 2 * (wanted.size - given.size) + int(wanted.is_layout)
         else:
             return None
     return total
 
 
-def _traced(algebra: Algebra, formula: str, keys: tuple[Key, ...]) -> Target:
+def _trace_formula(algebra: TypedAlgebra, formula: str, keys: tuple[Key, ...]) -> ResolvedKernel:
     """The formula traced for these kinds, or for their layouts where it repairs what a kind already has."""
-    from .codegen.declare import KernelFunction
-    from .codegen.generator import formula_by_name
-    from .codegen.simplify import choose
+    from ..codegen.api import KernelFunction
+    from ..codegen.declarations import formula_by_name
 
     function = formula_by_name(formula)
     name = formula.rpartition(".")[2]
     problem: BladesmithError | None = None
     for kinds in dict.fromkeys((_kinds(algebra, keys), _kinds(algebra, keys, layouts=True))):
-        kernel = KernelFunction(function, kinds, None, name, algebra)
+        # printed as written: a search takes up to a second, which is for kernels that are declared
+        kernel = KernelFunction(function, kinds, None, name, algebra, search=False)
         try:
             outputs = tuple(_result(o) for o in kernel.traced.outputs)
         except (TraceError, GradeError, ZeroDivisionError) as error:
             problem = problem or (error if isinstance(error, BladesmithError) else TraceError(str(error)))
             continue
         inputs = tuple(key if isinstance(key, int) else kind for key, kind in zip(keys, kinds, strict=True))
-        choose(kernel.traced, AS_WRITTEN)
-        return Target(inputs, outputs, Warming(kernel))
+        return ResolvedKernel(inputs, outputs, TieredKernel(kernel))
     what = " and ".join(f"a {key.name}" for key in keys if isinstance(key, Kind))
     raise GradeError(f"{name} of {what} of {algebra.name}: {problem}")
 
 
-def _kinds(algebra: Algebra, keys: Sequence[Key], layouts: bool = False) -> tuple[Kind, ...]:
+def _kinds(algebra: TypedAlgebra, keys: Sequence[Key], layouts: bool = False) -> tuple[Kind, ...]:
     return tuple(
         (key.layout if layouts else key)
         if isinstance(key, Kind)
@@ -189,7 +182,7 @@ def _result(output: Any) -> Result:
     return Result(output.name, kind, len(output.nodes))
 
 
-class Warming:
+class TieredKernel:
     """A declared kernel on arrays: interpreted, and compiled once `WORTH_COMPILING` items went through it."""
 
     def __init__(self, kernel: Any) -> None:
@@ -201,7 +194,7 @@ class Warming:
         return self.ready(max((math.prod(a.shape[:-1]) for a in data), default=1), data)(*data)
 
     def ready(self, items: int, data: Sequence[NDArray[Any]]) -> Any:
-        """What runs this many more items of the precision of some arrays."""
+        """Kernel for this many more items, in the precision of the arrays."""
         self.items += items
         if self.items > WORTH_COMPILING and not self.is_hot:
             self.is_hot = True
@@ -227,7 +220,7 @@ def raise_first(status: NDArray[np.uint8] | None, what: str, error: type[Singula
     raise error(f"{what}: {item} is {Status(int(status[place])).name}.")
 
 
-def finite(x: Multivector) -> Multivector:
+def invalidate_nonfinite(x: M) -> M:
     """Items without an answer are NaN all over; what is not finite is `INVALID`, unless its status says more."""
     with np.errstate(all="ignore"):
         if np.isfinite(x._data.sum()) and (x._status is None or not x._status.any()):
@@ -235,10 +228,10 @@ def finite(x: Multivector) -> Multivector:
         bad = ~np.isfinite(x._data).all(-1)
     if x._status is not None:
         bad = bad | (x._status != Status.OK) & (x._status != Status.NOT_UNIQUE)
-    return invalidated(x, bad)
+    return invalidate(x, bad)
 
 
-def invalidated(x: Multivector, bad: NDArray[np.bool_]) -> Multivector:
+def invalidate(x: M, bad: NDArray[np.bool_]) -> M:
     """NaN and INVALID in some items."""
     if not bad.any():
         return x
@@ -249,7 +242,22 @@ def invalidated(x: Multivector, bad: NDArray[np.bool_]) -> Multivector:
     return x._make(x._type, data, x.shape, np.asarray(status, np.uint8))
 
 
-def merged(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
+def propagate_invalid(result: M, x: MultivectorData) -> M:
+    """The result of a function of x: items of x that are not finite have no answer, and x's status or `INVALID`."""
+    with np.errstate(all="ignore"):
+        bad = ~np.isfinite(x._data).all(-1)
+    if not bad.any():
+        return result
+    statuses = (invalidate(x, bad)._status, result._status)
+    given, known = (np.zeros(x.shape, np.uint8) if status is None else status for status in statuses)
+    data = np.where(bad[..., None], result.dtype.type(np.nan), result._data)
+    made = result._make(result._type, data, result.shape, np.asarray(np.where(bad, given, known), np.uint8))
+    if hasattr(result, "_deviation"):
+        made._deviation = result._deviation
+    return made
+
+
+def merge_statuses(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
     """One status per item: the first that is not OK."""
     known = [s for s in statuses if s is not None]
     if not known:
@@ -260,4 +268,14 @@ def merged(*statuses: NDArray[np.uint8] | None) -> NDArray[np.uint8] | None:
     return np.asarray(total, np.uint8)
 
 
-__all__ = ["Numbers", "Outcome", "call", "finite", "invalidated", "merged", "raise_first", "target"]
+__all__ = [
+    "ArrayOperand",
+    "FormulaResult",
+    "propagate_invalid",
+    "evaluate",
+    "invalidate_nonfinite",
+    "invalidate",
+    "merge_statuses",
+    "raise_first",
+    "resolve_kernel",
+]

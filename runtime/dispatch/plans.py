@@ -1,4 +1,4 @@
-"""From an operation and two types to a plan: a function of two multivectors that calls one compiled loop.
+"""Plans of operations on two types: functions of two multivectors that call one compiled loop.
 
 The order of choice is: a generated kernel for these kinds, one for the layouts of the same blades, the general
 product by tables; a combination that is used much is then specialised. Plans are kept; finding one is one look-up.
@@ -9,26 +9,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import _cffi_backend
 import numpy as np
 from numpy.typing import NDArray
 
-from . import general, proofs
-from .codegen.binding import BoundKernel, share
-from .codegen.errors import AlgebraMismatchError
-from .general import Table, product_table
-from .rows import broadcast, embedded, expanded
-from .specialise import Rows, counted, operation_formula
-from .stock import Entry, Key, StockKernels
-from .typed import F32, F64, Type
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import AlgebraMismatchError
+from ..codegen.execute.arrays import BoundKernel, share
+from ..common.dtypes import F32, F64
+from . import kind_inference, product_tables
+from .coefficients import broadcast, embed, expand_rows
+from .kernel_entries import Entry, KernelSource, Key
+from .multivector_data import MultivectorData, from_buffer
+from .product_tables import Table, product_table
+from .specialization import Rows, operation_formula, specialize_when_hot
+from .types import Type
 
-if TYPE_CHECKING:
-    from .codegen.kinds import Kind
-    from .multivector import Multivector
-
-Plan = Callable[[Any, Any], "Multivector"]
+#: Product of two multivectors of certain types.
+Plan = Callable[[Any, Any], Any]
 #: C loop with its kernel bound: (n, out, a, stride of a, b, stride of b).
 Loop = Callable[[int, Any, Any, int, Any, int], None]
 
@@ -37,13 +36,11 @@ PLANS: dict[tuple[str, Type, Type], Plan] = {}
 #: A general sandwich keeps this many items between its two products.
 CHUNK = 4096
 #: Formula of each operation.
-FORMULAS = {name: f"products.{name}" for name in (*general.OPERATIONS, "sandwich")}
-
-from_buffer = _cffi_backend.FFI().from_buffer
+FORMULAS = {name: f"products.{name}" for name in (*product_tables.OPERATIONS, "sandwich")}
 
 
-def plan(operation: str, a: Multivector, b: Multivector) -> Plan:
-    """The plan for two multivectors, made if there is none.
+def plan(operation: str, a: MultivectorData, b: MultivectorData) -> Plan:
+    """The plan for two multivectors, cached.
 
     Raises
     ------
@@ -64,27 +61,60 @@ def _make(operation: str, a: Type, b: Type) -> Plan:
             remedy=f"Convert one first: {a.algebra.name}.multivector(x), where both have the same signature",
         )
     if a.dtype != b.dtype:
-        return _widened(operation)
+        return _promoted_plan(operation)
     found = _stock(operation, a, b)
     if found is not None:
-        kernels, entry = found
-        result = entry.outputs[0].kind
-        assert result is not None
-        return _compiled(kernels.bound(entry), a.algebra.type_of(result, a.dtype), a, b)
+        return _by_kernel(*found, operation, a, b)
     if operation == "sandwich":
-        return _held_sandwich(a, b) or _general_sandwich(a, b)
+        return _sandwich_via_superkind(a, b) or _general_sandwich(a, b)
     return _general(operation, a, b)
 
 
-def _widened(operation: str) -> Plan:
-    def mixed(x: Multivector, y: Multivector) -> Multivector:
+def _by_kernel(kernels: KernelSource, entry: Entry, operation: str, a: Type, b: Type) -> Plan:
+    """Plan of a generated kernel; the result has the kind that is proved for a and b, whatever the kernel knows."""
+    output = entry.outputs[0].kind
+    assert output is not None
+    kind = _result_kind(entry, operation, a, b)
+    if kind.blades == output.blades:
+        return _kernel_plan(kernels.bound(entry), a.algebra.type_of(kind, a.dtype), a, b)
+    return _plan_with_kind(_kernel_plan(kernels.bound(entry), a.algebra.type_of(output, a.dtype), a, b), kind)
+
+
+def _plan_with_kind(wide: Plan, kind: Kind) -> Plan:
+    """A plan whose results have another kind: on blades whose other coefficients vanish, or are not there."""
+
+    def with_kind(x: Any, y: Any) -> Any:
+        result = wide(x, y)
+        return result._make(result.algebra.type_of(kind, result.dtype), embed(result, kind), result._lead)
+
+    return with_kind
+
+
+def _result_kind(entry: Entry, operation: str, a: Type, b: Type) -> Kind:
+    """The kind of a kernel's result for two kinds that it serves."""
+    output = entry.outputs[0].kind
+    assert output is not None
+    if entry.results is None:  # written by a generator that did not prove it
+        return _proved_kind(operation, a, b) or output
+    return entry.results.get((a.kind, b.kind), output)
+
+
+def _proved_kind(operation: str, a: Type, b: Type) -> Kind | None:
+    """The kind of the result by proof; None where nothing is known of the operands, or where they are too large."""
+    if (a.kind.is_layout and b.kind.is_layout) or a.size * b.size > kind_inference.MAX_TERMS:
+        return None
+    return kind_inference.result_kind(a.algebra, operation_formula(operation), (a.kind, b.kind))
+
+
+def _promoted_plan(operation: str) -> Plan:
+    def in_double_precision(x: Any, y: Any) -> Any:
         x, y = x.astype(F64), y.astype(F64)
         return plan(operation, x, y)(x, y)
 
-    return mixed
+    return in_double_precision
 
 
-def _held_sandwich(a: Type, b: Type) -> Plan | None:
+def _sandwich_via_superkind(a: Type, b: Type) -> Plan | None:
     """A rotor is a motor: where only the motor's kernel exists, it serves what it provably holds."""
     kernels = a.algebra.stock
     entries = kernels.entries.get(FORMULAS["sandwich"], ()) if kernels else ()
@@ -92,10 +122,15 @@ def _held_sandwich(a: Type, b: Type) -> Plan | None:
         holder = entry.inputs[0]
         if isinstance(holder, int) or not holder.constraints or entry.inputs[1] not in (b.kind, b.kind.layout):
             continue
-        if proofs.belongs(a.kind, holder):
+        if kind_inference.is_subkind(a.kind, holder):
             wide = a.algebra.type_of(holder, a.dtype)
             known = _make("sandwich", wide, b)
-            return lambda r, x: known(r._make(wide, embedded(r, wide.kind), r._lead), x)
+            found = _stock("sandwich", wide, b)
+            assert found is not None
+            kind = _result_kind(found[1], "sandwich", a, b)
+            if kind != _result_kind(found[1], "sandwich", wide, b):
+                known = _plan_with_kind(known, kind)
+            return lambda r, x: known(r._make(wide, embed(r, wide.kind), r._lead), x)
     return None
 
 
@@ -103,7 +138,7 @@ def _size(key: Key) -> int:
     return key if isinstance(key, int) else key.size
 
 
-def _stock(operation: str, a: Type, b: Type) -> tuple[StockKernels, Entry] | None:
+def _stock(operation: str, a: Type, b: Type) -> tuple[KernelSource, Entry] | None:
     """The generated kernel for the kinds as they are, else for their layouts."""
     kernels = a.algebra.stock
     if kernels is None:
@@ -119,24 +154,25 @@ def _stock(operation: str, a: Type, b: Type) -> tuple[StockKernels, Entry] | Non
 # -- plans of compiled loops -------------------------------------------------------------------------------
 
 
-def _compiled(kernel: Any, out: Type, a: Type, b: Type) -> Plan:
-    """Plan of a generated kernel, with a short way for two single items: buffers' pointers are kept on multivectors."""
-    from .multivector import Multivector
+def _kernel_plan(kernel: Any, out: Type, a: Type, b: Type) -> Plan:
+    """Plan of a generated kernel, with a short path for two single items, which store their buffers' pointers."""
 
     def rows(result: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
         kernel.run([x, y], [result], n)
 
-    batch = _batched(rows, out)
-    if not isinstance(kernel, BoundKernel):
+    batch = _batch_plan(rows, out)
+    if not isinstance(kernel, BoundKernel) or not kernel.provide(bool(out.single)):
         return batch
     run, index, precision = kernel.library.lib.bs_run2, kernel.index, out.single
-    new, empty, buffer, size, size_a, size_b = Multivector.__new__, np.empty, from_buffer, out.size, a.size, b.size
+    result_class: Any = out.algebra.multivector_class
+    new, empty, buffer = result_class.__new__, np.empty, from_buffer
+    size, size_a, size_b = out.size, a.size, b.size
 
-    def single(x: Multivector, y: Multivector) -> Multivector:
+    def single(x: Any, y: Any) -> Any:
         if x._lead or y._lead:
             return batch(x, y)
         data = empty(size, F32) if precision else empty(size)
-        result = new(Multivector)
+        result = new(result_class)
         result._type = out
         result._data = data
         result._lead = ()
@@ -148,17 +184,17 @@ def _compiled(kernel: Any, out: Type, a: Type, b: Type) -> Plan:
     return single
 
 
-def _batched(rows: Rows, out: Type) -> Plan:
+def _batch_plan(rows: Rows, out: Type) -> Plan:
     """Plan over broadcast leading dimensions."""
-    from .multivector import Multivector
+    make = out.algebra.multivector_class._make
 
-    def batch(a: Multivector, b: Multivector) -> Multivector:
+    def batch(a: Any, b: Any) -> Any:
         lead = a._lead if a._lead == b._lead else broadcast(a, b)
         n = math.prod(lead)
         data = np.empty((*lead, out.size), out.dtype)
         if n:
-            rows(data, expanded(a, lead), expanded(b, lead), n)
-        return Multivector._make(out, data, lead)
+            rows(data, expand_rows(a, lead), expand_rows(b, lead), n)
+        return make(out, data, lead)
 
     return batch
 
@@ -168,27 +204,23 @@ def _batched(rows: Rows, out: Type) -> Plan:
 
 def _general(operation: str, a: Type, b: Type) -> Plan:
     algebra = a.algebra
-    kept: tuple[int, ...] = ()
-    kind: Kind | None = None
-    if not (a.kind.is_layout and b.kind.is_layout) and a.size * b.size <= proofs.MAX_TERMS:
-        kind = proofs.result_kind(algebra, operation_formula(operation), (a.kind, b.kind))
-        kept = kind.blades
-    table = product_table(algebra, operation, a.blades, b.blades, kept)
+    kind = _proved_kind(operation, a, b)
+    table = product_table(algebra, operation, a.blades, b.blades, kind.blades if kind else ())
     out = algebra.type_of(kind or algebra.layout_of(table.blades), a.dtype)
-    rows = counted(table_rows(table, out.single), (operation, a, b), out, table.terms)
-    batch = _batched(rows, out)
+    rows = specialize_when_hot(table_rows(table, out.single), (operation, a, b), out, table.terms)
+    batch = _batch_plan(rows, out)
     loop = _table_loop(table, out.single)
-    return batch if loop is None else _single(loop, batch, out, a.size, b.size)
+    return batch if loop is None else _table_plan(loop, batch, out, a.size, b.size)
 
 
-def _single(loop: Loop, batch: Plan, out: Type, size_a: int, size_b: int) -> Plan:
-    """The short way for two single items, for a loop over tables."""
-    from .multivector import Multivector
+def _table_plan(loop: Loop, batch: Plan, out: Type, size_a: int, size_b: int) -> Plan:
+    """Short path for two single items, for a loop over tables."""
+    make = out.algebra.multivector_class._make
 
-    def single(x: Multivector, y: Multivector) -> Multivector:
+    def single(x: Any, y: Any) -> Any:
         if x._lead or y._lead:
             return batch(x, y)
-        result = Multivector._make(out, np.empty(out.size, out.dtype), ())
+        result = make(out, np.empty(out.size, out.dtype), ())
         loop(1, result._point(), x._pointer or x._point(), size_a, y._pointer or y._point(), size_b)
         return result
 
@@ -197,13 +229,13 @@ def _single(loop: Loop, batch: Plan, out: Type, size_a: int, size_b: int) -> Pla
 
 def _table_loop(table: Table, single: int) -> Loop | None:
     """The compiled loop over a table, bound to it."""
-    module = general.library()
+    module = product_tables.library()
     return None if module is None else partial(module.lib.bs_multiply, table.pointer, single, 0)
 
 
 def table_rows(table: Table, single: int) -> Rows:
     """Rows by a table: compiled and shared over threads, or NumPy."""
-    module = general.library()
+    module = product_tables.library()
     if module is None:
 
         def with_numpy(out: NDArray[Any], x: NDArray[Any], y: NDArray[Any], n: int) -> None:
@@ -228,7 +260,7 @@ def table_rows(table: Table, single: int) -> Rows:
 
 
 def _general_sandwich(a: Type, b: Type) -> Plan:
-    """R x ~R by two tables. What vanishes for members of the kinds is left out."""
+    """R x ~R by two tables. Coefficients that vanish for members of the kinds are left out."""
     algebra = a.algebra
     inner = product_table(algebra, "geometric", a.blades, b.blades)
     kind = _sandwich_kind(a, b, inner)
@@ -245,7 +277,7 @@ def _general_sandwich(a: Type, b: Type) -> Plan:
             first(middle[: end - begin], part_r, part_x, end - begin)
             second(result[begin:end], middle[: end - begin], part_r, end - begin)
 
-    batch = _batched(counted(rows, ("sandwich", a, b), out, inner.terms + outer.terms), out)
+    batch = _batch_plan(specialize_when_hot(rows, ("sandwich", a, b), out, inner.terms + outer.terms), out)
     loops = _table_loop(inner, out.single), _table_loop(outer, out.single)
     if loops[0] is None or loops[1] is None:
         return batch
@@ -257,13 +289,13 @@ def _general_sandwich(a: Type, b: Type) -> Plan:
         left(n, middle, r, size_r, x, size_x)
         right(n, result, middle, size, r, size_r)
 
-    return _single(loop, batch, out, a.size, b.size)
+    return _table_plan(loop, batch, out, a.size, b.size)
 
 
 def _sandwich_kind(a: Type, b: Type, inner: Table) -> Kind:
     algebra = a.algebra
-    if inner.terms <= proofs.MAX_TERMS and len(inner.blades) * a.size <= proofs.MAX_TERMS:
-        return proofs.result_kind(algebra, operation_formula("sandwich"), (a.kind, b.kind))
+    if inner.terms <= kind_inference.MAX_TERMS and len(inner.blades) * a.size <= kind_inference.MAX_TERMS:
+        return kind_inference.result_kind(algebra, operation_formula("sandwich"), (a.kind, b.kind))
     outer = product_table(algebra, "reversed", inner.blades, a.blades)
     signs = {blade.bit_count() & 2 for blade in b.blades}
     # x = +-~x makes R x ~R = +-~(R x ~R), so grades of the other sign cancel exactly

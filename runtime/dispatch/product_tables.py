@@ -16,19 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .codegen import multivector as filters
-from .codegen.algebra import MAX_DIMENSION, Algebra, grade
-from .codegen.errors import SignatureError
-from .codegen.multivector import Multivector
-from .codegen.rings import RationalRing
+from ..codegen.algebra import product_terms as filters
+from ..codegen.algebra.algebra import Algebra
+from ..codegen.algebra.blades import MAX_DIMENSION, grade
+from ..codegen.algebra.multivector import Multivector
+from ..codegen.errors import SignatureError
+from ..codegen.rings.protocol import RationalRing
 
 if TYPE_CHECKING:
-    from .codegen.multivector import Filter
+    from ..codegen.algebra.product_terms import Filter
 
 Integers = NDArray[np.int32]
 #: More pairs of blades than this are refused: the table alone would take gigabytes.
 MAX_PAIRS = 2**25
-#: NumPy's way multiplies this many numbers at a time, so that its temporary array stays in the cache.
+#: The NumPy path multiplies this many numbers at a time, so that its temporary array stays in the cache.
 CHUNK = 2**16
 
 FILTERS: dict[str, Filter | None] = {
@@ -108,7 +109,7 @@ class Table:
 def library() -> Any:
     """The compiled loop, or None where it was not built."""
     try:
-        module = import_module(".generated.general._kernels", __package__)
+        module = import_module("...generated.general._kernels", __name__)
     except ImportError:
         return None
     module.lib.bs_initialize()
@@ -171,9 +172,7 @@ def _terms(algebra: Algebra, operation: str, blades_a: tuple[int, ...], blades_b
     return _general_terms(algebra, operation, blades_a, blades_b)
 
 
-def _diagonal_terms(
-    algebra: Algebra, operation: str, blades_a: Sequence[int], blades_b: Sequence[int]
-) -> Terms:
+def _diagonal_terms(algebra: Algebra, operation: str, blades_a: Sequence[int], blades_b: Sequence[int]) -> Terms:
     """Whole arrays of terms: for an orthogonal basis, and for the outer product in any."""
     a = np.array(blades_a, np.int32).reshape(-1, 1)
     b = np.array(blades_b, np.int32).reshape(1, -1)
@@ -221,10 +220,8 @@ def _grades(blades: NDArray[Any]) -> NDArray[np.int16]:
     return grades
 
 
-def _general_terms(
-    algebra: Algebra, operation: str, blades_a: Sequence[int], blades_b: Sequence[int]
-) -> Terms:
-    """The same for any metric, blade by blade, in exact arithmetic."""
+def _general_terms(algebra: Algebra, operation: str, blades_a: Sequence[int], blades_b: Sequence[int]) -> Terms:
+    """Terms for any metric, blade by blade, in exact arithmetic."""
     multiply = _blade_product(algebra, operation)
     rows = [
         (i, j, blade, float(weight))

@@ -1,4 +1,4 @@
-"""Combinations that are used much get a kernel of their own: generated, compiled and kept in the cache.
+"""Kernels for combinations of kinds that are used much: generated, compiled and stored in the cache.
 
 Until then, and wherever there is no compiler, the general product serves.
 """
@@ -13,8 +13,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from .codegen.errors import BladesmithError
-from .typed import Type
+from ..codegen.errors import BladesmithError
+from .types import Type
 
 #: Computes n rows: (out, a, b, n); an operand has n rows or one.
 Rows = Callable[[NDArray[Any], NDArray[Any], NDArray[Any], int], None]
@@ -30,12 +30,12 @@ _log = logging.getLogger("bladesmith")
 
 def operation_formula(operation: str) -> Callable[..., Any]:
     """The operation in GA notation."""
-    from .codegen.formulas import products
+    from ..codegen.formulas.products import products
 
     return getattr(products, operation)  # type: ignore[no-any-return]
 
 
-def counted(rows: Rows, key: tuple[str, Type, Type], out: Type, terms: int) -> Rows:
+def specialize_when_hot(rows: Rows, key: tuple[str, Type, Type], out: Type, terms: int) -> Rows:
     """Rows that are specialised once `HOT_ITEMS` items went through them."""
     if terms > MAX_SPECIAL_TERMS or os.environ.get(SPECIALISE_VARIABLE) == "0":
         return rows
@@ -45,7 +45,7 @@ def counted(rows: Rows, key: tuple[str, Type, Type], out: Type, terms: int) -> R
         nonlocal current, items
         items += n
         if items > HOT_ITEMS and current is rows:
-            special = specialised(key, out, items)
+            special = compile_specialized(key, out, items)
             current = special or _forever(rows)
         current(result, x, y, n)
 
@@ -57,18 +57,17 @@ def _forever(rows: Rows) -> Rows:
     return lambda *arguments: rows(*arguments)
 
 
-def specialised(key: tuple[str, Type, Type], out: Type, items: int) -> Rows | None:
+def compile_specialized(key: tuple[str, Type, Type], out: Type, items: int) -> Rows | None:
     """Generate and compile one combination, or None where that is not possible."""
     operation, a, b = key
     what = f"{a.algebra.name}: {operation} of {a.kind.name} and {b.kind.name}"
     start = time.perf_counter()
     try:
-        from .codegen.declare import compile_kernel
-        from .codegen.trace import trace
+        from ..codegen.compiler import compile_kernel, optimise_kernel, trace_kernel
 
         name = f"{operation}_{a.kind.name}_{b.kind.name}"
-        traced = trace(operation_formula(operation), (a.kind, b.kind), name, out.kind, a.algebra)
-        kernel = compile_kernel(traced, "f32" if out.single else "f64")
+        traced = trace_kernel(operation_formula(operation), (a.kind, b.kind), name, out.kind, a.algebra)
+        kernel = compile_kernel(optimise_kernel(traced, quick=True), "f32" if out.single else "f64")
     except BladesmithError as error:
         _log.info("%s stays with the general product: %s", what, error)
         return None

@@ -1,7 +1,8 @@
-"""The kernels that the package carries: what a generated folder's manifest says, and the compiled library behind it.
+"""Kernels shipped with the package: the manifest of a generated folder, and the compiled library behind it.
 
-Kernels are found by formula and by the kinds of the operands. Where the extension was not built, the same kernels
-run as plain Python on whole columns, and through numba once they are used much.
+Kernels are found by formula and by the kinds of the operands. Those of one module of formulas, for one precision, are
+a unit: compiled at install, or when the first of them is called. Without a compiler the same kernels run as plain
+Python on whole columns, and through numba once they are used much.
 """
 
 from __future__ import annotations
@@ -9,50 +10,30 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .codegen.binding import Argument, Array, Binding, BoundKernel, Library
-from .codegen.errors import BladesmithError, SpecError
-from .codegen.kinds import Kind
-from .installed import bundled as bundled
-from .installed import headers, is_fresh
+from ..codegen.algebra.algebra import Kind
+from ..codegen.build.flags import compiled_files, source_hash, unit_file
+from ..codegen.errors import BladesmithError, SpecError
+from ..codegen.execute.arrays import Array, Binding, BoundKernel, Library
+from ..codegen.ir.argument import Argument
+from .installed import bundled_folder as bundled_folder
+from .installed import headers, is_fresh, linked_units
+from .kernel_entries import Entry, Key, Result
+from .types import TypedAlgebra
 
 if TYPE_CHECKING:
-    from .algebras import Algebra
+    from ..codegen.execute.numba_jit import NumbaLibrary
 
-#: What an operand is: a kind, 0 for a plain number per item, or the length of a row of plain numbers.
-Key = Kind | int
 #: Manifests of this form are read.
-FORMAT = 1
+FORMAT = 2
 #: Without a compiled library: items of one kernel after which numba is worth its compilation (seconds).
 WORTH_NUMBA = 1_000_000
 _log = logging.getLogger("bladesmith")
-
-
-@dataclass(frozen=True)
-class Result:
-    """One result of a kernel: a multivector's kind, a row of ``size`` plain numbers, or a status."""
-
-    name: str
-    kind: Kind | None
-    size: int
-    is_status: bool = False
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One kernel of a manifest."""
-
-    symbol: str
-    formula: str
-    names: tuple[str, ...]
-    inputs: tuple[Key, ...]
-    outputs: tuple[Result, ...]
 
 
 class StockKernels:
@@ -60,22 +41,25 @@ class StockKernels:
 
     Parameters
     ----------
-    algebra : Algebra
-        What the kinds of the manifest belong to.
+    algebra : TypedAlgebra
+        The algebra that the kinds of the manifest belong to.
     folder : Path
         ``generated/<name>``.
     manifest : mapping
         Contents of its manifest.json.
     """
 
-    def __init__(self, algebra: Algebra, folder: Path, manifest: Mapping[str, Any]) -> None:
+    def __init__(self, algebra: TypedAlgebra, folder: Path, manifest: Mapping[str, Any]) -> None:
         self.algebra = algebra
         self.folder = folder
         self.entries: dict[str, list[Entry]] = {}
+        self._modules: dict[str, str] = {}
         for kernel in manifest.get("kernels", ()):
             entry = _entry(algebra, kernel)
             self.entries.setdefault(entry.formula, []).append(entry)
+            self._modules[entry.symbol] = entry.module
         self._bound: dict[str, Binding] = {}
+        self._refused: set[tuple[str, str]] = set()
 
     def bound(self, entry: Entry) -> Binding:
         """The kernel as a function of arrays."""
@@ -89,60 +73,83 @@ class StockKernels:
             for name, key in zip(entry.names, entry.inputs, strict=True)
         ]
         outputs = [Argument(o.name, 0 if o.is_status else o.size, o.is_status) for o in entry.outputs]
-        if self.library is not None and entry.symbol in self.library.index:
-            return BoundKernel(self.library, entry.symbol, inputs, outputs)
-        return PlainKernel(self.folder, entry.symbol, inputs, outputs)
+        text = self.folder / "kernels" / f"{entry.module}.py"
+        written = partial(PlainKernel, text, entry.symbol, inputs, outputs)
+        if self.library is None or entry.symbol not in self.library.index:
+            return written()
+        return BoundKernel(self.library, entry.symbol, inputs, outputs, written)
 
     @cached_property
     def library(self) -> Library | None:
-        """The compiled extension, or None where there is none."""
-        module = self._installed()
-        if module is not None and module.lib.bs_source_hash() and not is_fresh(module, self.folder):
+        """The tables of compiled kernels, filled as they are called; None where nothing can be compiled."""
+        module = self._installed_module
+        if module is not None and not is_fresh(module, self.folder):
             _log.warning("the compiled kernels of %s are older than their sources; compiling them now.", self.folder)
             module = None
-        elif module is None and self._is_bundled:
-            _log.info("%s has no compiled kernels: running them as plain Python.", self.algebra.name)
-            return None
         try:
-            return Library(module or self._compiled())
-        except BladesmithError as error:
+            return Library(module or self._compile_library(), self._supply)
+        except (BladesmithError, OSError) as error:
             _log.warning("the kernels of %s are run as plain Python: %s", self.algebra.name, error)
             return None
 
-    @property
-    def _is_bundled(self) -> bool:
-        return self.folder == bundled(self.algebra.name)
-
-    def _installed(self) -> Any:
-        if not self._is_bundled:
+    @cached_property
+    def _installed_module(self) -> Any:
+        if self.folder != bundled_folder(self.algebra.name):
             return None
         try:
-            return import_module(f".generated.{self.folder.name}._kernels", __package__)
+            return import_module(f"...generated.{self.folder.name}._kernels", __name__)
         except ImportError:
             return None
 
-    def _compiled(self) -> Any:
-        from .codegen.build import generated_extension, load
+    @cached_property
+    def _linked_units(self) -> dict[tuple[str, str, str], Any]:
+        return linked_units(self._installed_module)
 
+    def _compile_library(self) -> Any:
+        from ..codegen.build.extension import generated_extension, load, required_compiler
+
+        required_compiler("generated kernels are compiled when they are loaded")
         return load(generated_extension(self.folder, headers()))
+
+    def _supply(self, symbol: str, instances: Sequence[str]) -> None:
+        """Add a unit with this kernel: one that was compiled at install from these sources, else one compiled now."""
+        assert self.library is not None
+        module = self._modules[symbol]
+        made_of = source_hash(compiled_files(self.folder, headers(), [unit_file(module)]))
+        for instance in instances:
+            unit = self._linked_units.get((module, instance, made_of))
+            if unit is not None:
+                self.library.lib.bs_add_unit(unit)
+                return
+        if (module, instances[0]) not in self._refused:
+            try:
+                self.library.lib.bs_add_unit(self._compile_unit(module, instances[0]))
+            except (BladesmithError, OSError) as error:  # no compiler, no room, no place that can be written
+                self._refused.add((module, instances[0]))
+                _log.warning("%s, %s: run as plain Python: %s", self.algebra.name, module, error)
+
+    def _compile_unit(self, module: str, instance: str) -> Any:
+        from ..codegen.build.extension import generated_unit, load, required_compiler
+        from ..codegen.targets.c.instances import BY_TAG
+
+        required_compiler("what was not compiled at install is compiled at its first use")
+        return load(generated_unit(self.folder, headers(), module, BY_TAG[instance])).lib.bs_this_unit()
 
 
 class PlainKernel(Binding):
-    """A kernel of kernels_numba.py: on whole columns with NumPy, and with numba when it is used much."""
+    """A kernel of kernels/<module>.py: on whole columns with NumPy, and with numba when it is used much."""
 
-    def __init__(
-        self, folder: Path, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]
-    ) -> None:
+    def __init__(self, text: Path, symbol: str, inputs: Sequence[Argument], outputs: Sequence[Argument]) -> None:
         super().__init__(symbol, inputs, outputs)
-        self._source = (folder / "kernels_numba.py").read_text(encoding="utf-8")
+        self._text = text
         self._items = 0
         self._on_columns = self._kernel(compiled=False)
         self._compiled: Binding | None = None
 
     def _kernel(self, compiled: bool) -> Binding:
-        from .codegen.targets.numba_run import NumbaKernel, NumbaLibrary
+        from ..codegen.execute.numba_jit import NumbaKernel
 
-        return NumbaKernel(NumbaLibrary(self._source, compiled), self.symbol, self.inputs, self.outputs)
+        return NumbaKernel(_plain_library(self._text, compiled), self.symbol, self.inputs, self.outputs)
 
     def run(self, arrays: Sequence[Array], results: Sequence[Array], n: int) -> None:
         """Compute ``n`` items."""
@@ -151,6 +158,18 @@ class PlainKernel(Binding):
             _log.info("compiling %s with numba after %d items.", self.symbol, self._items)
             self._compiled = self._kernel(compiled=True)
         (self._compiled or self._on_columns).run(arrays, results, n)
+
+
+@cache
+def _plain_library(text: Path, compiled: bool) -> NumbaLibrary:
+    """The text of a module's kernels, read once."""
+    from ..codegen.execute.numba_jit import NumbaLibrary
+
+    try:
+        return NumbaLibrary(text.read_text(encoding="utf-8"), compiled)
+    except OSError as error:
+        remedy = "Run: bladesmith generate"
+        raise SpecError(f"no text of its kernels ({error})", where=str(text), remedy=remedy) from None
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -171,18 +190,25 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     return manifest
 
 
-def _entry(algebra: Algebra, kernel: Mapping[str, Any]) -> Entry:
+def _entry(algebra: TypedAlgebra, kernel: Mapping[str, Any]) -> Entry:
     inputs = [_operand(algebra, item) for item in kernel["inputs"]]
     return Entry(
         kernel["symbol"],
-        kernel.get("serves", kernel["formula"]),
+        kernel["module"],
+        kernel["formula"],
         tuple(item["name"] for item in kernel["inputs"]),
         tuple(inputs),
         tuple(_result(algebra, item) for item in kernel["outputs"]),
+        _proved_results(algebra, kernel["results"]) if "results" in kernel else None,
     )
 
 
-def _operand(algebra: Algebra, item: Mapping[str, Any]) -> Key:
+def _proved_results(algebra: TypedAlgebra, results: Sequence[Mapping[str, Any]]) -> dict[tuple[Key, ...], Kind]:
+    pairs = ((tuple(_operand(algebra, i) for i in r["inputs"]), _operand(algebra, r["output"])) for r in results)
+    return {inputs: kind for inputs, kind in pairs if isinstance(kind, Kind)}
+
+
+def _operand(algebra: TypedAlgebra, item: Mapping[str, Any]) -> Key:
     form = item.get("form")
     if form == "number":
         return 0
@@ -194,7 +220,7 @@ def _operand(algebra: Algebra, item: Mapping[str, Any]) -> Key:
     return kind.layout if item.get("layout") else kind
 
 
-def _result(algebra: Algebra, item: Mapping[str, Any]) -> Result:
+def _result(algebra: TypedAlgebra, item: Mapping[str, Any]) -> Result:
     if item.get("role") == "status":
         return Result(item["name"], None, 1, True)
     operand = _operand(algebra, item)

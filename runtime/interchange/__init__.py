@@ -1,1 +1,1 @@
-"""Exchange with other packages and other bases: one module for each."""
+"""Exchange with other packages, one module for each."""

@@ -6,53 +6,34 @@ a layout is; `dual_sign` says how the duals differ (ours is X I, theirs X I^-1).
 
 from __future__ import annotations
 
-from functools import cache
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, InputError, MissingExtraError, SignatureError
-from ..multivector import Multivector
-from . import bases
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import InputError
+from ..common.validation import as_bool
+from ..core import functions
+from ..core.clifford_layouts import blade_table, layout_blades, layout_signature
+from ..core.multivector import Algebra, Multivector
+from ..core.registry import algebra as algebra_by_signature
+from ..dispatch.product_tables import basis_blade
 
-if TYPE_CHECKING:
-    from ..algebras import Algebra
-
-
-def to_clifford(x: Multivector, layout: Any = None) -> Any:
-    """x as a multivector of `clifford`, or for a batch an array (``MVArray``) of them.
-
-    Parameters
-    ----------
-    x : Multivector
-        Of any algebra; null bases are converted (in CGA e4 = e+, e5 = e-).
-    layout : clifford.Layout, optional
-        For example ``clifford.g3c.layout``. Default: ``clifford.Cl(p, q, r)``, made once.
-
-    Raises
-    ------
-    SignatureError
-        If the layout has another signature.
-    """
-    package = _package()
-    layout = layout if layout is not None else default_layout(*x.algebra.signature)
-    algebra = algebra_of(layout)
-    if algebra.signature != x.algebra.signature:
-        raise SignatureError(f"the layout is Cl{algebra.signature}, the multivector Cl{x.algebra.signature}.")
-    own = x.to_basis("orthonormal")
-    columns, signs = blade_table(algebra, *_described(layout))
-    values = bases.dense(own, algebra)[..., columns] * signs
-    if not x.shape:
-        return layout.MultiVector(values)
-    made = np.empty(x.shape, object)
-    for place in np.ndindex(x.shape):
-        made[place] = layout.MultiVector(values[place])
-    return made.view(package.MVArray)
+#: What the nearest object may differ by: circles of `clifford` of radius 1, moved by 1e4, are 1e-8 away.
+NEAREST = 1e-6
+#: Errors of coefficients on an orthonormal basis after a motion or two, relative to the largest of them.
+NOISE = 16 * float(np.finfo(np.float64).eps)
 
 
-def from_clifford(value: Any, algebra: Algebra | None = None) -> Multivector:
+def from_clifford(
+    value: Any,
+    algebra: Algebra | None = None,
+    *,
+    nearest: bool = False,
+    kind: str | Kind | None = None,
+    tolerance: float = NEAREST,
+) -> Multivector:
     """A multivector, list or array of multivectors of `clifford`, with all blades that are not zero throughout.
 
     Parameters
@@ -60,12 +41,25 @@ def from_clifford(value: Any, algebra: Algebra | None = None) -> Multivector:
     value : clifford.MultiVector, MVArray, or nested sequence of multivectors
     algebra : Algebra, optional
         Where it shall go, for example ``bs.cga3d``. Default: ``bs.algebra(p, q, r)`` of its signature.
+    nearest : bool
+        Make the nearest unit objects of a kind of them, and say in ``.deviation`` how far they were: objects of
+        `clifford`, moved and multiplied on its orthonormal basis, carry more rounding than constraints allow. At a
+        distance d from the origin the norm of an object of unit size is known to 1e-16 d^4, its radius to 1e-16 d^2
+        if its norm was one: it is taken for one where these errors allow it.
+    kind : str or Kind, optional
+        With ``nearest``: of which kind. Default: the smallest that holds all of them within the tolerance.
+    tolerance : float
+        With ``nearest``: items further away are `INVALID` and NaN; see `Multivector.normalized`.
 
     Raises
     ------
     InputError
-        If it is no multivector of `clifford`, or its layouts differ.
+        If it is no multivector of `clifford`, or its layouts differ; for a kind without ``nearest``.
+    KindError
+        With ``nearest`` and no kind: if none holds all items within the tolerance.
     """
+    if kind is not None and not as_bool(nearest, "nearest"):
+        raise InputError("from_clifford takes a kind with nearest=True.", remedy="Else use .as_kind() of the result")
     shape, flat = _items(value)
     if not flat or any(not hasattr(mv, "layout") or not hasattr(mv, "value") for mv in flat):
         raise InputError("from_clifford takes multivectors of the package clifford, one or an array of them.")
@@ -73,7 +67,7 @@ def from_clifford(value: Any, algebra: Algebra | None = None) -> Multivector:
     if any(mv.layout != layout for mv in flat):
         raise InputError("the multivectors have different layouts.")
     orthonormal = algebra_of(layout)
-    columns, signs = blade_table(orthonormal, *_described(layout))
+    columns, signs = blade_table(orthonormal, *layout_blades(layout))
     given: NDArray[Any] = np.stack([np.asarray(mv.value, float) for mv in flat])
     dense = np.zeros_like(given)
     dense[:, columns] = given * signs
@@ -81,7 +75,8 @@ def from_clifford(value: Any, algebra: Algebra | None = None) -> Multivector:
     present = [b for i, b in enumerate(orthonormal.blades) if dense[..., i].any()] or [orthonormal.blades[0]]
     place = {int(b): i for i, b in enumerate(orthonormal.blades)}
     made = orthonormal.multivector(dense[..., [place[int(b)] for b in present]], blades=present)
-    return made if algebra is None else algebra.multivector(made)
+    made = made if algebra is None else algebra.multivector(made)
+    return functions.nearest(made, kind, tolerance, NOISE) if as_bool(nearest, "nearest") else made
 
 
 def _items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
@@ -96,13 +91,6 @@ def _items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
     return (len(value), *(shapes[0] if shapes else ())), [item for part in parts for item in part]
 
 
-@cache
-def default_layout(p: int, q: int, r: int) -> Any:
-    """``clifford.Cl(p, q, r)``; a single null vector is called e0 there as here."""
-    layout, _ = _package().Cl(p, q, r, firstIdx=0) if r == 1 else _package().Cl(p, q, r)
-    return layout
-
-
 def algebra_of(layout: Any) -> Algebra:
     """The orthonormal algebra of a layout's signature.
 
@@ -111,60 +99,11 @@ def algebra_of(layout: Any) -> Algebra:
     SignatureError
         If its basis vectors are not of square 1, -1 or 0.
     """
-    from ..loading import algebra
-
-    squares = [int(s) for s in layout.sig]
-    if any(s not in (1, -1, 0) for s in squares):
-        raise SignatureError(f"the layout's vectors have the squares {squares}; they are 1, -1 or 0 here.")
-    return algebra(*(squares.count(s) for s in (1, -1, 0)))
-
-
-def _described(layout: Any) -> tuple[tuple[int, ...], tuple[tuple[int, ...], ...]]:
-    """Squares of a layout's vectors, and for each coefficient its vectors by position."""
-    position = {identity: i for i, identity in enumerate(layout._basis_vector_ids.values)}
-    blades = tuple(tuple(position[i] for i in ids) for ids in layout.bladeTupList)
-    return tuple(int(s) for s in layout.sig), blades
-
-
-@cache
-def blade_table(
-    algebra: Algebra, squares: tuple[int, ...], blades: tuple[tuple[int, ...], ...]
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """For each coefficient of a layout: its place among our blades, and its sign.
-
-    The k-th vector of square s there is the k-th vector of square s here; a blade's vectors in another order change
-    its sign.
-    """
-    own: dict[int, list[str]] = {1: [], -1: [], 0: []}
-    for i, label in enumerate(algebra.vectors):
-        own[int(algebra.metric[i][i])].append(label)
-    labels = [own[s].pop(0) for s in squares]
-    place = {int(blade): i for i, blade in enumerate(algebra.blades)}
-    pairs = [algebra.parse_blade(tuple(labels[i] for i in blade)) for blade in blades]
-    return np.array([place[blade] for blade, _ in pairs]), np.array([float(sign) for _, sign in pairs])
+    return algebra_by_signature(*layout_signature(layout))
 
 
 def dual_sign(algebra: Algebra) -> int:
     """The sign s with X.dual() = s * (the dual of `clifford`), X I against X I^-1; 0 where there is no I^-1."""
-    from ..general import basis_blade
-
     i = basis_blade(algebra, algebra.pseudoscalar) * algebra.pseudoscalar_sign
     square = (i * i).terms.get(0)
     return 0 if square is None else int(square)
-
-
-def _package() -> Any:
-    try:
-        return import_module("clifford")
-    except ImportError:
-        raise MissingPackageError() from None
-
-
-class MissingPackageError(MissingExtraError):
-    """The package `clifford` is not installed."""
-
-    def __init__(self) -> None:
-        self.extra = "clifford"
-        BladesmithError.__init__(
-            self, "Exchange with clifford needs the package 'clifford'", remedy="Run: pip install clifford"
-        )

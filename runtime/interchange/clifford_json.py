@@ -9,20 +9,18 @@ from __future__ import annotations
 import json
 import os
 from itertools import combinations
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..codegen.documents.text import read_text
 from ..codegen.errors import BladesmithError, InputError, SignatureError
-from ..files import write_atomically
-from ..multivector import Multivector
-from . import bases
-from .clifford import blade_table
-
-if TYPE_CHECKING:
-    from ..algebras import Algebra
+from ..common.files import as_path, write_file
+from ..core import basis_change
+from ..core.clifford_layouts import blade_table
+from ..core.multivector import Algebra, Multivector
+from ..core.registry import algebra as algebra_by_signature
 
 VERSION = "0.0.1"
 #: 2^n coefficients per multivector: larger algebras do not fit such files.
@@ -45,12 +43,12 @@ def save_json(path: str | os.PathLike[str], x: Multivector) -> None:
     """
     if not isinstance(x, Multivector) or x.ndim > 1:
         raise InputError("save_json takes a multivector, or a batch of shape (n,); reshape it first.")
-    _check_path(path)
+    file = as_path(path, "multivectors are written to")
     own = x.to_basis("orthonormal")
     algebra = own.algebra
     squares = _checked_squares(tuple(int(algebra.metric[i][i]) for i in range(algebra.dimension)))
     columns, signs = blade_table(algebra, squares, _blades(len(squares)))
-    rows = np.atleast_2d(bases.dense(own, algebra)[..., columns] * signs)
+    rows = np.atleast_2d(basis_change.dense(own, algebra)[..., columns] * signs)
     if not np.isfinite(rows).all():
         raise InputError("some items are not finite, which JSON cannot say; leave them out.")
     document = {
@@ -59,10 +57,7 @@ def save_json(path: str | os.PathLike[str], x: Multivector) -> None:
         "metric": np.diag(squares).tolist(),
         "basis_names": [f"e{v}" for v in algebra.vectors],
     }
-    try:
-        write_atomically(Path(path), json.dumps(document))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}", where=str(path)) from None
+    write_file(file, json.dumps(document))
 
 
 def load_json(path: str | os.PathLike[str], algebra: Algebra | None = None) -> Multivector:
@@ -83,25 +78,17 @@ def load_json(path: str | os.PathLike[str], algebra: Algebra | None = None) -> M
     AlgebraMismatchError
         If it is not that of ``algebra``.
     """
-    _check_path(path)
+    file = as_path(path, "multivectors are read from")
     if algebra is not None and not hasattr(algebra, "multivector"):
         raise InputError(f"algebra is a {type(algebra).__name__}; give one such as bladesmith.cga3d.")
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-        rows, squares = _contents(document)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", where=str(path)) from None
+        rows, squares = _contents(json.loads(read_text(file)))
     except BladesmithError as error:
-        raise type(error)(str(error), where=str(path)) from None
+        raise type(error)(error.what, where=str(path), remedy=error.remedy) from None
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise InputError(f"not a JSON file of clifford ({error})", where=str(path)) from None
-    made = _made(rows, squares)
+    made = _multivectors(rows, squares)
     return made if algebra is None else algebra.multivector(made)
-
-
-def _check_path(path: Any) -> None:
-    if not isinstance(path, str | os.PathLike):
-        raise InputError(f"path is a {type(path).__name__}; the name of a file is needed.")
 
 
 def _contents(document: Any) -> tuple[NDArray[np.float64], tuple[int, ...]]:
@@ -128,10 +115,8 @@ def _contents(document: Any) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     return rows, squares
 
 
-def _made(rows: NDArray[np.float64], squares: tuple[int, ...]) -> Multivector:
-    from ..loading import algebra
-
-    home = algebra(*(squares.count(s) for s in (1, -1, 0)))
+def _multivectors(rows: NDArray[np.float64], squares: tuple[int, ...]) -> Multivector:
+    home = algebra_by_signature(*(squares.count(s) for s in (1, -1, 0)))
     columns, signs = blade_table(home, squares, _blades(len(squares)))
     dense = np.zeros_like(rows)
     dense[:, columns] = rows * signs

@@ -17,10 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..codegen.errors import InputError, MissingExtraError, ShapeError
-from ..interrupts import kept
-from ..multivector import Multivector
+from ..codegen.errors import InputError, MissingExtraError
+from ..codegen.interrupts import deferred_interrupts
+from ..common.files import as_path
+from ..common.validation import check_shape, finite_array
+from ..core.multivector import Multivector
+from ..core.registry import stock_algebra
 
 Array = NDArray[Any]
 #: Formats that are read, by the end of the name.
@@ -60,19 +62,9 @@ class Mesh:
     dropped_faces: int = field(default=0, compare=False)
 
     def __post_init__(self) -> None:
-        vertices, faces = arrays.real(self.vertices, "vertices").astype(np.float64), np.asarray(self.faces)
-        for name, array in (("vertices", vertices), ("faces", faces)):
-            if array.ndim != 2 or array.shape[1] != 3:
-                raise ShapeError(f"{name} have shape {array.shape}; (n, 3) is needed.")
-        if faces.dtype.kind not in "iu":
-            raise InputError(f"faces hold {faces.dtype}; they are places of vertices, whole numbers.")
-        if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-            raise InputError(f"a face names a vertex that is not there ({len(vertices)} vertices).")
-        bad = ~np.isfinite(vertices).all(1)
-        if bad.any():
-            raise InputError(f"vertex {int(bad.argmax())} is not finite.")
+        vertices = finite_array(self.vertices, "vertices", ("n", 3))
         object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", faces.astype(np.int64))
+        object.__setattr__(self, "faces", face_indices(self.faces, "faces", len(vertices)))
 
     @cached_property
     def edges(self) -> Array:
@@ -115,14 +107,33 @@ class Mesh:
         return pairs, edge_of.ravel()
 
 
+def face_indices(value: Any, name: str, count: int, error: type[InputError] = InputError) -> Array:
+    """Corners of triangles (m, 3) as indices of ``count`` vertices.
+
+    Raises
+    ------
+    InputError, ShapeError
+        Or the class ``error``, with the index of the first invalid face.
+    """
+    faces = np.asarray(value)
+    if faces.dtype.kind not in "iu" or isinstance(value, np.ma.MaskedArray):
+        raise error(f"{name} holds {faces.dtype}; whole numbers, the indices of vertices, are needed.")
+    check_shape(faces, name, ("m", 3), error, "Split polygons into triangles")
+    bad = ((faces < 0) | (faces >= count)).any(1)
+    if bad.any():
+        i = int(bad.argmax())
+        raise error(f"{name}[{i}] is {faces[i].tolist()}; indices of {count} vertices run from 0.")
+    return faces.astype(np.int64)
+
+
 def _of_size_one(vertices: Array) -> Array:
-    """The same shape in a unit in which squares of coordinates neither overflow nor vanish."""
+    """Scale positions to a unit in which squares of coordinates neither overflow nor vanish."""
     size = np.abs(vertices).max(initial=0.0)
     return np.asarray(vertices / size) if size > 0 else vertices
 
 
 def _across(v: Array, along: Array) -> Array:
-    """The part of v across a direction; all of it where there is none."""
+    """Component of v perpendicular to a direction; v itself if the direction is zero."""
     square = np.einsum("ij,ij->i", along, along)
     part = np.einsum("ij,ij->i", v, along) / np.where(square > 0, square, 1.0)
     return np.asarray(v - part[:, None] * along)
@@ -140,7 +151,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     """
     file = _file(path)
     vertices, faces, _ = _read(file)
-    return _with_area(*_merged(vertices, faces), file)
+    return _with_area(*_merge_positions(vertices, faces), file)
 
 
 def load_with_normals(path: str | os.PathLike[str]) -> tuple[Mesh, Array]:
@@ -157,7 +168,7 @@ def load_with_normals(path: str | os.PathLike[str]) -> tuple[Mesh, Array]:
     file = _file(path)
     vertices, faces, normals = _read(file)
     if normals is None:
-        mesh = _with_area(*_merged(vertices, faces), file)
+        mesh = _with_area(*_merge_positions(vertices, faces), file)
         return mesh, vertex_normals(mesh)
     lengths = np.linalg.norm(normals, axis=1)
     bad = ~(np.isfinite(lengths) & (lengths > 0))
@@ -189,25 +200,22 @@ def vertex_normals(mesh: Mesh) -> Array:
 
 def _file(path: str | os.PathLike[str]) -> Path:
     """The file, if there is one of a format that is read."""
-    try:
-        file = Path(os.fsdecode(path))
-        there = file.is_file()
-    except TypeError:
-        raise InputError(f"a mesh is read from a file, and {path!r} names none.") from None
-    except OSError as error:
-        raise InputError(f"there is no such file ({error.strerror})", where=str(path)) from None
+    file = as_path(path, "a mesh is read from")
     if file.suffix.lower() not in FORMATS:
         raise InputError(f"a mesh is read from {', '.join(FORMATS)}, not {file.suffix or 'a name without an ending'}.",
                          where=str(file))  # fmt: skip
-    if not there:
-        raise InputError("there is no such file", where=str(file))
-    return file
+    try:
+        if file.is_file():
+            return file
+    except OSError as error:  # a name that the system does not take
+        raise InputError(f"there is no such file ({error.strerror})", where=str(file)) from None
+    raise InputError("there is no such file", where=str(file))
 
 
 def _read(file: Path) -> tuple[Array, Array, Array | None]:
     """Vertices, faces and, where the file has them, normals of vertices."""
     try:
-        with kept():
+        with deferred_interrupts():
             trimesh = import_module("trimesh")
     except ImportError:
         raise MissingExtraError("mesh", "Reading meshes") from None
@@ -216,9 +224,9 @@ def _read(file: Path) -> tuple[Array, Array, Array | None]:
         if file.suffix.lower() == ".obj":  # text, in which names and comments may be of any encoding: numbers are not
             content = content.decode("utf-8", "replace").encode()
         kind = file.suffix.lower().removeprefix(".")
-        with kept():
+        with deferred_interrupts():
             found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
-            vertices, faces, normals = _placed(found)
+            vertices, faces, normals = _scene_arrays(found)
     except ImportError:  # of a package that guesses encodings
         raise InputError("the file cannot be read as a mesh (it is neither binary nor text)", where=str(file)) from None
     except Exception as error:  # readers of damaged files raise anything
@@ -233,7 +241,7 @@ def _read(file: Path) -> tuple[Array, Array, Array | None]:
     return vertices, faces, normals
 
 
-def _placed(found: Any) -> tuple[Array, Array, Array | None]:
+def _scene_arrays(found: Any) -> tuple[Array, Array, Array | None]:
     """Arrays of what `trimesh` read, each part of a scene where it stands; normals if all parts have them."""
     parts = [(np.eye(4), found)]
     if hasattr(found, "graph"):
@@ -251,7 +259,7 @@ def _placed(found: Any) -> tuple[Array, Array, Array | None]:
     return np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals)
 
 
-def _merged(vertices: Array, faces: Array) -> tuple[Array, Array]:
+def _merge_positions(vertices: Array, faces: Array) -> tuple[Array, Array]:
     """Positions once each, in ascending order."""
     positions, place = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # -0 and 0 are one
     return positions, place.ravel()[faces]
@@ -298,8 +306,6 @@ def mesh_lines(mesh: Mesh | str | os.PathLike[str], sharp: float | None = None) 
     >>> lines, segments = mesh_lines("examples/meshes/airplane.ply", sharp=0.5)  # doctest: +SKIP
     >>> points = bs.cga3d.point(load_mesh("examples/meshes/airplane.ply").vertices)  # doctest: +SKIP
     """
-    from ..loading import stock_algebra
-
     if not isinstance(mesh, Mesh):
         mesh = load_mesh(mesh)
     segments = mesh.edges

@@ -1,51 +1,58 @@
-"""Mass, centre and inertia tensor of the solid inside a closed triangle mesh, of uniform density.
+"""Mass, center and inertia tensor of the solid inside a closed triangle mesh, of uniform density.
 
-The integrals are sums over tetrahedra by `codegen.formulas.inertia.tetrahedron`; here meshes are checked.
+The integrals are sums over tetrahedra by `codegen.formulas.mechanics.inertia.tetrahedron`; here meshes are checked.
 """
 
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calls import Numbers, call
 from ..codegen.errors import InputError
-from ..euclidean import parameters_class, plain
+from ..common.validation import invalid, positive_float
+from ..core.geometry.euclidean import plain
+from ..core.registry import stock_algebra
+from ..dispatch.formulas import ArrayOperand, evaluate
 from ..interchange.meshes import Mesh, load_mesh
-from ..loading import stock_algebra
-from .given import number
 
 Array = NDArray[Any]
-MassProperties = parameters_class("MassProperties", "mass", "center", "tensor")
-#: A volume of fewer rounding units of the cube of the mesh's size is none.
-NOISE = 64
+#: Rounding units, relative to the cube of the mesh's size, below which a volume is zero.
+VOLUME_ROUNDING = 64
 
 
-def mass_properties(mesh: Any, density: Any = None, mass: Any = None) -> Any:
-    """Mass, centre of mass and inertia tensor of a solid of uniform density.
+class MassProperties(NamedTuple):
+    """Mass, center of mass (3,) and inertia tensor (3, 3) about it."""
+
+    mass: float
+    center: Array
+    tensor: Array
+
+
+def mass_properties(mesh: Any, density: float | None = None, mass: float | None = None) -> MassProperties:
+    """Mass, center of mass and inertia tensor of a solid of uniform density.
 
     Parameters
     ----------
     mesh : Mesh, path, or pair of arrays (vertices (v, 3), faces (f, 3))
         The surface, closed, its triangles counter-clockwise as seen from outside. Cavities are surfaces whose
-        triangles face inwards. That parts do not cut through each other is not checked.
+        triangles face inwards. Parts that cut through each other are not detected.
     density : float, optional
         Mass per volume; 1 where neither it nor ``mass`` is given.
     mass : float, optional
-        The whole mass, in place of the density.
+        Total mass, in place of the density.
 
     Returns
     -------
     MassProperties
-        Named tuple (mass, center (3,), tensor (3, 3)); the tensor is about the centre, along the mesh's axes.
+        Named tuple (mass, center (3,), tensor (3, 3)); the tensor is about the center, along the mesh's axes.
 
     Raises
     ------
     InputError, ShapeError
-        If the mesh is open, its triangles do not all face one way, or face inwards, or it encloses no volume.
+        If the mesh is open, the orientation of its triangles is inconsistent or inward, or it encloses no volume.
     """
     vertices, faces = _surface(mesh)
     _check_closed(vertices, faces)
@@ -53,41 +60,39 @@ def mass_properties(mesh: Any, density: Any = None, mass: Any = None) -> Any:
     unit = float(np.abs(vertices - middle).max())
     corners = ((vertices - middle) / unit)[faces]
     cga = stock_algebra("cga3d")
-    operands = [Numbers(np.ascontiguousarray(corners[:, i]), cga.kind("euclidean"), "a corner") for i in range(3)]
-    volume, first, second = (plain(v).sum(0) for v in call(cga, "inertia.tetrahedron", *operands).values)
+    operands = [ArrayOperand(np.ascontiguousarray(corners[:, i]), cga.kind("euclidean"), "a corner") for i in range(3)]
+    volume, first, second = (plain(v).sum(0) for v in evaluate(cga, "inertia.tetrahedron", *operands).values)
     volume = float(volume[0])
     _check_volume(volume, unit)
     center, second = first / volume, second.reshape(3, 3)
-    spread = second / volume - np.outer(center, center)  # mean of x x^T about the centre
+    spread = second / volume - np.outer(center, center)  # mean of x x^T about the center
     if mass is not None and density is not None:
-        raise InputError("density and mass are both given; one says it.")
-    total = number(mass, "the mass") if mass is not None else (
-        number(1.0 if density is None else density, "the density") * volume * unit**3
+        raise InputError("density and mass are both given; give one of them.")
+    total = positive_float(mass, "the mass") if mass is not None else (
+        positive_float(1.0 if density is None else density, "the density") * volume * unit**3
     )  # fmt: skip
     tensor = total * unit**2 * (np.trace(spread) * np.eye(3) - spread)
     return MassProperties(total, middle + unit * center, (tensor + tensor.T) / 2)
 
 
 def _surface(mesh: Any) -> tuple[Array, Array]:
-    """Vertices and faces, corners at one position made one vertex."""
+    """Vertices and faces; corners at one position become one vertex."""
     if isinstance(mesh, (str, os.PathLike)):
         mesh = load_mesh(mesh)
     if not isinstance(mesh, Mesh):
         try:
             vertices, faces = mesh
         except (TypeError, ValueError):
-            raise InputError(
-                f"the mesh is a {type(mesh).__name__}; a Mesh, a path or (vertices, faces) is needed."
-            ) from None
+            raise invalid(mesh, "the mesh", "a Mesh, a path or (vertices, faces)") from None
         mesh = Mesh(vertices, faces)
     if not len(mesh.faces):
         raise InputError("the mesh has no triangles.")
-    places, of_vertex = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)
-    return places, of_vertex.ravel()[mesh.faces]
+    positions, position_of = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)
+    return positions, position_of.ravel()[mesh.faces]
 
 
 def _check_closed(vertices: Array, faces: Array) -> None:
-    """Each side of a triangle is another's, run through the other way."""
+    """Check that each side of a triangle is a side of another one in the opposite direction."""
     sides = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     forward = sides[:, 0] < sides[:, 1]
     edges, edge_of = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
@@ -102,23 +107,23 @@ def _check_closed(vertices: Array, faces: Array) -> None:
             f"{_ends(vertices, edges[open_edges.argmax()])}.",
             remedy="Close it, or merge corners that should be one",
         )
-    turned = (balance != 0) & ~degenerate
-    if turned.any():
+    inconsistent = (balance != 0) & ~degenerate
+    if inconsistent.any():
         raise InputError(
-            f"the triangles do not all face one way: they disagree at {int(turned.sum())} edges, the first "
-            f"{_ends(vertices, edges[turned.argmax()])}.",
-            remedy="Turn some over, so that all are counter-clockwise as seen from outside",
+            f"the orientation of the triangles is inconsistent at {int(inconsistent.sum())} edges, the first "
+            f"{_ends(vertices, edges[inconsistent.argmax()])}.",
+            remedy="Flip some, so that all are counter-clockwise as seen from outside",
         )
 
 
 def _check_volume(volume: float, unit: float) -> None:
-    """Of a mesh brought to the size of a unit cube, or so."""
-    if abs(volume) <= NOISE * float(np.finfo(float).eps):
+    """Check the volume of a mesh that is scaled by ``1 / unit``."""
+    if abs(volume) <= VOLUME_ROUNDING * float(np.finfo(float).eps):
         raise InputError("the mesh encloses no volume.")
     if volume < 0:
         raise InputError(
             f"the triangles face inwards: they enclose the volume {volume * unit**3:.4g}.",
-            remedy="Turn them over: faces[:, ::-1]",
+            remedy="Flip them: faces[:, ::-1]",
         )
 
 

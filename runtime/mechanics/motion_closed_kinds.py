@@ -1,4 +1,4 @@
-"""Blades of pinned objects: the narrowest kind of the algebra that holds an object wherever motions take it."""
+"""Layouts of pinned objects: the narrowest kind of the algebra that holds an object in all its poses."""
 
 from __future__ import annotations
 
@@ -8,28 +8,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import GradeError, ShapeError
-from ..multivector import Multivector
-from .given import of_algebra
+from ..codegen.errors import GradeError
+from ..common.validation import as_instance, check_shape
+from ..core.multivector import Multivector
+from .arguments import multivector_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..algebras import Algebra
+    from ..core.multivector import Algebra
 
 Array = NDArray[Any]
 
 
 @cache
 def closed_kinds(algebra: Algebra) -> tuple[str, ...]:
-    """Kinds whose blades no motion leaves, narrowest first."""
+    """Kinds that are closed under motions, narrowest first."""
     twists = algebra.kind("twist").blades
-    found = []
+    closed = []
     for name in algebra.kinds:
         blades = set(algebra.kind(name).blades)
         if all(_commutator(algebra, b, e) <= blades for b in blades for e in twists):
-            found.append(name)
-    return tuple(sorted(found, key=lambda name: algebra.kind(name).size))
+            closed.append(name)
+    return tuple(sorted(closed, key=lambda name: algebra.kind(name).size))
 
 
 def _commutator(algebra: Algebra, a: int, b: int) -> set[int]:
@@ -37,23 +38,23 @@ def _commutator(algebra: Algebra, a: int, b: int) -> set[int]:
     return {k for k in {*one, *two} if one.get(k, 0) != two.get(k, 0)}
 
 
-def moves(x: Multivector) -> bool:
-    """Whether some motion moves it: not so scalars, the point at infinity, and the whole space."""
+def is_movable(x: Multivector) -> bool:
+    """True if a motion changes it; none changes scalars, the point at infinity and the whole space."""
     algebra = x.algebra
     if "twist" not in algebra.kinds:
-        return True  # of another geometry: told where objects meet bodies
+        return True  # of another geometry: reported where objects meet bodies
     twists = algebra.kind("twist").blades
     used = (b for b, v in zip(x.kind.blades, np.moveaxis(x.values, -1, 0), strict=True) if np.any(v))
     return any(_commutator(algebra, b, e) for b in used for e in twists)
 
 
 def layout_of(objects: list[Multivector], what: str) -> str:
-    """The layout for all of these.
+    """Narrowest closed kind that holds all objects.
 
     Raises
     ------
     GradeError
-        If there is none.
+        If no closed kind has their blades.
     """
     algebra = objects[0].algebra
     blades = {b for x in objects for b, v in zip(x.kind.blades, np.moveaxis(x.values, -1, 0), strict=True) if np.any(v)}
@@ -64,52 +65,49 @@ def layout_of(objects: list[Multivector], what: str) -> str:
 
 
 def basis(algebra: Algebra, layout: str) -> Multivector:
-    """The blades of a layout as a batch."""
+    """Basis blades of a layout as a batch."""
     kind = algebra.kind(layout)
     return algebra.wrap(kind.layout, np.eye(kind.size))
 
 
 def on_layout(x: Multivector, layout: str) -> Array:
-    """Coefficients (..., k) on a layout; what x has beyond is left out, and must be rounding."""
+    """Coefficients (..., k) on a layout; others are dropped, and must be rounding."""
     kind = x.algebra.kind(layout)
-    found = np.zeros((*x.shape, kind.size))
+    values = np.zeros((*x.shape, kind.size))
     for i, b in enumerate(x.kind.blades):
         if b in kind.blades:
-            found[..., kind.blades.index(b)] = x.values[..., i]
-    return found
+            values[..., kind.blades.index(b)] = x.values[..., i]
+    return values
 
 
-def carried(frame: Multivector, layout: str) -> Array:
+def sandwich_matrix(frame: Multivector, layout: str) -> Array:
     """Matrices (..., k, k) of X -> F X ~F on coefficients, for motors F."""
     images = (frame[..., None] if frame.shape else frame) >> basis(frame.algebra, layout)
     return np.swapaxes(on_layout(images, layout), -1, -2)
 
 
 def matrix_of(function: Callable[[Multivector], Any], algebra: Algebra, layout: str, what: str) -> Array:
-    """The matrix (rows, k) of a linear function of objects of a layout; rows that are zero are left out.
+    """Matrix (rows, k) of a linear function of objects of a layout, without its zero rows.
 
     Raises
     ------
     GradeError
-        If it is not linear, is zero, or gives something that is no multivector.
+        If it is not linear, is zero, or its value is not a multivector.
     """
     kind = algebra.kind(layout)
 
-    def applied(row: Array) -> Array:
+    def evaluate(row: Array) -> Array:
         x = algebra.wrap(kind.layout, np.ascontiguousarray(row))
         y = function(x)
-        if not isinstance(y, Multivector):
-            raise GradeError(f"{what} gives a {type(y).__name__}; a multivector is needed.")
-        if y.shape:
-            raise ShapeError(f"{what} gives {y.shape} multivectors of one; one is needed.")
-        of_algebra(y, algebra, what)
-        found = np.zeros(1 << len(algebra.vectors))
-        found[list(y.kind.blades)] = y.values
-        return found
+        check_shape(as_instance(y, f"a value of {what}", Multivector, "a multivector", GradeError), what, ())
+        multivector_of(y, algebra, what)
+        values = np.zeros(1 << len(algebra.vectors))
+        values[list(y.kind.blades)] = y.values
+        return values
 
-    columns = np.stack([applied(row) for row in np.eye(kind.size)], 1)
+    columns = np.stack([evaluate(row) for row in np.eye(kind.size)], 1)
     test = np.linspace(1, 2, kind.size) ** 2
-    whole = applied(test)
+    whole = evaluate(test)
     if not np.allclose(columns @ test, whole, rtol=1e-9, atol=1e-9 * np.abs(columns).max(initial=0)):
         raise GradeError(f"{what} is not linear: of a sum it is not the sum.")
     rows: Array = columns[np.abs(columns).max(1) > 0]

@@ -1,4 +1,4 @@
-"""Principal moments and axes of inertia, from moments or tensors: checked, and decomposed by eigenvalues."""
+"""Principal moments and axes of inertia, from moments or from tensors by their eigenvalues."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError, ShapeError
-from .given import MATRIX_TOLERANCE, finite
+from ..common.validation import finite_array
+from .arguments import MATRIX_TOLERANCE
 
 Array = NDArray[Any]
 _ORDERS = np.array(list(permutations(range(3))))
@@ -23,9 +24,9 @@ def principal(inertia: Any, thin: bool = False) -> tuple[Array, Array]:
     Parameters
     ----------
     inertia : array (..., 3) or (..., 3, 3)
-        What ends in (3, 3) is taken for tensors; moments of a batch of three are (3, 1, 3), or three tensors.
+        A shape that ends in (3, 3) means tensors; moments of a batch of three are (3, 1, 3), or three tensors.
     thin : bool
-        Whether a moment may be zero, as of a rod about its axis.
+        True if a moment may be zero, as that of a rod about its axis.
 
     Raises
     ------
@@ -33,20 +34,20 @@ def principal(inertia: Any, thin: bool = False) -> tuple[Array, Array]:
         If a tensor is not symmetric, a moment is not positive, or one is larger than the other two together: which
         item, and by how much.
     """
-    found = finite(inertia, "the inertia")
-    if found.shape[-2:] == (3, 3):
-        moments, axes = _decomposed(_symmetric(found))
-    elif found.shape[-1:] == (3,):
-        moments, axes = found, np.broadcast_to(np.eye(3), (*found.shape, 3)).copy()
+    inertia = finite_array(inertia, "the inertia")
+    if inertia.shape[-2:] == (3, 3):
+        moments, axes = _eigen_decomposition(_symmetric(inertia))
+    elif inertia.shape[-1:] == (3,):
+        moments, axes = inertia, np.broadcast_to(np.eye(3), (*inertia.shape, 3)).copy()
     else:
-        raise ShapeError(f"the inertia has shape {found.shape}; it ends in 3 (moments) or (3, 3) (a tensor).")
+        raise ShapeError(f"the inertia has shape {inertia.shape}; it ends in 3 (moments) or (3, 3) (a tensor).")
     size = moments.max(-1, initial=0.0)
     rounding = -MATRIX_TOLERANCE * size if thin else 0 * size
     bad = (moments.min(-1) < rounding if thin else moments.min(-1) <= 0) | (size <= 0)
     if bad.any():
-        least = "not negative" if thin else "positive"
+        needed = "not negative" if thin else "positive"
         raise InputError(
-            f"a principal moment of inertia is {moments[bad].min():.3g}{_item(bad)}; they are {least}.",
+            f"a principal moment of inertia is {moments[bad].min():.3g}{_item(bad)}; they are {needed}.",
             remedy="Give moments about the centre of mass, mass included",
         )
     moments = np.maximum(moments, 0.0)
@@ -72,27 +73,27 @@ def _symmetric(tensor: Array) -> Array:
     return np.asarray((tensor + np.swapaxes(tensor, -1, -2)) / 2)
 
 
-def _decomposed(tensor: Array) -> tuple[Array, Array]:
-    """Eigenvalues and eigenvectors, ordered and turned towards the body's axes; a diagonal tensor is left as it is."""
+def _eigen_decomposition(tensor: Array) -> tuple[Array, Array]:
+    """Eigenvalues and eigenvectors, ordered and oriented like the body's axes; a diagonal tensor stays as it is."""
     values, vectors = np.linalg.eigh(tensor)
-    fits = np.abs(vectors)[..., np.arange(3), _ORDERS].sum(-1)  # of each order, along the body's axes
-    order = _ORDERS[fits.argmax(-1)]
+    alignment = np.abs(vectors)[..., np.arange(3), _ORDERS].sum(-1)  # of each order, with the body's axes
+    order = _ORDERS[alignment.argmax(-1)]
     values = np.take_along_axis(values, order, -1)
     vectors = np.take_along_axis(vectors, order[..., None, :], -1)
     along = vectors.diagonal(axis1=-2, axis2=-1)
     vectors = vectors * np.where(along < 0, -1.0, 1.0)[..., None, :]
-    left = np.linalg.det(vectors) < 0  # the axis that is least along its own may point the other way
+    left_handed = np.linalg.det(vectors) < 0  # the least aligned axis is flipped
     weakest = np.abs(along).argmin(-1)
-    flip = np.where(left[..., None] & (np.arange(3) == weakest[..., None]), -1.0, 1.0)
+    flip = np.where(left_handed[..., None] & (np.arange(3) == weakest[..., None]), -1.0, 1.0)
     return values, vectors * flip[..., None, :]
 
 
 def _item(bad: Array) -> str:
-    """Name of the first bad item of a batch."""
+    """Index of the first bad item of a batch, as messages end with it."""
     if not bad.ndim:
         return ""
-    place = tuple(int(i) for i in np.argwhere(bad)[0])
-    return f" (item {place[0] if len(place) == 1 else place})"
+    index = tuple(int(i) for i in np.argwhere(bad)[0])
+    return f" (item {index[0] if len(index) == 1 else index})"
 
 
 __all__ = ["principal"]

@@ -1,4 +1,4 @@
-"""A rigid body: mass, inertia, and where it is and how it moves at the start."""
+"""Rigid bodies: mass, inertia, pose and velocities at the start."""
 
 from __future__ import annotations
 
@@ -7,34 +7,35 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calls import Numbers, call
 from ..codegen.errors import InputError, KindError, ShapeError
-from ..multivector import Multivector
+from ..common.validation import broadcast_shapes, finite_array, positive_array
+from ..core.multivector import Multivector
+from ..dispatch.formulas import ArrayOperand, evaluate
 from ..status import Status
-from .given import finite, kept, of_algebra, positive, vectors
-from .principal import principal
+from .arguments import frozen_copy, multivector_of, vectors
+from .principal_axes import principal
 from .screws import geometry
 
 if TYPE_CHECKING:
-    from ..algebras import Algebra
+    from ..core.multivector import Algebra
 
 Array = NDArray[Any]
 
 
 class RigidBody:
-    """A rigid body, or n of them that differ in their numbers.
+    """A rigid body, or a batch of n bodies.
 
     Parameters
     ----------
     mass : float or array (n,)
     inertia : array (3,), (3, 3), (n, 3) or (n, 3, 3)
-        Principal moments, or the tensor, about the centre of mass along the body's axes, mass included.
+        Principal moments, or the tensor, about the center of mass along the body's axes, mass included.
     position : array (3,) or (n, 3)
-        Of the centre of mass, in the world.
+        Center of mass, in the world.
     orientation : array (3, 3), (n, 3, 3), or motor, optional
         Body to world. A motor is the pose of the body, position included, and `position` is then left out.
     velocity : array (3,) or (n, 3)
-        Of the centre of mass, in the world.
+        Velocity of the center of mass, in the world.
     angular_velocity : array (3,) or (n, 3)
         Along the body's axes, in radians per second.
     algebra : Algebra
@@ -43,7 +44,7 @@ class RigidBody:
     Attributes
     ----------
     motor : Multivector
-        Takes the body's frame (origin at the centre of mass) to the world's.
+        Takes the body's frame (origin at the center of mass) to the world's.
     moments, axes : array
         Principal moments (..., 3), and the principal axes as columns (..., 3, 3) along the body's.
 
@@ -64,54 +65,50 @@ class RigidBody:
         algebra: Algebra | None = None,
     ) -> None:
         self.algebra = _home(algebra)
-        self.mass = kept(positive(mass, "the mass"))
-        self.moments, self.axes = map(kept, principal(inertia))
+        self.mass = frozen_copy(positive_array(mass, "the mass"))
+        self.moments, self.axes = map(frozen_copy, principal(inertia))
         self.motor = self._pose(position, orientation)
-        self.velocity = kept(vectors(velocity, "velocity"))
-        self.angular_velocity = kept(vectors(angular_velocity, "angular_velocity"))
-        shapes = [self.mass.shape, self.moments.shape[:-1], self.motor.shape, self.velocity.shape[:-1],
-                  self.angular_velocity.shape[:-1]]  # fmt: skip
-        try:
-            self.shape: tuple[int, ...] = np.broadcast_shapes(*shapes)
-        except ValueError:
-            raise ShapeError(
-                f"mass, inertia, pose and velocities have shapes {shapes} that do not go together."
-            ) from None
+        self.velocity = frozen_copy(vectors(velocity, "velocity"))
+        self.angular_velocity = frozen_copy(vectors(angular_velocity, "angular_velocity"))
+        self.shape = broadcast_shapes({
+            "mass": self.mass.shape, "inertia": self.moments.shape[:-1], "pose": self.motor.shape,
+            "velocity": self.velocity.shape[:-1], "angular_velocity": self.angular_velocity.shape[:-1],
+        })  # fmt: skip
         if len(self.shape) > 1:
             raise ShapeError(f"bodies have shape {self.shape}; one, or a batch (n,), is meant.")
 
     def _pose(self, position: Any, orientation: Any) -> Multivector:
-        place = vectors(position, "position")
+        position = vectors(position, "position")
         if isinstance(orientation, Multivector):
-            return self._moved(place, of_algebra(orientation, self.algebra, "the orientation"))
-        turn = np.eye(3) if orientation is None else finite(orientation, "the orientation")
-        if turn.shape[-2:] != (3, 3):
-            raise ShapeError(f"the orientation has shape {turn.shape}; it ends in (3, 3), or it is a motor.")
-        shape = _together(turn.shape[:-2], place.shape[:-1])
-        self._place = kept(place)
+            return self._pose_of_motor(position, multivector_of(orientation, self.algebra, "the orientation"))
+        rotation = np.eye(3) if orientation is None else finite_array(orientation, "the orientation")
+        if rotation.shape[-2:] != (3, 3):
+            raise ShapeError(f"the orientation has shape {rotation.shape}; it ends in (3, 3), or it is a motor.")
+        shape = broadcast_shapes({"orientations": rotation.shape[:-2], "positions": position.shape[:-1]})
+        self._position = frozen_copy(position)
         matrix = np.zeros((*shape, 4, 4))
-        matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = turn, place, 1
-        made: Multivector = self.algebra.motor_from_matrix(matrix)
-        if np.any(np.asarray(made.status) != Status.OK):
-            raise _no_rotation(turn)
-        return made
+        matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = rotation, position, 1
+        motor: Multivector = self.algebra.motor_from_matrix(matrix)
+        if np.any(np.asarray(motor.status) != Status.OK):
+            raise _orientation_error(rotation)
+        return motor
 
-    def _moved(self, place: Array, orientation: Multivector) -> Multivector:
-        """A motor as it is given, or moved to a place."""
+    def _pose_of_motor(self, position: Array, orientation: Multivector) -> Multivector:
+        """Pose of a motor, translated by a position."""
         try:
             motor = orientation.as_kind("motor")
         except KindError as error:
-            raise InputError(f"the orientation is no motor: {error.what}", remedy=error.remedy) from None
-        if place.any():
-            _together(motor.shape, place.shape[:-1])
-            motor = self.algebra.translator(place) * motor
-        self._place = kept(self.algebra.matrix(motor)[..., :3, 3])
+            raise InputError(f"the orientation is not a motor: {error.what}", remedy=error.remedy) from None
+        if position.any():
+            broadcast_shapes({"orientations": motor.shape, "positions": position.shape[:-1]})
+            motor = self.algebra.translator(position) * motor
+        self._position = frozen_copy(self.algebra.matrix(motor)[..., :3, 3])
         return motor
 
     @property
     def position(self) -> Array:
-        """Of the centre of mass, in the world (..., 3)."""
-        return self._place
+        """Center of mass, in the world (..., 3)."""
+        return self._position
 
     @property
     def rotation(self) -> Array:
@@ -126,59 +123,52 @@ class RigidBody:
 
     def _screw(self, first: Array, second: Array) -> Multivector:
         vectors = [self.algebra.vector(x, "a twist") for x in (first, second)]
-        made: Multivector = call(self.algebra, "mechanics.screw_of", *vectors).value
-        return made
+        screw: Multivector = evaluate(self.algebra, "mechanics.screw_of", *vectors).value
+        return screw
 
     @property
     def frame(self) -> Multivector:
-        """Motor of the frame along the principal axes at the centre of mass."""
+        """Motor of the frame along the principal axes at the center of mass."""
         motor: Multivector = self.motor * self.algebra.motor_from_matrix(self.axes)
         return motor
 
     def momentum(self, twist: Multivector) -> Multivector:
         """World momentum, moments about the world's origin, of a twist of the world, at the start's pose."""
-        return self._mapped("mechanics.momentum_in", of_algebra(twist, self.algebra, "the twist"))
+        return self._with_inertia("mechanics.momentum_in", multivector_of(twist, self.algebra, "the twist"))
 
     def twist(self, momentum: Multivector) -> Multivector:
         """Twist of the world that has a world momentum, at the start's pose."""
-        return self._mapped("mechanics.twist_in", of_algebra(momentum, self.algebra, "the momentum"))
+        return self._with_inertia("mechanics.twist_in", multivector_of(momentum, self.algebra, "the momentum"))
 
-    def _mapped(self, formula: str, x: Multivector) -> Multivector:
+    def _with_inertia(self, formula: str, x: Multivector) -> Multivector:
         moments = self.algebra.vector(self.moments, "the moments")
-        made: Multivector = call(self.algebra, formula, self.frame, Numbers(self.mass, 0, "the mass"), moments, x).value
-        return made
+        mass = ArrayOperand(self.mass, 0, "the mass")
+        value: Multivector = evaluate(self.algebra, formula, self.frame, mass, moments, x).value
+        return value
 
 
 def _home(algebra: Any) -> Algebra:
-    """The algebra of a body.
+    """Algebra of a body.
 
     Raises
     ------
     InputError
         If bodies do not move in it.
     """
-    found: Algebra = geometry(algebra)
-    if found.name not in ("cga3d", "pga3d"):
-        raise InputError(f"bodies move in cga3d or pga3d, not in {found.name}.")
-    return found
+    home: Algebra = geometry(algebra)
+    if home.name not in ("cga3d", "pga3d"):
+        raise InputError(f"bodies move in cga3d or pga3d, not in {home.name}.")
+    return home
 
 
-def _together(turns: tuple[int, ...], places: tuple[int, ...]) -> tuple[int, ...]:
-    """The batch of a pose."""
-    try:
-        return np.broadcast_shapes(turns, places)
-    except ValueError:
-        raise ShapeError(f"orientations are {turns}, positions {places}; they do not go together.") from None
-
-
-def _no_rotation(turn: Array) -> InputError:
-    """What is wrong with the worst of some matrices (..., 3, 3)."""
+def _orientation_error(matrices: Array) -> InputError:
+    """Error of the matrix (..., 3, 3) that is furthest from a rotation."""
     with np.errstate(all="ignore"):
-        off = np.nan_to_num(np.abs(np.swapaxes(turn, -1, -2) @ turn - np.eye(3)).max((-1, -2)), nan=np.inf)
-        mirrors = np.linalg.det(turn) < 0
+        off = np.nan_to_num(np.abs(np.swapaxes(matrices, -1, -2) @ matrices - np.eye(3)).max((-1, -2)), nan=np.inf)
+        mirrors = np.linalg.det(matrices) < 0
     worst = np.unravel_index(int(np.argmax(np.where(mirrors, np.inf, off))), off.shape)
-    place = f"[{', '.join(map(str, worst))}]" if turn.ndim > 2 else ""
+    index = f"[{', '.join(map(str, worst))}]" if matrices.ndim > 2 else ""
     what = f"its transpose times itself differs from 1 by {off[worst]:.3g}"
     if mirrors[worst]:
         what = "its determinant is negative"
-    return InputError(f"the orientation{place} is no rotation: {what}.", remedy="Give a rotation matrix, or a motor")
+    return InputError(f"the orientation{index} is not a rotation: {what}.", remedy="Give a rotation matrix, or a motor")

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from ..codegen.errors import InputError, suggest
-from ..kinematics.joints import Condition, Joint
-from ..multivector import Multivector
-from .bodies import RigidBody
-from .constraints import Constraint, Pin, PinLinear
-from .given import several, shown
+from ..common.validation import as_instance, as_tuple, as_word
+from .joints.base import Joint
+from .rigid_body import RigidBody
 
 
 class System:
@@ -40,58 +37,30 @@ class System:
         if isinstance(bodies, Mapping):
             named = dict(bodies)
         else:
-            named = {f"body_{i + 1}": b for i, b in enumerate(several(bodies, RigidBody, "the bodies"))}
+            named = {f"body_{i + 1}": b for i, b in enumerate(as_tuple(bodies, "the bodies", RigidBody))}
         if not named:
             raise InputError("a system has at least one body.")
         for name, body in named.items():
-            if not isinstance(name, str) or not name:
-                raise InputError(f"a body's name is {shown(name)}; a text is needed.")
-            if not isinstance(body, RigidBody):
-                raise InputError(f"{name} is {shown(body)}; a dynamics.RigidBody is needed.")
-        if not isinstance(fixed, str) or not fixed:
-            raise InputError(f"fixed is {shown(fixed)}; what joints call the world is a text.")
+            as_word(name, "a body's name")
+            as_instance(body, name, RigidBody, "a dynamics.RigidBody")
+        as_word(fixed, "fixed")
         if fixed in named:
             raise InputError(f"{fixed!r} is a body, and cannot be the world too; name another with fixed=.")
         if len({body.algebra.name for body in named.values()}) > 1:
             raise InputError("the bodies of a system are of one algebra.")
         self.bodies, self.fixed = named, fixed
-        self.joints: tuple[Joint, ...] = several(joints, Joint, "the joints")
+        self.joints: tuple[Joint, ...] = as_tuple(joints, "the joints", Joint)
         for joint in self.joints:
             self._check(joint)
 
     def _check(self, joint: Joint) -> None:
-        if not isinstance(joint, Joint):
-            raise InputError(f"a joint is {shown(joint)}; one of bladesmith.kinematics is needed.")
+        as_instance(joint, "a joint", Joint, "one of bladesmith.kinematics")
         for name in (joint.a, joint.b):
             if name not in self.bodies and name != self.fixed:
                 known = [*self.bodies, self.fixed]
                 raise InputError(
                     f"{joint.label}: there is no body {name!r}; there are: {', '.join(known)}.{suggest(name, known)}"
                 )
-
-    def constraints(self) -> list[Constraint]:
-        """What the joints are to the driver: objects of one body, pinned to another's."""
-        return [self._constraint(joint, condition) for joint in self.joints for condition in joint.conditions()]
-
-    def _constraint(self, joint: Joint, condition: Condition) -> Constraint:
-        a, b, x, y, product = joint.a, joint.b, condition.x, condition.y, condition.product
-        turned = a == self.fixed
-        if turned:
-            a, b, x, y = b, a, y, x
-        own, other = self._in_body(a, x), self._in_body(b, y)
-        against = None if b == self.fixed else b
-        if product is None:
-            return Pin(own, other, body=a, other=against)
-
-        def linear(u: Multivector) -> Any:
-            return product(u, own) if turned else product(own, u)
-
-        target = linear(self._in_body(a, y)) if condition.target is None else condition.target
-        return PinLinear(linear, other, target, body=a, other=against)
-
-    def _in_body(self, name: str, x: Multivector) -> Multivector:
-        """An object of the world in a body's frame, at the start."""
-        return x if name == self.fixed else ~self.bodies[name].motor >> x
 
     def __repr__(self) -> str:
         return f"<System: {', '.join(self.bodies)}; {len(self.joints)} joints>"

@@ -1,4 +1,4 @@
-"""What users hand to functions on objects, checked once: objects of one grade, of kinds that are known, item by item.
+"""Validation of the arguments of functions on objects: objects of one grade, of known kinds, item by item.
 
 A kind known by construction is trusted; coefficients on plain blades are checked against the kind of their grade, and
 items that are no unit blades become NaN with `Status.INVALID`.
@@ -8,23 +8,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from reprlib import repr as shortened
 from typing import Any
 
 import numpy as np
 
-from ..calls import finite, invalidated
-from ..checks import holds
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError, suggest
-from ..codegen.kinds import Kind
-from ..multivector import Multivector
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import AlgebraMismatchError, GradeError, InputError
+from ..common.validation import broadcast_shapes, short_repr
+from ..core.kind_constraints import satisfies_constraints
+from ..core.multivector import Multivector
+from ..dispatch.formulas import invalidate, invalidate_nonfinite
 
 #: Kinds of direct objects by grade, narrowest first: flats, then all of the grade.
 OBJECTS = {1: ("point",), 2: ("point_pair",), 3: ("line", "circle"), 4: ("plane", "sphere")}
 
 
 def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2, 3, 4)) -> Multivector:
-    """x as a multivector of a kind of objects; items that are none are NaN and INVALID.
+    """x as a multivector of a kind of objects; items that do not belong to it are NaN and INVALID.
 
     Raises
     ------
@@ -32,20 +32,19 @@ def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2,
         If x is no multivector of conformal geometry, or has not one of these grades.
     """
     if isinstance(x, (list, tuple)):
-        return gathered(x, what, grades)
+        return concatenate_objects(x, what, grades)
     if not isinstance(x, Multivector):
-        raise InputError(
-            f"{what}: a {type(x).__name__} is no multivector.", remedy="Make objects with bladesmith.cga3d"
-        )
+        remedy = "Make objects with bladesmith.cga3d"
+        raise InputError(f"{what}: {short_repr(x)}; a multivector is needed.", remedy=remedy)
     if "ni" not in x.algebra.vectors:
         raise InputError(f"{what} belong to {x.algebra.name}; objects are those of conformal geometry.")
     kind = object_kind(x, what, grades)
     if kind == x.kind:
         whole = math.isfinite(x._reach()) and (x._status is None or not x._status.any())
-        return x if whole else finite(x)
-    data = _embedded(x, kind)
+        return x if whole else invalidate_nonfinite(x)
+    data = _embed(x, kind)
     typed = x._make(x.algebra.type_of(kind, x.dtype), data, x.shape, x._status)
-    return invalidated(typed, ~holds(kind, data))
+    return invalidate(typed, ~satisfies_constraints(kind, data))
 
 
 def object_kind(x: Multivector, what: str, grades: Sequence[int]) -> Kind:
@@ -79,10 +78,7 @@ def pair(x1: Any, x2: Any, grades: Sequence[int] = (1, 2, 3, 4)) -> tuple[Multiv
     """
     a, b = as_objects(x1, "the first objects", grades), as_objects(x2, "the second objects", grades)
     same_sort(a, b)
-    try:
-        np.broadcast_shapes(a.shape, b.shape)
-    except ValueError:
-        raise ShapeError(f"batches of shapes {a.shape} and {b.shape} do not broadcast.") from None
+    broadcast_shapes({"the first objects": a.shape, "the second objects": b.shape})
     return a, b
 
 
@@ -97,7 +93,9 @@ def same_sort(a: Multivector, b: Multivector) -> None:
         )
 
 
-def gathered(objects: Sequence[Any], what: str = "the objects", grades: Sequence[int] = (1, 2, 3, 4)) -> Multivector:
+def concatenate_objects(
+    objects: Sequence[Any], what: str = "the objects", grades: Sequence[int] = (1, 2, 3, 4)
+) -> Multivector:
     """Objects of a list as one batch (n,): flats and rounds of one grade may be mixed; batches are joined.
 
     Raises
@@ -111,43 +109,14 @@ def gathered(objects: Sequence[Any], what: str = "the objects", grades: Sequence
         same_sort(parts[0], x)
     wide = max((x.kind for x in parts), key=lambda k: k.size)
     dtype = np.result_type(*(x.dtype for x in parts))
-    data = np.concatenate([_embedded(x, wide).reshape(-1, wide.size) for x in parts]).astype(dtype)
+    data = np.concatenate([_embed(x, wide).reshape(-1, wide.size) for x in parts]).astype(dtype)
     first = parts[0]
     known = [np.zeros(x.shape, np.uint8) if x._status is None else x._status for x in parts]
     status = np.concatenate([np.ravel(s) for s in known])
     return first._make(first.algebra.type_of(wide, dtype), data, data.shape[:-1], status if status.any() else None)
 
 
-def chosen(value: Any, choices: Sequence[str], name: str) -> str:
-    """The value, one of some words.
+def _embed(x: Multivector, kind: Kind) -> Any:
+    from ..dispatch.coefficients import embed
 
-    Raises
-    ------
-    InputError
-    """
-    if not isinstance(value, str) or value not in choices:
-        near = suggest(value, choices) if isinstance(value, str) else ""
-        told = " ".join(shortened(value).split())
-        raise InputError(f"{name} is {told}{near}; it is one of {', '.join(choices)}.")
-    return value
-
-
-def number(value: Any, name: str) -> float:
-    """One real number, which may be infinite or NaN.
-
-    Raises
-    ------
-    InputError
-    """
-    try:
-        return float(value)
-    except OverflowError:
-        raise InputError(f"{name} is greater than any floating-point number.") from None
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is {value!r}; one real number is needed.") from None
-
-
-def _embedded(x: Multivector, kind: Kind) -> Any:
-    from ..rows import embedded
-
-    return embedded(x, kind)
+    return embed(x, kind)

@@ -1,6 +1,6 @@
 """The points closest to lines, planes and points in the least-squares sense (thesis 3.12.4).
 
-Two lines are a formula; sets are stacked equations whose rows `codegen.formulas.screws` gives.
+Two lines are a formula; sets are stacked equations whose rows `codegen.formulas.motions.screws` gives.
 """
 
 from __future__ import annotations
@@ -11,30 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..algebras import Algebra
-from ..arrays import truth
-from ..calls import Numbers, call, finite, raise_first
-from ..checks import tolerance
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
-from ..multivector import Multivector
+from ..common.deprecation import renamed_keywords
+from ..common.validation import as_bool, broadcast_to, real_array
+from ..core.kind_constraints import tolerance
+from ..core.multivector import Algebra, Multivector
+from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
 from ..status import Status
-from .inputs import as_objects, same_sort
+from .arguments import as_objects, same_sort
 
 Array = NDArray[Any]
 
 
-def closest_point(
-    first: Any, second: Any = None, *, weights: Any = None, axis: int = 0, strict: bool = False
-) -> Multivector:
+@renamed_keywords(first="X", second="Y")
+def closest_point(X: Any, Y: Any = None, *, weights: Any = None, axis: int = 0, strict: bool = False) -> Multivector:
     """The point that is closest to lines (and planes, points) in the least-squares sense, a point of CGA.
 
     Parameters
     ----------
-    first : Multivector or sequence
-        Unit lines. Without ``second``: the set, along ``axis`` of one batch, or a list, in which lines, planes and
+    X : Multivector or sequence
+        Unit lines. Without ``Y``: the set, along ``axis`` of one batch, or a list, in which lines, planes and
         points may be mixed.
-    second : Multivector, optional
+    Y : Multivector, optional
         Lines too: the point of each pair, halfway on the common perpendicular. Shapes broadcast.
     weights : array, optional
         One weight per object of a set, not negative; broadcasts with the set's shape.
@@ -59,17 +57,17 @@ def closest_point(
     Thesis 3.12.4; the printed formula has lost a "+ n0". Pairs are the intersection of the axes of L1* +- L2*, without
     loss for lines that are nearly parallel; sets minimise the sum of weighted squared distances by singular values.
     """
-    if second is not None:
+    if Y is not None:
         if weights is not None:
             raise InputError("weights are those of a set of objects; two lines meet halfway.")
-        a, b = (as_lines(x, what) for x, what in ((first, "the first lines"), (second, "the second lines")))
+        a, b = (as_lines(x, what) for x, what in ((X, "the first lines"), (Y, "the second lines")))
         same_sort(a, b)
-        point = finite(call(a.algebra, "screws.closest_point", a, b).value)
+        point = invalidate_nonfinite(evaluate(a.algebra, "screws.closest_point", a, b).value)
     else:
-        point = _closest_to_set(first, weights, axis)
-    if truth(strict, "strict"):
+        point = _closest_to_set(X, weights, axis)
+    if as_bool(strict, "strict"):
         raise_first(point._status, "closest_point")
-    return point
+    return point  # type: ignore[no-any-return]
 
 
 # -- sets --------------------------------------------------------------------------------------------------
@@ -96,33 +94,33 @@ def _closest_to_set(objects: Any, weights: Any, axis: int) -> Multivector:
     if not matrix.shape[-3]:
         raise InputError("there are no objects in the set.")
     factor, rejected = _weights(weights, checked, axis, bad.shape)
-    xyz, status = _solved(matrix, points, factor, bad, tolerance(dtype))
+    xyz, status = _solve_least_squares(matrix, points, factor, bad, tolerance(dtype))
     status[rejected] = Status.INVALID
     xyz[status == Status.INVALID] = np.nan
-    position = Numbers(xyz.astype(dtype), algebra.kind("euclidean"), "xyz")
-    found: Multivector = call(algebra, "conformal.point", position).value
-    return finite(found._make(found._type, found._data, found.shape, status))
+    position = ArrayOperand(xyz.astype(dtype), algebra.kind("euclidean"), "xyz")
+    found: Multivector = evaluate(algebra, "conformal.point", position).value
+    return invalidate_nonfinite(found._make(found._type, found._data, found.shape, status))
 
 
 def _system(algebra: Algebra, x: Multivector, axis: int) -> tuple[Array, Array, Array]:
     """Matrices (..., n, 3, 3) whose product with an offset from the points (..., n, 3) is the way to the objects."""
     if x.kind.name == "plane":
-        normal, offset = (_moved(v._data, axis) for v in call(algebra, "conformal.plane_parameters", x).values)
+        normal, offset = (_move_axis(v._data, axis) for v in evaluate(algebra, "conformal.plane_parameters", x).values)
         matrix = normal[..., :, None] * normal[..., None, :]
         points = normal * offset
     elif x.kind.name == "line":
-        found = call(algebra, "screws.line_equations", x).values
-        matrix, points = (_moved(plain(v), axis) for v in found)
+        found = evaluate(algebra, "screws.line_equations", x).values
+        matrix, points = (_move_axis(plain(v), axis) for v in found)
         matrix = matrix.reshape(*points.shape, 3)
     elif x.kind.name == "point":
-        points = _moved(plain(call(algebra, "conformal.point_parameters", x).value), axis)
+        points = _move_axis(plain(evaluate(algebra, "conformal.point_parameters", x).value), axis)
         matrix = np.broadcast_to(np.eye(3), (*points.shape, 3))
     else:
         raise GradeError(f"a {x.kind.name} is neither line, plane nor point; its distances are not linear.")
     return matrix.astype(float), points.astype(float), ~np.isfinite(points).all(-1)
 
 
-def _moved(rows: Array, axis: int) -> Array:
+def _move_axis(rows: Array, axis: int) -> Array:
     """The set's axis last but one, before the coefficients."""
     return np.moveaxis(rows, axis if axis >= 0 else axis - 1, -2)
 
@@ -131,18 +129,15 @@ def _weights(weights: Any, checked: Sequence[Multivector], axis: int, shape: tup
     """Square roots of the weights (..., n), and which sets cannot be weighted so."""
     if weights is None:
         return np.ones(shape), np.zeros(shape[:-1], bool)
-    given = arrays.real(weights, "the weights").astype(float)
+    given = real_array(weights, "the weights").astype(float)
     if given.ndim > 1 and len(checked) == 1:
         given = np.moveaxis(given, axis, -1)
-    try:
-        given = np.broadcast_to(given, shape)
-    except ValueError:
-        raise ShapeError(f"weights of shape {given.shape} do not fit {shape[-1]} objects.") from None
+    given = broadcast_to(given, shape, "weights")
     bad = ~((given >= 0) & np.isfinite(given)).all(-1) | ~(given.sum(-1) > 0)
     return np.sqrt(np.where(bad[..., None], 1.0, given)), bad
 
 
-def _solved(matrix: Array, points: Array, factor: Array, bad: Array, limit: float) -> tuple[Array, Array]:
+def _solve_least_squares(matrix: Array, points: Array, factor: Array, bad: Array, limit: float) -> tuple[Array, Array]:
     """Least squares of the stacked rows about the mean of the points, by singular values.
 
     (Not by the 3 x 3 matrix of their products: that squares the angle of nearly parallel lines.)

@@ -1,6 +1,6 @@
 """The smallest sphere around spheres, circles, point pairs and points (thesis 4.5.1), and never one that is too small.
 
-Two are a formula (`codegen.formulas.enclosing`). More are a sequence of smallest spheres around at most five of them.
+Two are a formula (`formulas.objects.enclosing`). More are a sequence of smallest spheres around at most five of them.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebras import Algebra
-from ..arrays import truth
-from ..calls import Numbers, call, finite, raise_first
 from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
-from ..multivector import Multivector
+from ..common.validation import as_bool
+from ..core.multivector import Algebra, Multivector
+from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
 from ..status import Status
-from .inputs import as_objects
+from .arguments import as_objects
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(np.float64).eps)
@@ -61,7 +60,7 @@ def enclosing_sphere(spheres: Any, axis: int = 0, strict: bool = False) -> Multi
     up to half too large: instead the farthest sphere is exchanged into a support of at most four (Fischer and Gaertner
     2003 for what a support is), until none is outside.
     """
-    algebra, center, radius, bad, unbounded, dtype = _gathered(spheres, axis)
+    algebra, center, radius, bad, unbounded, dtype = _spheres_of(spheres, axis)
     lead, n = bad.shape[:-1], bad.shape[-1]
     broken = np.asarray(bad.any(-1))
     open_ = np.asarray(unbounded.any(-1)) & ~broken
@@ -71,14 +70,14 @@ def enclosing_sphere(spheres: Any, axis: int = 0, strict: bool = False) -> Multi
     middle = _around_two(algebra, center, radius) if n == 2 else _around_many(center, radius)
     position = middle.astype(dtype)
     size = _safe_radius(position, center, radius, dtype)
-    operands = Numbers(position, algebra.kind("euclidean"), "center"), Numbers(size, 0, "radius")
-    sphere: Multivector = call(algebra, "conformal.sphere", *operands).value
+    operands = ArrayOperand(position, algebra.kind("euclidean"), "center"), ArrayOperand(size, 0, "radius")
+    sphere: Multivector = evaluate(algebra, "conformal.sphere", *operands).value
     status = np.where(broken, np.uint8(Status.INVALID), np.where(open_, np.uint8(Status.SINGULAR), np.uint8(0)))
     status = status.ravel()
     data = np.where((status != Status.OK)[:, None], np.nan, sphere._data).astype(dtype)
     found = sphere._make(sphere._type, data, status.shape, status if status.any() else None)
-    found = finite(found).reshape(lead)
-    if truth(strict, "strict"):
+    found = invalidate_nonfinite(found).reshape(lead)
+    if as_bool(strict, "strict"):
         raise_first(found._status, "enclosing_sphere")
     return found
 
@@ -86,10 +85,10 @@ def enclosing_sphere(spheres: Any, axis: int = 0, strict: bool = False) -> Multi
 # -- what is to be enclosed --------------------------------------------------------------------------------
 
 
-def _gathered(
+def _spheres_of(
     spheres: Any, axis: int
 ) -> tuple[Algebra, Array, Array, NDArray[np.bool_], NDArray[np.bool_], np.dtype[Any]]:
-    """Centres (..., n, 3) and radii (..., n) of all objects, which of them are none, and which are unbounded."""
+    """Centers (..., n, 3) and radii (..., n) of all objects, and masks of the invalid and of the unbounded ones."""
     listed = isinstance(spheres, (list, tuple))
     parts = list(spheres) if listed else [spheres]
     if not parts:
@@ -121,7 +120,7 @@ def _balls(algebra: Algebra, x: Multivector) -> tuple[Array, Array, NDArray[np.b
     given = np.isfinite(x._data).all(-1)
     if name in ("line", "plane"):
         return np.full((*x.shape, 3), np.nan), np.full(x.shape, np.nan), given
-    outcome = call(algebra, f"conformal.{name}_parameters", x)
+    outcome = evaluate(algebra, f"conformal.{name}_parameters", x)
     values = [v._data.astype(float) for v in outcome.values]
     if name == "point":
         return values[0], np.where(given, 0.0, np.nan), np.zeros(x.shape, bool)
@@ -134,7 +133,7 @@ def _balls(algebra: Algebra, x: Multivector) -> tuple[Array, Array, NDArray[np.b
 
 
 def _safe_radius(position: Array, center: Array, radius: Array, dtype: np.dtype[Any]) -> Array:
-    """What the farthest sphere needs about a rounded centre, and a margin for what reads and writes the result."""
+    """Radius that the farthest sphere needs about a rounded center, with a margin for rounding of the result."""
     at = position.astype(float)
     reach = (np.linalg.norm(center - at[:, None], axis=-1) + radius).max(-1)
     unit = MARGIN * float(np.finfo(dtype).eps)
@@ -148,9 +147,9 @@ def _safe_radius(position: Array, center: Array, radius: Array, dtype: np.dtype[
 
 def _around_two(algebra: Algebra, center: Array, radius: Array) -> Array:
     kind = algebra.kind("euclidean")
-    c1, c2 = (Numbers(np.ascontiguousarray(center[:, i]), kind, "center") for i in (0, 1))
-    r1, r2 = (Numbers(np.ascontiguousarray(radius[:, i]), 0, "radius") for i in (0, 1))
-    middle: Array = call(algebra, "enclosing.enclosing_pair", c1, r1, c2, r2).values[0]._data
+    c1, c2 = (ArrayOperand(np.ascontiguousarray(center[:, i]), kind, "center") for i in (0, 1))
+    r1, r2 = (ArrayOperand(np.ascontiguousarray(radius[:, i]), 0, "radius") for i in (0, 1))
+    middle: Array = evaluate(algebra, "enclosing.enclosing_pair", c1, r1, c2, r2).values[0]._data
     return middle
 
 

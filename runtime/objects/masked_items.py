@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..multivector import Multivector
-from ..rows import embedded
+from ..core.multivector import Multivector
+from ..dispatch.coefficients import embed
 
 
 def at(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
@@ -22,17 +22,17 @@ def places(where: NDArray[np.bool_]) -> Any:
     return np.nonzero(where) if where.ndim else where
 
 
-def one_of(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
+def select(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
     """One of two batches, item by item."""
     data = np.where(where[..., None], inside._data, outside._data)
     return outside._make(outside._type, data, outside.shape, np.where(where, codes(inside), codes(outside)))
 
 
-def joined(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
+def merge_items(where: NDArray[np.bool_], inside: Multivector, outside: Multivector) -> Multivector:
     """One batch of the items under a mask and the others."""
     data = np.empty((*where.shape, outside._type.size), outside.dtype)
     status = np.empty(where.shape, np.uint8)
-    data[where], data[~where] = embedded(inside, outside.kind), outside._data
+    data[where], data[~where] = embed(inside, outside.kind), outside._data
     status[where], status[~where] = codes(inside), codes(outside)
     return outside._make(outside._type, data, where.shape, status)
 
@@ -42,4 +42,4 @@ def codes(x: Multivector) -> NDArray[np.uint8]:
     return np.zeros(x.shape, np.uint8) if x._status is None else np.array(x._status)
 
 
-__all__ = ["at", "codes", "joined", "one_of", "places"]
+__all__ = ["at", "codes", "merge_items", "select", "places"]

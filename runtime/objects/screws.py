@@ -1,34 +1,37 @@
 """Screws of lines (thesis 3.9): sums of dual lines taken apart and put together, arguments checked, results named.
 
-The formulas are in `codegen.formulas.screws`. Twists follow the project's conventions: the motor of a screw is
+The formulas are in `codegen.formulas.motions.screws`. Twists follow the project's conventions: the motor of a screw is
 exp(-angle/2 (L* + pitch m n_inf)), and the pitch is the advance per radian.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..arrays import truth
-from ..calls import Numbers, call, finite, raise_first
-from ..checks import converted
-from ..codegen.errors import GradeError, InputError
-from ..euclidean import parameters_class
-from ..multivector import Multivector
+from ..codegen.errors import GradeError
+from ..common.deprecation import renamed_keywords
+from ..common.validation import as_bool, as_instance, real_array
+from ..core.geometry.parameters import Parameters
+from ..core.kind_constraints import convert_to_kind
+from ..core.multivector import Multivector
+from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ..dispatch.multivector_data import statuses
 from ..status import Status
-from ..text import statuses
-from .closest import as_lines, closest_point, plain
-from .inputs import same_sort
+from .arguments import same_sort
+from .closest_points import as_lines, closest_point, plain
 
 Array = NDArray[Any]
-Screw = parameters_class("Screw", "axis", "pitch", "magnitude")
 
 
-def screw(s: Multivector, strict: bool = False) -> Any:
+class Screw(NamedTuple("Screw", [("axis", Multivector), ("pitch", Array), ("magnitude", Array)]), Parameters):
+    """Axis, pitch and magnitude, with ``.status``."""
+
+
+def screw(s: Multivector, strict: bool = False) -> Screw:
     """Axis, pitch and magnitude of a screw: s = magnitude (L* + pitch m n_inf), L the axis and m its direction.
 
     Parameters
@@ -58,30 +61,31 @@ def screw(s: Multivector, strict: bool = False) -> Any:
     lines, `screw_of_lines` can tell.
     """
     twist = _twist(s)
-    outcome = call(twist.algebra, "screws.screw", twist)
+    outcome = evaluate(twist.algebra, "screws.screw", twist)
     return _screw(outcome.values, outcome.status, twist.shape, "screw", strict)
 
 
-def screw_of_lines(first: Any, second: Any, alpha: Any = 0.5, strict: bool = False) -> tuple[Any, Array]:
-    """The screw of alpha L1* + (1 - alpha) L2*, and where its axis lies between the lines.
+@renamed_keywords(first="X", second="Y")
+def screw_of_lines(X: Any, Y: Any, alpha: Any = 0.5, strict: bool = False) -> tuple[Screw, Array]:
+    """The screw of alpha X* + (1 - alpha) Y*, and where its axis lies between the lines.
 
     Parameters
     ----------
-    first, second : Multivector
+    X, Y : Multivector
         Unit lines of CGA or PGA; shapes broadcast.
     alpha : float or array
-        Weight of the first line, one per item.
+        Weight of X, one per item.
 
     Returns
     -------
     (Screw, array)
-        The screw as in `screw`, and the fraction of the lines' common perpendicular, 0 on the first line and 1 on the
-        second, that the axis passes through: (b^2 + a b c)/(a^2 + b^2 + 2 a b c) with a = alpha, b = 1 - alpha and
-        the cosine c of the directions. Where the directions cancel there is a translation (NOT_UNIQUE), fraction NaN.
+        The screw as in `screw`, and the fraction of the lines' common perpendicular, 0 on X and 1 on Y, at which
+        the axis passes through: (b^2 + a b c)/(a^2 + b^2 + 2 a b c) with a = alpha, b = 1 - alpha and the cosine c of
+        the directions. Where the directions cancel there is a translation (NOT_UNIQUE), fraction NaN.
     """
-    a, b = (_lines(x, what) for x, what in ((first, "the first lines"), (second, "the second lines")))
+    a, b = (_lines(x, what) for x, what in ((X, "the first lines"), (Y, "the second lines")))
     same_sort(a, b)
-    outcome = call(a.algebra, "screws.screw_of_lines", a, b, Numbers(alpha, 0, "alpha"))
+    outcome = evaluate(a.algebra, "screws.screw_of_lines", a, b, ArrayOperand(alpha, 0, "alpha"))
     axis, pitch, magnitude, fraction = outcome.values
     found = _screw((axis, pitch, magnitude), outcome.status, axis.shape, "screw_of_lines", strict)
     return found, plain(fraction)[()]
@@ -93,18 +97,18 @@ def screw_bivector(axis: Any, pitch: Any = 0.0, magnitude: Any = 1.0) -> Multive
     An infinite pitch stands for a translation along the axis of the length ``magnitude``, as `screw` gives it.
     """
     line = _lines(axis, "the axis")
-    h, size = arrays.real(pitch, "the pitch"), arrays.real(magnitude, "the magnitude")
+    h, size = real_array(pitch, "the pitch"), real_array(magnitude, "the magnitude")
     moves = np.isinf(h)
     turning = np.where(moves, np.copysign(0.0, h), h).astype(h.dtype)
-    operands = Numbers(turning, 0, "the pitch"), Numbers(size, 0, "the magnitude")
-    found: Multivector = call(line.algebra, "screws.screw_bivector", line, *operands).value
+    operands = ArrayOperand(turning, 0, "the pitch"), ArrayOperand(size, 0, "the magnitude")
+    found: Multivector = evaluate(line.algebra, "screws.screw_bivector", line, *operands).value
     if not moves.any():
-        return finite(found)
+        return invalidate_nonfinite(found)
     sign = np.sign(h)
-    one = call(line.algebra, "screws.screw_bivector", line, Numbers(sign, 0, "the pitch"), operands[1]).value
+    one = evaluate(line.algebra, "screws.screw_bivector", line, ArrayOperand(sign, 0, "the pitch"), operands[1]).value
     translation = one - found  # (L* + m n) - L*
     data = np.where(np.broadcast_to(moves, found.shape)[..., None], translation._data, found._data)
-    return finite(found._make(found._type.free, data, found.shape))
+    return invalidate_nonfinite(found._make(found._type.unconstrained, data, found.shape))
 
 
 def screw_motor(axis: Any, angle: Any, pitch: Any = 0.0, strict: bool = False) -> Multivector:
@@ -118,11 +122,11 @@ def screw_motor(axis: Any, angle: Any, pitch: Any = 0.0, strict: bool = False) -
         Radians, and units of length per radian. An item that is not finite is `INVALID`.
     """
     line = _lines(axis, "the axis")
-    operands = Numbers(angle, 0, "the angle"), Numbers(pitch, 0, "the pitch")
-    motor = finite(call(line.algebra, "screws.screw_motor", line, *operands).value)
-    if truth(strict, "strict"):
+    operands = ArrayOperand(angle, 0, "the angle"), ArrayOperand(pitch, 0, "the pitch")
+    motor = invalidate_nonfinite(evaluate(line.algebra, "screws.screw_motor", line, *operands).value)
+    if as_bool(strict, "strict"):
         raise_first(motor._status, "screw_motor")
-    return motor
+    return motor  # type: ignore[no-any-return]
 
 
 # -- arguments and results ---------------------------------------------------------------------------------
@@ -130,16 +134,15 @@ def screw_motor(axis: Any, angle: Any, pitch: Any = 0.0, strict: bool = False) -
 
 def _twist(s: Multivector) -> Multivector:
     """s on the blades of a twist, lines of CGA dualised."""
-    if not isinstance(s, Multivector):
-        raise InputError(f"a {type(s).__name__} is no multivector.", remedy="Add dual lines: a.dual() + b.dual()")
+    as_instance(s, "a screw", Multivector, "a multivector", remedy="Add dual lines: a.dual() + b.dual()")
     algebra = s.algebra
     if "twist" not in algebra.kinds:
         raise GradeError(f"{algebra.name} has no screws; they are those of cga3d and pga3d.")
     if s.grades == (3,) and not algebra.is_degenerate:
-        s = converted(s, algebra.layout("line")).dual()
+        s = convert_to_kind(s, algebra.layout("line")).dual()
     if s.grades != (2,):
         raise GradeError(f"a {s.kind.name} of grades {s.grades} is no twist, which is a bivector: a sum of dual lines.")
-    return converted(s, algebra.layout("twist"))
+    return convert_to_kind(s, algebra.layout("twist"))
 
 
 def _lines(x: Any, what: str) -> Multivector:
@@ -151,14 +154,14 @@ def _lines(x: Any, what: str) -> Multivector:
     return as_lines(x, what)
 
 
-def _screw(values: Sequence[Any], status: Any, shape: tuple[int, ...], name: str, strict: bool) -> Any:
+def _screw(values: Sequence[Any], status: Any, shape: tuple[int, ...], name: str, strict: bool) -> Screw:
     axis, pitch, magnitude = values
-    if truth(strict, "strict"):
+    if as_bool(strict, "strict"):
         raise_first(status, name)
     h = plain(pitch)
     if status is not None:
         h = np.where(status == Status.NOT_UNIQUE, h.dtype.type(np.inf), h)
-    result = Screw(finite(axis), h[()], plain(magnitude)[()])
+    result = Screw(invalidate_nonfinite(axis), h[()], plain(magnitude)[()])
     result.status = statuses(status, shape)
     return result
 

@@ -6,21 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from ..calls import Numbers, Outcome, call
 from ..codegen.errors import GradeError
-from ..multivector import Multivector
-from ..rows import embedded
-from . import local
-from .inputs import pair
-from .sums import alike, finished
+from ..common.deprecation import renamed_keywords
+from ..core.multivector import Multivector
+from ..dispatch.coefficients import embed
+from ..dispatch.formulas import ArrayOperand, FormulaResult, evaluate
+from .arguments import pair
+from .interpolation.sums import assemble, to_common_layout
+from .rotors import local_origin
 
 
-def common_sphere(C1: Any, C2: Any, strict: bool = False) -> Multivector:
+@renamed_keywords(C1="X", C2="Y")
+def common_sphere(X: Any, Y: Any, strict: bool = False) -> Multivector:
     """The sphere through two circles that lie on one, or through the end points of two point pairs.
 
     Parameters
     ----------
-    C1, C2 : Multivector or list, shapes broadcasting to (...)
+    X, Y : Multivector or list, shapes broadcasting to (...)
         Circles and lines in any mixture, or two batches of point pairs.
     strict : bool
         Raise for the first item without one.
@@ -30,7 +32,7 @@ def common_sphere(C1: Any, C2: Any, strict: bool = False) -> Multivector:
     Multivector, shape (...)
         Outward unit spheres; planes, on the side of C1's normal, where the objects are coplanar. Items with
 
-        - `SINGULAR` and NaN have none: circles on no common sphere (<C1 C2>_4 is not zero, to 1e-12 of its terms), or
+        - `SINGULAR` and NaN have none: circles on no common sphere (<X Y>_4 is not zero, to 1e-12 of its terms), or
           point pairs on one circle, through which many spheres go;
         - `NOT_UNIQUE` are one circle twice: the sphere of which it is a great circle is returned. One line twice is
           SINGULAR.
@@ -44,18 +46,19 @@ def common_sphere(C1: Any, C2: Any, strict: bool = False) -> Multivector:
 
     Notes
     -----
-    Point pairs: A ^ B (Theorem 2). Circles: the span of C1 and a vector of C2. The formula of Conjecture 1 for equal
-    radii, (C1 + C2)((C1 + C2) ^ n_inf) I5, needs circles of like orientation; this one needs neither.
+    Point pairs: A ^ B (Theorem 2). Circles: the span of X and a vector of Y. The formula of Conjecture 1 for equal
+    radii, (X + Y)((X + Y) ^ n_inf) I5, needs circles of like orientation; this one needs neither.
     """
-    return _sphere("common_sphere", C1, C2, (2, 3), strict)
+    return _sphere("common_sphere", X, Y, (2, 3), strict)
 
 
-def orthogonal_sphere(C1: Any, C2: Any, strict: bool = False) -> Multivector:
-    """The sphere that two circles meet at right angles, <C1 C2>_4 (Theorem 5); all their interpolants do so too.
+@renamed_keywords(C1="X", C2="Y")
+def orthogonal_sphere(X: Any, Y: Any, strict: bool = False) -> Multivector:
+    """The sphere that two circles meet at right angles, <X Y>_4 (Theorem 5); all their interpolants do so too.
 
     Parameters
     ----------
-    C1, C2 : Multivector or list, shapes broadcasting to (...)
+    X, Y : Multivector or list, shapes broadcasting to (...)
         Circles and lines in any mixture.
     strict : bool
         Raise for the first item without one.
@@ -73,22 +76,22 @@ def orthogonal_sphere(C1: Any, C2: Any, strict: bool = False) -> Multivector:
     SingularError
         With ``strict``.
     """
-    return _sphere("orthogonal_sphere", C1, C2, (3,), strict)
+    return _sphere("orthogonal_sphere", X, Y, (3,), strict)
 
 
 def _sphere(name: str, x1: Any, x2: Any, grades: tuple[int, ...], strict: bool) -> Multivector:
     a, b = pair(x1, x2, grades)
     if a.algebra.dimension != 5:
         raise GradeError(f"{name} is about space; {a.algebra.name} has no spheres.")
-    frame = local.frame(a, b)
-    x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
-    x, y = alike(x, y)
+    frame = local_origin.frame(a, b)
+    x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
+    x, y = to_common_layout(x, y)
     distance = 0.0 if frame is None else np.linalg.norm(frame.origin, axis=-1)
-    outcome = call(a.algebra, f"spheres.{name}", x, y, Numbers(distance, 0, "distance"))
+    outcome = evaluate(a.algebra, f"spheres.{name}", x, y, ArrayOperand(distance, 0, "distance"))
     kind = a.algebra.kind("plane" if x.kind.name == "line" else "sphere")
     value: Multivector = outcome.value
-    sphere = value._make(a.algebra.type_of(kind, value.dtype), embedded(value, kind), value.shape)
-    return finished(Outcome((sphere,), outcome.status), (a, b), name, strict, frame)
+    sphere = value._make(a.algebra.type_of(kind, value.dtype), embed(value, kind), value.shape)
+    return assemble(FormulaResult((sphere,), outcome.status), (a, b), name, strict, frame)
 
 
 __all__ = ["common_sphere", "orthogonal_sphere"]

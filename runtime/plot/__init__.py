@@ -6,46 +6,8 @@ bivectors do. matplotlib is imported by the first picture, and no global state o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from ..codegen.lazy_names import lazy_names
+from ..common.deprecation import renamed_names
 
-from ..lazily import lazily
-from . import palette
-
-if TYPE_CHECKING:
-    from .drawing import draw, paths, skipped
-    from .motions import orbit, orbit_paths, screw, screw_parts, twist_field, velocities
-    from .pages import axes, panels, save
-
-#: Public name -> module of this package that defines it.
-_HOMES = {
-    "axes": "pages",
-    "draw": "drawing",
-    "orbit": "motions",
-    "orbit_paths": "motions",
-    "panels": "pages",
-    "paths": "drawing",
-    "save": "pages",
-    "screw": "motions",
-    "screw_parts": "motions",
-    "skipped": "drawing",
-    "twist_field": "motions",
-    "velocities": "motions",
-}
-
-__all__ = [
-    "axes",
-    "draw",
-    "orbit",
-    "orbit_paths",
-    "palette",
-    "panels",
-    "paths",
-    "save",
-    "screw",
-    "screw_parts",
-    "skipped",
-    "twist_field",
-    "velocities",
-]
-
-__getattr__, __dir__ = lazily(__name__, _HOMES)
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__ = renamed_names(__name__, __getattr__, skipped="count_skipped")

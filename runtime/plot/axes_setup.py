@@ -1,4 +1,4 @@
-"""Axes to draw on, with equal units in all directions, and files to save to. No pyplot: nothing global is touched."""
+"""3D axes with equal units in all directions, page layout and saving. Without pyplot: no global state changes."""
 
 from __future__ import annotations
 
@@ -7,43 +7,49 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import truth
+from ..common.validation import as_bool, as_instance, as_int, as_pair, positive_float
 from ..errors import InputError
-from . import backend, checks, palette
-from .shapes import CORNERS, Array, Box
+from . import matplotlib_import, palette
+from .tessellation import CORNERS, Array, Box
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .backend import Axes3D
+    from .matplotlib_import import Axes3D
 
-#: Elevation and azimuth of the eye, in degrees.
+#: Default elevation and azimuth of the view, in degrees.
 VIEW = (22.0, -58.0)
-#: Inches, and dots per inch when saved: 800 x 600.
-PAGE, DOTS_PER_INCH = (8.0, 6.0), 100
-#: Part of the page left free around the box, with coordinates and without.
-LABELLED_MARGIN, BARE_MARGIN = 0.075, 0.04
-#: Panels along a side of a page.
+#: Default size of a page in inches.
+PAGE = (8.0, 6.0)
+#: Default resolution of a saved picture: 800 x 600 pixels.
+DOTS_PER_INCH = 100
+#: Margin around the box with coordinates, as a fraction of the page.
+LABELLED_MARGIN = 0.075
+#: Margin around the box without coordinates.
+BARE_MARGIN = 0.04
+#: Largest number of panels along a side of a page.
 MOST_PANELS = 100
-#: Labelled steps along an axis.
+#: Largest number of ticks along an axis.
 MOST_TICKS = 5
-#: The box is placed in rounds: nearer, its perspective changes a little.
+#: Iterations of the zoom: the perspective of the box depends on it.
 ROUNDS = 4
-#: Positions by which it is judged how large something is on the page.
+#: Largest number of positions that determine the extent of a drawing on the page.
 ENOUGH = 20_000
-#: Kept on axes: the part of the page that they were given, and positions of what is drawn.
-_HOME, _SHOWN = "_bladesmith_home", "_bladesmith_shown"
+#: Attribute of axes: their rectangle on the page.
+_HOME = "_bladesmith_home"
+#: Attribute of axes: positions of drawn objects.
+_SHOWN = "_bladesmith_shown"
 
 
 def axes(view: tuple[float, float] = VIEW, size: tuple[float, float] = PAGE, frame: bool = True) -> Axes3D:
-    """Empty 3D axes on a figure of their own.
+    """Create empty 3D axes on a figure of their own.
 
     Parameters
     ----------
     view : (elevation, azimuth)
-        Where the eye is, in degrees.
+        Direction of the view, in degrees.
     size : (width, height)
-        Of the figure, in inches.
+        Size of the figure, in inches.
     frame : bool
         Draw the box of coordinates behind the objects.
 
@@ -62,48 +68,47 @@ def panels(
     size: tuple[float, float] = PAGE,
     frame: bool = True,
 ) -> list[Axes3D]:
-    """Several empty 3D axes on one figure, row by row; arguments as for `axes`.
+    """Create several empty 3D axes on one figure, row by row; arguments as for `axes`.
 
     Raises
     ------
     InputError
-        For numbers of panels, a view or a size that are none.
+        If a number of panels, the view or the size is not valid.
     MissingExtraError
     """
     rows, columns = (
-        checks.whole(n, f"{side} of panels", 1, MOST_PANELS) for n, side in ((rows, "rows"), (columns, "columns"))
+        as_int(n, f"{side} of panels", 1, MOST_PANELS) for n, side in ((rows, "rows"), (columns, "columns"))
     )
-    size = checks.pair(size, "size")
-    if not min(size) > 0:
-        raise InputError(f"size is {size}; a page has a positive width and height.")
-    backend.axes_class()  # makes the projection known
-    figure = backend.figure_class()(figsize=size, dpi=DOTS_PER_INCH)
-    places = [(j / columns, 1 - (i + 1) / rows, 1 / columns, 1 / rows) for i in range(rows) for j in range(columns)]
-    made = [figure.add_axes(place, projection="3d") for place in places]
-    for ax, place in zip(made, places, strict=True):
-        vars(ax)[_HOME] = place
-        _dress(ax, view, frame)
-    return made
+    width, height = as_pair(size, "size")
+    size = positive_float(width, "size[0]"), positive_float(height, "size[1]")
+    matplotlib_import.axes_class()  # makes the projection known
+    figure = matplotlib_import.figure_class()(figsize=size, dpi=DOTS_PER_INCH)
+    rectangles = [(j / columns, 1 - (i + 1) / rows, 1 / columns, 1 / rows) for i in range(rows) for j in range(columns)]
+    all_axes = [figure.add_axes(rectangle, projection="3d") for rectangle in rectangles]
+    for ax, rectangle in zip(all_axes, rectangles, strict=True):
+        vars(ax)[_HOME] = rectangle
+        _style_axes(ax, view, frame)
+    return all_axes
 
 
-def _dress(ax: Axes3D, view: tuple[float, float], frame: bool) -> None:
-    ax.view_init(*checks.pair(view, "view"))
+def _style_axes(ax: Axes3D, view: tuple[float, float], frame: bool) -> None:
+    ax.view_init(*as_pair(view, "view"))
     ax.computed_zorder = False  # surfaces first, then lines, then points, each in the order in which they are drawn
-    ax.patch.set_visible(False)  # it would cover what its neighbours draw
-    if not truth(frame, "frame"):
+    ax.patch.set_visible(False)  # it would cover adjacent axes
+    if not as_bool(frame, "frame"):
         ax.set_axis_off()
         return
     axis: Any
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_pane_color(backend.colors().to_rgba(palette.PALE, 0.35))
+        axis.set_pane_color(matplotlib_import.colors().to_rgba(palette.PALE, 0.35))
         axis.line.set_color(palette.GREY)
         axis._axinfo["grid"].update(color="#d5dbe0", linewidth=0.6)
-        axis.set_major_locator(backend.imported("matplotlib.ticker").MaxNLocator(MOST_TICKS, prune="both"))
+        axis.set_major_locator(matplotlib_import.load_module("matplotlib.ticker").MaxNLocator(MOST_TICKS, prune="both"))
         axis.set_tick_params(labelsize=8, labelcolor=palette.GREY, color=palette.GREY)
 
 
 def show(ax: Axes3D, box: Box, positions: Array) -> None:
-    """Limits of a box, with equal units; the page filled with it, or with the positions where it is not drawn."""
+    """Set the limits to a box, with equal units; fill the page with the box, or with the positions if it is hidden."""
     for setter, low, high in zip((ax.set_xlim3d, ax.set_ylim3d, ax.set_zlim3d), box.low, box.high, strict=True):
         setter(float(low), float(high))
     vars(ax)[_SHOWN] = some(positions)
@@ -111,39 +116,39 @@ def show(ax: Axes3D, box: Box, positions: Array) -> None:
 
 
 def some(positions: Array) -> Array:
-    """Enough of many positions to judge how large something is on the page."""
+    """Subsample positions; the rest suffices for the extent on the page."""
     return positions[:: max(1, len(positions) // ENOUGH)]
 
 
 def fill_page(ax: Axes3D) -> None:
-    """Scale what is seen to the part of the figure that the axes were given; and centre it on axes of our own."""
+    """Scale the visible content to the rectangle of the axes; center it on axes created here."""
     figure: Any = ax.get_figure()
     home = vars(ax).get(_HOME)
     limits = np.array([ax.get_xlim3d(), ax.get_ylim3d(), ax.get_zlim3d()])
     sides = limits[:, 1] - limits[:, 0]
     framed = bool(getattr(ax, "_axis3don", True))
-    shown = limits[:, 0] + CORNERS * sides
+    content = limits[:, 0] + CORNERS * sides
     if not framed and len(vars(ax).get(_SHOWN, ())):
-        shown = vars(ax)[_SHOWN]
-    place = home if home is not None else ax.get_position(original=True).bounds
+        content = vars(ax)[_SHOWN]
+    rectangle = home if home is not None else ax.get_position(original=True).bounds
     page = np.array([figure.bbox.width, figure.bbox.height])
-    room = page * place[2:] * (1 - 2 * (LABELLED_MARGIN if framed else BARE_MARGIN))
+    available = page * rectangle[2:] * (1 - 2 * (LABELLED_MARGIN if framed else BARE_MARGIN))
     if home is not None:
         ax.set_position(home)
-    zoom, project = 1.0, backend.imported("mpl_toolkits.mplot3d.proj3d").proj_transform
+    zoom, project = 1.0, matplotlib_import.load_module("mpl_toolkits.mplot3d.proj3d").proj_transform
     for _ in range(ROUNDS):
         ax.set_box_aspect(tuple(np.abs(sides) / np.abs(sides).max()), zoom=zoom)
         ax.apply_aspect()
-        x, y, _ = project(*shown.T, ax.get_proj())
+        x, y, _ = project(*content.T, ax.get_proj())
         pixels = ax.transData.transform(np.stack([x, y], -1))
-        zoom *= float((room / np.maximum(np.ptp(pixels, axis=0), 1)).min())
+        zoom *= float((available / np.maximum(np.ptp(pixels, axis=0), 1)).min())
     if home is not None:
-        aside = (np.array(place[:2]) + np.array(place[2:]) / 2) - (pixels.max(0) + pixels.min(0)) / 2 / page
-        ax.set_position((place[0] + float(aside[0]), place[1] + float(aside[1]), place[2], place[3]))
+        aside = (np.array(rectangle[:2]) + np.array(rectangle[2:]) / 2) - (pixels.max(0) + pixels.min(0)) / 2 / page
+        ax.set_position((rectangle[0] + float(aside[0]), rectangle[1] + float(aside[1]), *rectangle[2:]))
 
 
 def show_legend(ax: Axes3D, handles: list[Any]) -> None:
-    """In the upper left corner of the page, or of axes that share it."""
+    """Show a legend in the upper left corner of the page, or of axes that share it."""
     figure: Any = ax.get_figure()
     x, y, _, height = vars(ax).get(_HOME, ax.get_position(original=True).bounds)
     corner = {"bbox_to_anchor": (x + 0.01, y + height - 0.01), "bbox_transform": figure.transSubfigure}
@@ -156,7 +161,7 @@ def save(path: str | PathLike[str], picture: Axes3D | Figure, dpi: float = DOTS_
     Parameters
     ----------
     path
-        Such as ``"interpolation.png"``; its folder must exist.
+        Name of the file, as ``"interpolation.png"``; its folder must exist.
     picture
         Axes, or a figure.
     dpi : float
@@ -165,19 +170,19 @@ def save(path: str | PathLike[str], picture: Axes3D | Figure, dpi: float = DOTS_
     Raises
     ------
     InputError
-        If the picture is none, ``dpi`` is not positive, or matplotlib does not know the suffix.
+        If the picture is not valid, ``dpi`` is not positive, or matplotlib does not know the suffix.
     OSError
         If the file cannot be written.
     """
     figure: Any = getattr(picture, "figure", picture)
-    if not isinstance(figure, backend.figure_class()):
-        raise InputError(f"a {type(picture).__name__} is no picture.", remedy="Give the axes that draw() returned")
+    remedy = "Give the axes that draw() returned"
+    as_instance(figure, "picture", matplotlib_import.figure_class(), "one of axes or a figure", remedy=remedy)
     if not isinstance(path, str | PathLike) and not hasattr(path, "write"):
         raise InputError(f"path is a {type(path).__name__}; the name of a file is needed.")
-    dpi = checks.positive(dpi, "dpi")
+    dpi = positive_float(dpi, "dpi")
     for ax in figure.axes:
         if _HOME in vars(ax):
-            fill_page(ax)  # it may have been turned
+            fill_page(ax)  # its view may have changed
     try:
         figure.savefig(path, dpi=dpi)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""What bivectors do: orbits of points, screw motions and their parts, fields of velocity (figures 3.7-3.9, 6.1, 6.2).
+"""Pictures of bivectors: orbits of points, screw motions and their parts, velocity fields (figures 3.7-3.9, 6.1, 6.2).
 
 Positions come from compiled kernels in one batch: exponentials of multiples of the bivector, and sandwiches.
 """
@@ -9,32 +9,38 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import truth
+from ..common.validation import as_bool, as_instance, as_int, positive_float, real_array
+from ..core.multivector import Multivector
 from ..errors import GradeError, InputError
-from ..multivector import Multivector
 from ..objects import screws
 from ..status import Status
-from . import checks, drawing, palette
-from .shapes import Array, arrows
+from . import drawing, palette
+from .tessellation import Array, arrows
 
 if TYPE_CHECKING:
-    from .backend import Axes3D
+    from .matplotlib_import import Axes3D
 
-#: Positions of an orbit in each turn.
+#: Default number of samples of an orbit for each full rotation.
 SAMPLES = 128
-#: Positions of one orbit, and points along a side of a field's grid, at most.
-MOST, MOST_GRID = 1_000_000, 40
-#: An orbit that never comes back (of a bivector with a positive square) is drawn up to this exponent each way:
-#: exp(-2 REACH) of its way is left.
+#: Largest number of samples of an orbit.
+MOST = 1_000_000
+#: Largest number of points along a side of a field's grid.
+MOST_GRID = 40
+#: Largest exponent of an open orbit (of a bivector with a positive square), in both directions: a fraction
+#: exp(-2 REACH) of its path is missing.
 REACH = 3.0
-#: The longest arrow of a field over the distance of its points, and the head over the longest arrow.
-FILL, HEAD = 0.75, 0.25
-#: Points of a field along each side, and arrows along each of its orbits.
-GRID, ARROWS_ON_ORBIT = 5, 12
+#: Length of the longest arrow of a field, relative to the distance of its points.
+FILL = 0.75
+#: Length of an arrow's head, relative to the arrow.
+HEAD = 0.25
+#: Default number of points of a field along each side.
+GRID = 5
+#: Number of arrows along each orbit of a field.
+ARROWS_ON_ORBIT = 12
 
 
 def orbit_paths(bivector: Multivector, points: Any = (0, 0, 0), turns: float = 1.0, samples: int = SAMPLES) -> Array:
-    """Positions exp(t B) x exp(-t B) of points as t grows.
+    """Sample the orbits exp(t B) x exp(-t B) of points.
 
     Parameters
     ----------
@@ -42,10 +48,10 @@ def orbit_paths(bivector: Multivector, points: Any = (0, 0, 0), turns: float = 1
         Dual line, twist, dual circle, point pair, or any other sum of grade 2.
     points : Multivector (m,), or array (m, 3) or (3,)
     turns : float
-        Of a rotation (B^2 < 0): whole turns, from t = 0. Of a translation (B^2 = 0): t runs over [0, turns]. Else the
-        orbits run between two fixed points, and most of that is shown.
+        Number of full rotations (B^2 < 0), from t = 0. For a translation (B^2 = 0) t runs over [0, turns]. Otherwise
+        the orbits run between two fixed points, and most of them is shown.
     samples : int
-        Positions for each turn, or for all of an orbit that never comes back.
+        Number of samples for each full rotation, or for the whole of an open orbit.
 
     Returns
     -------
@@ -71,19 +77,19 @@ def orbit(
     extent: Any = None,
 ) -> Axes3D:
     """Draw the orbits of points under exp(t B) (thesis, figure 3.7); see `orbit_paths`, and `draw` for the rest."""
-    ways = orbit_paths(bivector, points, turns)
-    return drawing.paths(ways, ax, palette.INK if color is None else color, size, extent)
+    paths = orbit_paths(bivector, points, turns)
+    return drawing.paths(paths, ax, palette.INK if color is None else color, size, extent)
 
 
 def screw_parts(bivector: Multivector) -> tuple[Multivector, Multivector]:
-    """A sum of dual lines as rotation and translation that commute (thesis 3.9.3, 3.9.4).
+    """Decompose a sum of dual lines into a rotation and a translation that commute (thesis 3.9.3, 3.9.4).
 
     Raises
     ------
     GradeError, InputError
-        If it is no bivector of a motion; if it has no rotation, and therefore no axis.
+        If it is not the bivector of a motion, or has no rotation, and therefore no axis.
     """
-    rotation = _rotation(_decomposed(bivector))
+    rotation = _rotation(_screw_of(bivector))
     return rotation, bivector - rotation
 
 
@@ -96,14 +102,14 @@ def screw(
     size: float = drawing.WIDTH,
     extent: Any = None,
 ) -> Axes3D:
-    """Draw the screw motion of a sum of dual lines, its axis, and what its parts do (thesis, figures 3.8 and 3.9).
+    """Draw the screw motion of a sum of dual lines, its axis, and the orbits of its parts (figures 3.8 and 3.9).
 
     The motion is dark, the axis and the rotation about it are red, the translation is blue.
 
     Parameters
     ----------
     bivector : Multivector, shape ()
-        Such as ``line1.dual() + line2.dual()``.
+        Sum of dual lines, as ``line1.dual() + line2.dual()``.
     points, turns
         As for `orbit_paths`.
     ax, size, extent
@@ -115,13 +121,13 @@ def screw(
     ------
     GradeError, InputError
     """
-    found = _decomposed(bivector)
+    parameters = _screw_of(bivector)
     ax = orbit(bivector, points, turns, ax, palette.INK, 1.5 * size, extent)
-    if truth(parts, "parts"):
-        rotation = _rotation(found)
+    if as_bool(parts, "parts"):
+        rotation = _rotation(parameters)
         orbit(rotation, points, min(turns, 1.0), ax, palette.RED, size)
-        orbit(bivector - rotation, points, float(np.pi * turns / found.magnitude), ax, palette.BLUE, size)
-    return drawing.draw(found.axis, ax=ax, color=palette.RED, size=size)
+        orbit(bivector - rotation, points, float(np.pi * turns / parameters.magnitude), ax, palette.BLUE, size)
+    return drawing.draw(parameters.axis, ax=ax, color=palette.RED, size=size)
 
 
 def velocities(twist: Multivector, points: Any) -> Array:
@@ -155,13 +161,13 @@ def twist_field(
     twist : Multivector, shape ()
         Omega = w I3 + v n_inf: a direction translates, a dual line rotates.
     points : Multivector (m,), or array (m, 3), optional
-        Where; a cubic grid by default.
+        Positions of the arrows; a cubic grid by default.
     reach, count
-        Half the side of the grid, and its points along each side.
+        Half the side of the grid, and its number of points along each side.
     orbits : bool
         Draw the orbits of the points, with arrows along them. The motion is exp(-t Omega/2).
     color
-        As for `draw`, one per arrow; by default green where it is slow to red where it is fast.
+        As for `draw`, one per arrow; by default from green for slow to red for fast points.
     ax, size, extent
         As for `draw`.
 
@@ -170,15 +176,15 @@ def twist_field(
     GradeError, InputError
     """
     if points is None:
-        count, reach = checks.whole(count, "count", 1, MOST_GRID), checks.positive(reach, "reach")
+        count, reach = as_int(count, "count", 1, MOST_GRID), positive_float(reach, "reach")
         side = np.linspace(-reach, reach, count)
         points = np.stack(np.meshgrid(side, side, side, indexing="ij"), -1).reshape(-1, 3)
     start = _positions(_points(twist, points))
-    if truth(orbits, "orbits"):
-        ways = orbit_paths(-0.5 * twist, start)
-        ax = drawing.paths(ways, ax, palette.GREY, 0.5 * size, extent)
-        step = max(1, (ways.shape[1] - 1) // ARROWS_ON_ORBIT)
-        start = ways[:, :-1:step].reshape(-1, 3)
+    if as_bool(orbits, "orbits"):
+        paths = orbit_paths(-0.5 * twist, start)
+        ax = drawing.paths(paths, ax, palette.GREY, 0.5 * size, extent)
+        step = max(1, (paths.shape[1] - 1) // ARROWS_ON_ORBIT)
+        start = paths[:, :-1:step].reshape(-1, 3)
         start = start[np.isfinite(start).all(-1)]
     velocity = velocities(twist, start)
     velocity /= float(np.fmax.reduce(np.abs(velocity), axis=None, initial=0.0)) or 1.0  # only their ratios show
@@ -186,37 +192,36 @@ def twist_field(
     longest = float(np.fmax.reduce(speed, initial=0.0))
     shown = velocity * (FILL * _spacing(start[np.isfinite(start).all(-1)]) / longest) if longest > 0 else velocity
     if color is None:
-        color = np.round(speed / longest, 6) if longest > 0 else palette.GREEN  # equal ones have one colour
+        color = np.round(speed / longest, 6) if longest > 0 else palette.GREEN  # equal speeds have one color
     heads = HEAD * np.linalg.norm(shown, axis=-1)
     return drawing.paths(arrows(start - shown / 2, shown, heads), ax, color, size, extent)
 
 
-# -- what bivectors and points may be --------------------------------------------------------------------------
+# -- checks of bivectors and points --------------------------------------------------------------------------
 
 
 def _single(bivector: Any) -> Multivector:
-    if not isinstance(bivector, Multivector):
-        raise InputError(f"a {type(bivector).__name__} is no bivector.")
-    if bivector.grades != (2,):
+    x = as_instance(bivector, "the bivector", Multivector, "a bivector")
+    if x.grades != (2,):
         raise GradeError(
-            f"a {bivector.kind.name} of grades {bivector.grades} is no bivector.", remedy="The dual of a line is one"
+            f"a bivector is needed, not {x.kind.name} of grades {x.grades}.", remedy="Give the dual of a line"
         )
-    if bivector.size != 1 or not np.isfinite(bivector.values).all():
-        raise InputError(f"one finite bivector is needed, not a batch of shape {bivector.shape} or NaN.")
-    return bivector.reshape(())
+    if x.size != 1 or not np.isfinite(x.values).all():
+        raise InputError(f"one finite bivector is needed, not a batch of shape {x.shape} or NaN.")
+    return x.reshape(())
 
 
-def _decomposed(bivector: Multivector) -> Any:
-    """Axis, pitch and magnitude."""
-    found = screws.screw(_single(bivector))
-    if found.status != Status.OK:
-        raise InputError("this bivector has no rotation, and so no axis of a screw.")
-    return found
+def _screw_of(bivector: Multivector) -> Any:
+    """Axis, pitch and magnitude of a screw."""
+    parameters = screws.screw(_single(bivector))
+    if parameters.status != Status.OK:
+        raise InputError("this bivector has no rotation, and therefore no screw axis.")
+    return parameters
 
 
-def _rotation(found: Any) -> Multivector:
-    """Magnitude times the dual of the axis."""
-    return screws.screw_bivector(found.axis, 0.0, found.magnitude)
+def _rotation(parameters: Any) -> Multivector:
+    """Rotation of a screw: its magnitude times the dual of the axis."""
+    return screws.screw_bivector(parameters.axis, 0.0, parameters.magnitude)
 
 
 def _points(bivector: Any, points: Any) -> Multivector:
@@ -226,14 +231,14 @@ def _points(bivector: Any, points: Any) -> Multivector:
         if points.algebra is not algebra or points.kind.name != "point":
             raise InputError(f"the points are a {points.kind.name} of {points.algebra.name}; {algebra.name} is needed.")
         return points.reshape(-1)
-    xyz = checks.numbers(points, "points")
-    if xyz.ndim == 0 or xyz.shape[-1] != 3 or not xyz.size:
-        raise InputError(f"points of shape {xyz.shape}: positions have a last axis of 3 numbers.")
+    xyz = np.asarray(real_array(points, "points", (..., 3), InputError), float)
+    if not xyz.size:
+        raise InputError("points is empty; at least one position is needed.")
     return algebra.point(xyz.reshape(-1, 3))  # type: ignore[no-any-return]
 
 
 def _positions(points: Multivector) -> Array:
-    """Positions of what points became: NaN at infinity."""
+    """Positions of transformed points: NaN at infinity."""
     flat = points.reshape(-1)
     if flat.kind.name != "point":
         flat = flat.as_kind(flat.algebra.kind("point").layout, check=False).normalized("point")
@@ -242,7 +247,7 @@ def _positions(points: Multivector) -> Array:
 
 
 def _parameters(bivector: Multivector, turns: float, samples: int) -> Array:
-    turns, samples = checks.positive(turns, "turns"), checks.whole(samples, "samples", 2, MOST)
+    turns, samples = positive_float(turns, "turns"), as_int(samples, "samples", 2, MOST)
     square = float((_single(bivector) * bivector).grade(0)["1"].item())
     size = float(np.abs(bivector.values).max())
     noise = float(np.finfo(float).eps) * size * size
@@ -257,7 +262,7 @@ def _parameters(bivector: Multivector, turns: float, samples: int) -> Array:
 
 
 def _spacing(xyz: Array) -> float:
-    """A typical distance between neighbours: the side of the cell that one point has of the box around all."""
+    """Typical distance of adjacent points: side of a point's part of the box around all."""
     sides = np.ptp(xyz, axis=0)
     wide = sides[sides > 1e-9 * max(float(sides.max(initial=0.0)), 1e-300)]
     if len(wide) == 0:

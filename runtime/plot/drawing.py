@@ -1,4 +1,7 @@
-"""`draw`: objects to artists. Axes keep what was drawn on them, so that lines and planes fit the view as it grows."""
+"""Drawing of objects as artists of matplotlib.
+
+Axes store the objects drawn on them, so that lines and planes are clipped anew when the view grows.
+"""
 
 from __future__ import annotations
 
@@ -9,30 +12,36 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import truth
+from ..common.validation import as_bool, as_float, as_instance, as_int, as_pair, positive_float, real_array
 from ..errors import InputError
-from . import backend, checks, pages, palette
-from .outlines import Drawable, Faces, Marks, Strokes
-from .shapes import Array, Box
-from .things import Group, Sorted, sorted_out
-from .views import automatic_box, given_box
+from . import axes_setup, matplotlib_import, palette
+from .glyphs import Drawable, Faces, Marks, Strokes
+from .input_groups import Group, ItemGroups, group_items
+from .tessellation import FARTHEST, Array, Box
+from .view_box import automatic_box, given_box
 
 if TYPE_CHECKING:
-    from .backend import Axes3D
+    from .matplotlib_import import Axes3D
 
-#: Width of lines in points (1/72 inch); of those in large sets; and diameters of points over it.
-WIDTH, THIN, MANY, MARK = 1.6, 0.8, 40, 3.2
-#: Objects along each segment of a curve.
+#: Default width of lines in points (1/72 inch).
+WIDTH = 1.6
+#: Default width of lines in large sets.
+THIN = 0.8
+#: Largest number of objects that are drawn with the wider lines.
+MANY = 40
+#: Diameter of points, relative to the width of lines.
+MARK = 3.2
+#: Largest number of objects along each segment of a curve.
 MOST_SAMPLES = 100_000
-#: Points are drawn over lines, and those over surfaces.
+#: Drawing order: points over lines over surfaces.
 ORDER = {Faces: 1, Strokes: 2, Marks: 3}
-#: Where the state of a picture is kept on its axes.
+#: Attribute of axes: the state of the picture.
 _KEY = "_bladesmith_picture"
 
 
 @dataclass
-class Drawn:
-    """A group on the page: its artists, and where some of their positions are."""
+class DrawnGroup:
+    """A drawn group: its artists, and some of their positions."""
 
     drawable: Drawable
     width: float
@@ -42,11 +51,11 @@ class Drawn:
 
 @dataclass
 class Picture:
-    """What stands on one axes."""
+    """State of a picture: everything drawn on one axes."""
 
     box: Box | None = None
     fixed: bool = False
-    drawn: list[Drawn] = field(default_factory=list)
+    drawn: list[DrawnGroup] = field(default_factory=list)
     skipped: Counter[str] = field(default_factory=Counter)
     handles: list[Any] = field(default_factory=list)
     things: int = 0
@@ -76,19 +85,19 @@ def draw(
     *things
         Multivectors of `cga3d` or `pga3d`, curves, arrays of positions, lists of such things.
     ax : Axes3D, optional
-        Where to draw; new axes by default. Limits then hold what was drawn before, too.
+        Axes to draw on; new axes by default. Their limits include earlier objects.
     color
-        A colour for all; a list with one per thing; for a single thing also one per item: integers are classes,
-        other numbers a parameter from green to red, rows RGB. Curves go from green to red by default.
+        A color for all; a list with one for each argument; for a single argument also one for each item: integers are
+        classes, other numbers a parameter from green to red, rows RGB. Curves go from green to red by default.
     label : str or list of str
         Entries of the legend.
     extent : number, or (low, high)
-        The view: a cube about the origin with this half side, or corners (numbers or triples). By default it holds
-        everything finite, and where lines and planes come nearest to that, or to each other.
+        The view: a cube about the origin with this half side, or corners (numbers or triples). By default it contains
+        all finite objects, and the points where lines and planes come nearest to these or to each other.
     size : float
         Width of lines in points; points are some three times as wide.
     opacity : float
-        Of everything drawn.
+        Opacity of everything drawn.
     orientation : bool
         Arrows for the orientation of point pairs, lines, circles, planes and spheres.
     surface : bool
@@ -96,37 +105,38 @@ def draw(
     samples : int
         Objects drawn along each segment of a curve.
     view : (elevation, azimuth)
-        Where the eye is, in degrees.
+        Direction of the view, in degrees.
 
     Returns
     -------
     Axes3D
-        Of matplotlib, to go on with. What had no picture (imaginary, NaN, no blade) is counted by `skipped`.
+        Axes of matplotlib. Items without a picture (imaginary, NaN, not a blade) are counted by `count_skipped`.
 
     Raises
     ------
     InputError
-        If there is nothing to draw, a thing is no object, or a colour does not fit.
+        If there is nothing to draw, an argument is not an object, or a color is not valid.
     MissingExtraError
         If matplotlib is not installed.
     """
     if not things:
         raise InputError("there is nothing to draw.", remedy="Give objects, curves or positions")
-    size = None if size is None else checks.positive(size, "size")
-    samples = None if samples is None else checks.whole(samples, "samples", 1, MOST_SAMPLES)
-    opacity = checks.fraction(opacity, "opacity")
-    view = None if view is None else checks.pair(view, "view")
+    size = None if size is None else positive_float(size, "size")
+    samples = None if samples is None else as_int(samples, "samples", 1, MOST_SAMPLES)
+    opacity = as_float(opacity, "opacity", 0, 1)
+    view = None if view is None else as_pair(view, "view")
     box = None if extent is None else given_box(extent)
-    found = [sorted_out(thing, samples) for thing in things]
-    ax = pages.axes() if ax is None else ax
+    inputs = [group_items(thing, samples) for thing in things]
+    ax = axes_setup.axes() if ax is None else ax
     picture = picture_of(ax)
-    orientation, surface = truth(orientation, "orientation"), truth(surface, "surface")
+    orientation, surface = as_bool(orientation, "orientation"), as_bool(surface, "surface")
     colors, labels = _for_each(color, len(things), "color"), _for_each(label, len(things), "label")
     first = picture.things
-    for number, (part, own, text) in enumerate(zip(found, colors, labels, strict=True)):
+    for number, (part, item_color, text) in enumerate(zip(inputs, colors, labels, strict=True)):
         default = palette.SERIES[(first + number) % len(palette.SERIES)]
-        rows = palette.per_item(part.values if own is None and part.values is not None else own, part.count, default)
-        rows = palette.faded(rows, opacity)
+        by_parameter = item_color is None and part.values is not None
+        rows = palette.per_item(part.values if by_parameter else item_color, part.count, default)
+        rows = palette.with_opacity(rows, opacity)
         width = size or (WIDTH if part.count <= MANY else THIN)
         _add(picture, part, rows, width, orientation, surface)
         if text:
@@ -136,25 +146,24 @@ def draw(
         ax.view_init(*view)
     _show(ax, picture, box)
     if picture.handles:
-        pages.show_legend(ax, picture.handles)
+        axes_setup.show_legend(ax, picture.handles)
     return ax
 
 
-def skipped(ax: Axes3D) -> dict[str, int]:
-    """How many items that were to be drawn have no picture, by what they are: "IMAGINARY", "imaginary circle", ..."""
+def count_skipped(ax: Axes3D) -> dict[str, int]:
+    """Numbers of items without a picture, by their kind or status: "IMAGINARY", "imaginary circle", ..."""
     return dict(picture_of(ax).skipped)
 
 
 def picture_of(ax: Axes3D) -> Picture:
-    """The state of a picture; limits that its owner set before the first object stay in view.
+    """State of the picture on some axes; it is created at the first call.
 
     Raises
     ------
     InputError
-        If these are no 3D axes.
+        If these are not 3D axes.
     """
-    if not isinstance(ax, backend.axes_class()):
-        raise InputError(f"ax is a {type(ax).__name__}; 3D axes are needed.", remedy="Use plot.axes()")
+    as_instance(ax, "ax", matplotlib_import.axes_class(), "an Axes3D", remedy="Use plot.axes()")
     state = vars(ax)
     if _KEY not in state:
         state[_KEY] = Picture()
@@ -163,7 +172,7 @@ def picture_of(ax: Axes3D) -> Picture:
 
 
 def _for_each(value: Any, count: int, name: str) -> list[Any]:
-    """One value per thing; a list is that only where there are several things."""
+    """One value for each argument; a list holds these only if there are several arguments."""
     if name == "label" and isinstance(value, tuple):
         value = list(value)
     if count == 1 and name == "color" or not isinstance(value, list):
@@ -173,51 +182,53 @@ def _for_each(value: Any, count: int, name: str) -> list[Any]:
     return list(value)
 
 
-def _handle(part: Sorted, color: Any, text: str) -> Any:
-    """An entry of the legend: a dot for points, a line for all else."""
+def _handle(part: ItemGroups, color: Any, text: str) -> Any:
+    """Entry of the legend: a dot for points, a line for all other objects."""
     dots = all(group.sort in ("point", "flat_point") for group in part.groups)
     style = {"marker": "o", "linestyle": "none", "markersize": 5} if dots else {}
-    return backend.line_class()([], [], color=color, label=text, **style)
+    return matplotlib_import.line_class()([], [], color=color, label=text, **style)
 
 
-def _add(picture: Picture, part: Sorted, rows: palette.Rgba, width: float, orientation: bool, surface: bool) -> None:
+def _add(
+    picture: Picture, part: ItemGroups, rows: palette.Rgba, width: float, orientation: bool, surface: bool
+) -> None:
     for group in part.groups:
-        drawable = Drawable(group, palette.chosen(rows, group.places), orientation, surface)
-        picture.drawn.append(Drawn(drawable, width))
+        drawable = Drawable(group, palette.take_rows(rows, group.places), orientation, surface)
+        picture.drawn.append(DrawnGroup(drawable, width))
     picture.skipped += part.skipped
 
 
 def paths(
     positions: Any, ax: Axes3D | None = None, color: Any = None, size: float | None = None, extent: Any = None
 ) -> Axes3D:
-    """Draw polylines: trajectories, edges of a mesh, orbits; all of them as one collection.
+    """Draw polylines (trajectories, edges of a mesh, orbits) as one collection.
 
     Parameters
     ----------
     positions : array (n, m, 3) or (m, 3)
-        Corners; a NaN breaks the line, and so does what is further away than 1e100.
+        Corners; a line is interrupted at NaN and at coordinates beyond 1e100.
     ax, color, size, extent
-        As for `draw`; a colour for all or one per polyline.
+        As for `draw`; a color for all, or one for each polyline.
 
     Raises
     ------
     InputError
-        If these are no positions, or another argument is none of its kind.
+        If the positions or another argument are not valid.
     """
-    corners = checks.numbers(positions, "positions")
+    corners = np.asarray(real_array(positions, "positions"), float)
     if corners.ndim not in (2, 3) or corners.shape[-1] != 3:
-        raise InputError(f"an array of shape {corners.shape} holds no polylines: those are (n, m, 3) or (m, 3).")
-    size = None if size is None else checks.positive(size, "size")
+        raise InputError(f"positions has shape {corners.shape}; (n, m, 3) or (m, 3) is needed.")
+    size = None if size is None else positive_float(size, "size")
     box = None if extent is None else given_box(extent)
     corners = corners[None] if corners.ndim == 2 else corners
-    corners = np.where(np.abs(corners) <= checks.FARTHEST, corners, np.nan)
-    ax = pages.axes() if ax is None else ax
+    corners = np.where(np.abs(corners) <= FARTHEST, corners, np.nan)
+    ax = axes_setup.axes() if ax is None else ax
     picture = picture_of(ax)
     rows = palette.per_item(color, len(corners), palette.SERIES[picture.things % len(palette.SERIES)])
     width = size or (WIDTH if len(corners) <= MANY else THIN)
     if corners.size:
         group = Group("path", (corners,), np.arange(len(corners)))
-        picture.drawn.append(Drawn(Drawable(group, rows), width))
+        picture.drawn.append(DrawnGroup(Drawable(group, rows), width))
     picture.things += 1
     _show(ax, picture, box)
     return ax
@@ -226,11 +237,11 @@ def paths(
 # -- the view --------------------------------------------------------------------------------------------------
 
 
-def _show(ax: Axes3D, picture: Picture, given: Box | None) -> None:
-    """Draw what is new; all of it again if the view has changed."""
+def _show(ax: Axes3D, picture: Picture, extent: Box | None) -> None:
+    """Draw new groups; all groups again if the view has changed."""
     before = picture.box
-    if given is not None:
-        picture.box, picture.fixed = given, True
+    if extent is not None:
+        picture.box, picture.fixed = extent, True
     elif not picture.fixed:
         picture.box = automatic_box([d.drawable for d in picture.drawn])
     box = picture.box
@@ -240,25 +251,25 @@ def _show(ax: Axes3D, picture: Picture, given: Box | None) -> None:
     for drawn in picture.drawn:
         if changed or not drawn.artists:
             _draw_in(ax, drawn, box)
-    pages.show(ax, box, np.concatenate([d.positions for d in picture.drawn] or [np.empty((0, 3))]))
+    axes_setup.show(ax, box, np.concatenate([d.positions for d in picture.drawn] or [np.empty((0, 3))]))
 
 
-def _draw_in(ax: Axes3D, drawn: Drawn, box: Box) -> None:
-    """Make the artists of a group for this view, in the place of those that it had."""
+def _draw_in(ax: Axes3D, drawn: DrawnGroup, box: Box) -> None:
+    """Replace the artists of a group by those for this view."""
     for artist in drawn.artists:
         artist.remove()
     parts = drawn.drawable.outline(box)
     drawn.artists = [a for part in parts if (a := _artist(ax, part, drawn.width)) is not None]
-    found = np.concatenate([part.positions.reshape(-1, 3) for part in parts])
-    drawn.positions = pages.some(found[np.isfinite(found).all(-1)])
+    positions = np.concatenate([part.positions.reshape(-1, 3) for part in parts])
+    drawn.positions = axes_setup.some(positions[np.isfinite(positions).all(-1)])
 
 
 # -- artists ---------------------------------------------------------------------------------------------------
 
 
 def _artist(ax: Axes3D, part: Strokes | Faces | Marks, width: float) -> Any:
-    """One collection for a whole group; None where nothing of it is in view."""
-    art = backend.collections()
+    """One collection for a whole group; None if nothing of it is in view."""
+    art = matplotlib_import.collections()
     positions, colors = _present(part.positions, part.colors)
     if not len(positions):
         return None
@@ -272,13 +283,15 @@ def _artist(ax: Axes3D, part: Strokes | Faces | Marks, width: float) -> Any:
         artist = art.Line3DCollection(positions, colors=colors, linewidths=width * part.width, capstyle="round")
     if not isinstance(part, Marks):
         ax.add_collection3d(artist)
-    artist.set(zorder=ORDER[type(part)], clip_on=False)  # the view's box cuts, not the square that the axes are
+    artist.set(zorder=ORDER[type(part)], clip_on=False)  # the view's box clips, not the rectangle of the axes
     return artist
 
 
 def _present(positions: Array, colors: palette.Rgba) -> tuple[Array, NDArray[Any]]:
-    """Without the marks, polylines and polygons that are not in view at all."""
-    seen = np.isfinite(positions).all(-1)
+    """Drop marks, polylines and polygons that are not in view at all."""
+    visible = np.isfinite(positions).all(-1)
     if positions.ndim > 2:
-        seen = seen.any(-1)
-    return (positions, colors) if seen.all() else (positions[seen], palette.chosen(colors, np.flatnonzero(seen)))
+        visible = visible.any(-1)
+    if visible.all():
+        return positions, colors
+    return positions[visible], palette.take_rows(colors, np.flatnonzero(visible))

@@ -1,7 +1,7 @@
-"""What each sort of object looks like: the positions that a view must hold, and lines, surfaces and marks in a box.
+"""Shape of each kind of object: the positions that a view must contain, and lines, surfaces and marks in a box.
 
-A `Drawable` is a group of objects with its colours. It knows no matplotlib: it hands `Strokes`, `Faces` and `Marks`
-to `drawing`, which makes one collection of each.
+A `Drawable` is a group of objects with its colors. It does not depend on matplotlib: it gives `Strokes`, `Faces` and
+`Marks` to `drawing`, which makes one collection of each.
 """
 
 from __future__ import annotations
@@ -13,25 +13,37 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import palette, shapes
+from . import palette, tessellation
+from .input_groups import Group
 from .palette import Rgba
-from .shapes import Array, Box
-from .things import Group
+from .tessellation import Array, Box
 
-#: Corners of circles: fewer for those in large sets, which are small or many on top of each other.
-CIRCLE_SAMPLES, MANY_CIRCLES, CIRCLE_SAMPLES_OF_MANY = 128, 500, 64
-#: Rings and sectors of a sphere's surface, up to so many spheres; more are drawn as three great circles each.
+#: Number of corners of a circle.
+CIRCLE_SAMPLES = 128
+#: Largest number of circles with that many corners.
+MANY_CIRCLES = 500
+#: Number of corners of each circle in larger sets, where circles are small or overlap.
+CIRCLE_SAMPLES_OF_MANY = 64
+#: Largest number of spheres, and rings and sectors of their surfaces; more spheres are drawn as three great circles.
 SPHERE_MESHES = ((6, 24, 48), (60, 12, 24))
-#: Opacity of spheres' and planes' surfaces.
-SURFACE_OPACITY, PLANE_OPACITY = 0.16, 0.22
-#: Length of a frame's axes and of the arrows that show orientations, over the size of the view.
-FRAME, ARROW, HEAD = 0.12, 0.12, 0.03
-#: Where light comes from, and how bright a surface is that faces away from it.
-LIGHT, SHADE = shapes.unit(np.array([-0.4, -0.6, 0.8])), 0.55
+#: Opacity of the surface of a sphere.
+SURFACE_OPACITY = 0.16
+#: Opacity of the surface of a plane.
+PLANE_OPACITY = 0.22
+#: Length of a frame's axes, relative to the size of the view.
+FRAME = 0.12
+#: Length of the arrows that show orientations, relative to the size of the view.
+ARROW = 0.12
+#: Length of the heads of arrows, relative to the size of the view.
+HEAD = 0.03
+#: Direction towards the light.
+LIGHT = tessellation.unit(np.array([-0.4, -0.6, 0.8]))
+#: Brightness of a surface that faces away from the light.
+SHADE = 0.55
 
 
 class Strokes(NamedTuple):
-    """Polylines (n, m, 3) with colours (1 or n, 4); ``width`` is relative."""
+    """Polylines (n, m, 3) with colors (1 or n, 4); ``width`` is relative."""
 
     positions: Array
     colors: Rgba
@@ -39,14 +51,14 @@ class Strokes(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """Polygons (n, m, 3) with colours (1 or n, 4)."""
+    """Polygons (n, m, 3) with colors (1 or n, 4)."""
 
     positions: Array
     colors: Rgba
 
 
 class Marks(NamedTuple):
-    """Points (n, 3) with colours (1 or n, 4), a marker of matplotlib, and a relative size."""
+    """Points (n, 3) with colors (1 or n, 4), a marker of matplotlib, and a relative size."""
 
     positions: Array
     colors: Rgba
@@ -56,14 +68,14 @@ class Marks(NamedTuple):
 
 @dataclass(frozen=True)
 class Drawable:
-    """A group of objects with colours, to be drawn in a box.
+    """A group of objects with colors, to be drawn in a box.
 
     Attributes
     ----------
     group : Group
     colors : (1 or n, 4)
     orientation : bool
-        Add arrows that show which way lines, circles, planes and spheres are turned.
+        Add arrows for the orientation of lines, circles, planes and spheres.
     surface : bool
         Spheres and planes as surfaces, not only as wires.
     """
@@ -74,12 +86,12 @@ class Drawable:
     surface: bool = True
 
     def reach(self) -> Array:
-        """Positions (m, 3) that bound what is finite; none for lines and planes."""
-        found: Array = _REACH[self.group.sort](*self.group.parameters)
-        return found
+        """Positions (m, 3) that bound finite objects; empty for lines and planes."""
+        positions: Array = _REACH[self.group.sort](*self.group.parameters)
+        return positions
 
     def flats(self) -> tuple[Array, Array] | None:
-        """Of lines and planes: points on them, and the projections (n, 3, 3) onto what is perpendicular to them."""
+        """Points on lines and planes, and the projections (n, 3, 3) onto their orthogonal complements; else None."""
         if self.group.sort == "line":
             point, direction = self.group.parameters
             return point, np.eye(3) - direction[:, :, None] * direction[:, None]
@@ -89,7 +101,7 @@ class Drawable:
         return None
 
     def feet(self, center: Array) -> Array:
-        """Of lines and planes: the points nearest to ``center``; of directions: arrows from there."""
+        """Points of lines and planes nearest to ``center``; ends of directions as arrows from there."""
         flats = self.flats()
         if flats is not None:
             point, spread = flats
@@ -99,11 +111,11 @@ class Drawable:
         return np.empty((0, 3))
 
     def outline(self, box: Box) -> list[Strokes | Faces | Marks]:
-        """What is to be drawn, for a view of this box."""
+        """Lines, surfaces and marks of the group in a view of this box."""
         return _OUTLINE[self.group.sort](self, box, *self.group.parameters)
 
 
-# -- what a view must hold -------------------------------------------------------------------------------------
+# -- positions that a view must contain ------------------------------------------------------------------------
 
 
 def _around(center: Array, half: Array) -> Array:
@@ -121,7 +133,7 @@ _REACH: dict[str, Callable[..., Array]] = {
     "point_pair": lambda a, b: np.concatenate([a, b]),
     "line": _nothing,
     "plane": _nothing,
-    "circle": lambda c, n, r: _around(c, shapes.circle_reach(n, r)),
+    "circle": lambda c, n, r: _around(c, tessellation.circle_reach(n, r)),
     "sphere": lambda c, r, _: _around(c, r[:, None]),
     "frame": lambda origin, _: origin,
     "path": lambda xyz: xyz[np.isfinite(xyz).all(-1)],
@@ -131,7 +143,7 @@ _REACH: dict[str, Callable[..., Array]] = {
 
 
 def _inside(box: Box, xyz: Array) -> Array:
-    """Positions, NaN where they are not in the view."""
+    """Positions, NaN outside the view."""
     return np.where(box.contains(xyz)[..., None], xyz, np.nan)
 
 
@@ -144,68 +156,70 @@ def _flat_point(d: Drawable, box: Box, xyz: Array) -> list[Any]:
 
 
 def _direction(d: Drawable, box: Box, v: Array) -> list[Any]:
-    return [Strokes(shapes.arrows(np.broadcast_to(box.center, v.shape), v, HEAD * box.size), d.colors)]
+    return [Strokes(tessellation.arrows(np.broadcast_to(box.center, v.shape), v, HEAD * box.size), d.colors)]
 
 
 def _point_pair(d: Drawable, box: Box, a: Array, b: Array) -> list[Any]:
     parts: list[Any] = [Strokes(np.stack([a, b], 1), d.colors), Marks(np.stack([a, b], 1).reshape(-1, 3),
-                        _repeated(d.colors, 2), "o", 0.6)]  # fmt: skip
+                        _repeat_rows(d.colors, 2), "o", 0.6)]  # fmt: skip
     if d.orientation:
-        parts.append(Strokes(shapes.arrows(a, 0.55 * (b - a), HEAD * box.size), d.colors))
+        parts.append(Strokes(tessellation.arrows(a, 0.55 * (b - a), HEAD * box.size), d.colors))
     return parts
 
 
 def _line(d: Drawable, box: Box, point: Array, direction: Array) -> list[Any]:
-    segments = shapes.lines_in(box, point, direction)
+    segments = tessellation.lines_in(box, point, direction)
     parts = [Strokes(segments, d.colors)]
     if d.orientation:
         middle = segments.mean(1)
-        parts.append(Strokes(shapes.arrows(middle, HEAD * box.size * direction, HEAD * box.size), d.colors))
+        parts.append(Strokes(tessellation.arrows(middle, HEAD * box.size * direction, HEAD * box.size), d.colors))
     return parts
 
 
 def _circle(d: Drawable, box: Box, center: Array, normal: Array, radius: Array) -> list[Any]:
     count = CIRCLE_SAMPLES if len(radius) <= MANY_CIRCLES else CIRCLE_SAMPLES_OF_MANY
-    rings = shapes.circles(center, normal, radius, count, box)
+    rings = tessellation.circles(center, normal, radius, count, box)
     parts = [Strokes(_inside(box, rings), d.colors)]
-    if d.orientation:  # a head on the circle, in the way that it turns, and one for its normal
+    if d.orientation:  # an arrow head on the circle, in its sense of rotation, and an arrow for its normal
         middle = count // 2
-        step = shapes.unit(rings[:, middle + 1] - rings[:, middle - 1])
+        step = tessellation.unit(rings[:, middle + 1] - rings[:, middle - 1])
         head = HEAD * box.size
-        parts.append(Strokes(shapes.arrows(rings[:, middle] - head * step, head * step, head), d.colors))
-        parts.append(Strokes(shapes.arrows(center, ARROW * box.size * normal, head), d.colors, 0.6))
+        parts.append(Strokes(tessellation.arrows(rings[:, middle] - head * step, head * step, head), d.colors))
+        parts.append(Strokes(tessellation.arrows(center, ARROW * box.size * normal, head), d.colors, 0.6))
     return parts
 
 
 def _plane(d: Drawable, box: Box, normal: Array, offset: Array) -> list[Any]:
-    polygons = shapes.planes_in(box, normal, offset)
+    polygons = tessellation.planes_in(box, normal, offset)
     closed = np.concatenate([polygons, polygons[:, :1]], 1)
     parts: list[Any] = [Strokes(closed, d.colors, 0.6)]
     if d.surface:
-        parts.append(Faces(polygons, palette.faded(d.colors, PLANE_OPACITY)))
+        parts.append(Faces(polygons, palette.with_opacity(d.colors, PLANE_OPACITY)))
     if d.orientation:
-        parts.append(Strokes(shapes.arrows(d.feet(box.center), ARROW * box.size * normal, HEAD * box.size), d.colors))
+        parts.append(
+            Strokes(tessellation.arrows(d.feet(box.center), ARROW * box.size * normal, HEAD * box.size), d.colors)
+        )
     return parts
 
 
 def _sphere(d: Drawable, box: Box, center: Array, radius: Array, orientation: Array) -> list[Any]:
     mesh = next(((r, s) for most, r, s in SPHERE_MESHES if len(radius) <= most), None)
     great = [
-        shapes.circles(center, np.broadcast_to(axis, center.shape), radius, CIRCLE_SAMPLES_OF_MANY)
+        tessellation.circles(center, np.broadcast_to(axis, center.shape), radius, CIRCLE_SAMPLES_OF_MANY)
         for axis in np.eye(3)[:: -1 if mesh is None or not d.surface else -3]
     ]
-    parts: list[Any] = [Strokes(_inside(box, np.concatenate(great)), _tiled(d.colors, len(great)), 0.6)]
+    parts: list[Any] = [Strokes(_inside(box, np.concatenate(great)), _tile_rows(d.colors, len(great)), 0.6)]
     if d.surface and mesh is not None:
-        faces, normals = shapes.sphere_mesh(center, radius, *mesh)
+        faces, normals = tessellation.sphere_mesh(center, radius, *mesh)
         light = SHADE + (1 - SHADE) * np.clip(normals @ LIGHT, 0, 1)
-        shaded = np.array(np.broadcast_to(_repeated(d.colors, mesh[0] * mesh[1]), (len(faces), 4)))
-        shaded[:, :3] *= light[:, None]
-        seen = box.contains(faces).all(-1)
-        parts.append(Faces(faces[seen], palette.faded(shaded[seen], SURFACE_OPACITY)))
+        rows = np.array(np.broadcast_to(_repeat_rows(d.colors, mesh[0] * mesh[1]), (len(faces), 4)))
+        rows[:, :3] *= light[:, None]
+        visible = box.contains(faces).all(-1)
+        parts.append(Faces(faces[visible], palette.with_opacity(rows[visible], SURFACE_OPACITY)))
     if d.orientation:  # out of, or into, the north pole
         pole = center + radius[:, None] * np.array([0.0, 0.0, 1.0])
         step = ARROW * box.size * orientation[:, None] * np.array([0.0, 0.0, 1.0])
-        parts.append(Strokes(shapes.arrows(pole - np.minimum(step, 0), step, HEAD * box.size), d.colors))
+        parts.append(Strokes(tessellation.arrows(pole - np.minimum(step, 0), step, HEAD * box.size), d.colors))
     return parts
 
 
@@ -225,11 +239,11 @@ _OUTLINE: dict[str, Callable[..., list[Any]]] = {
 }  # fmt: skip
 
 
-def _repeated(rows: NDArray[Any], times: int) -> NDArray[Any]:
-    """Each item's colour for so many parts that stand together."""
+def _repeat_rows(rows: NDArray[Any], times: int) -> NDArray[Any]:
+    """Repeat the color of each item for consecutive parts."""
     return rows if len(rows) == 1 else np.repeat(rows, times, 0)
 
 
-def _tiled(rows: NDArray[Any], times: int) -> NDArray[Any]:
-    """The colours again for each set of parts."""
+def _tile_rows(rows: NDArray[Any], times: int) -> NDArray[Any]:
+    """Repeat all colors for each set of parts."""
     return rows if len(rows) == 1 else np.tile(rows, (times, 1))

@@ -1,6 +1,6 @@
-"""From what users hand to `draw` to groups of objects of one sort with their parameters, read in one call per kind.
+"""Arguments of `draw` as groups of objects of one kind with their parameters, read in one call for each kind.
 
-Items that are no real, finite objects are left out and counted by what they are.
+Items that are not real, finite objects are dropped and counted by kind or status.
 """
 
 from __future__ import annotations
@@ -13,27 +13,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.multivector import Multivector
+from ..dispatch.coefficients import normalize_exponents
 from ..errors import InputError
-from ..multivector import Multivector
-from ..rows import levelled
 from ..status import Status
-from . import checks
+from .tessellation import FARTHEST
 
-#: What `classify` says to the kind whose parameters are read.
+#: Kinds whose parameters are read, by the names from `classify`.
 KINDS = {
     "point": "point", "flat point": "flat_point", "direction": "direction", "point pair": "point_pair", "line": "line",
     "circle": "circle", "plane": "plane", "sphere": "sphere", "dual plane": "plane", "dual sphere": "sphere",
 }  # fmt: skip
+#: Kinds of motions, which are drawn as frames.
 MOTIONS = ("motor", "rotor", "translator", "dilator", "homothety")
-#: Not objects at all, however many there are.
+#: Kinds that are not objects.
 NOTHING = ("scalar", "pseudoscalar")
-#: Values of the parameter at which a curve of objects is drawn, and one of points, for each segment.
-CURVE_SAMPLES, PATH_SAMPLES = 48, 128
+#: Number of drawn objects for each segment of a curve.
+CURVE_SAMPLES = 48
+#: Number of samples for each segment of a curve of points.
+PATH_SAMPLES = 128
 
 
 @dataclass(frozen=True)
 class Group:
-    """Objects of one sort: parameters with one row per object, and their places among the items of the thing."""
+    """Objects of one kind: parameters with one row for each, and their indices among the items of the argument."""
 
     sort: str
     parameters: tuple[NDArray[np.float64], ...]
@@ -41,8 +44,8 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Sorted:
-    """A thing as groups; ``count`` items in all, of which ``skipped`` have no picture."""
+class ItemGroups:
+    """An argument as groups: ``count`` items in all, of which ``skipped`` have no picture."""
 
     groups: list[Group]
     count: int
@@ -50,13 +53,13 @@ class Sorted:
     values: NDArray[np.float64] | None = None
 
 
-def sorted_out(thing: Any, samples: int | None = None) -> Sorted:
-    """Groups of a multivector, an array of positions (..., 3), a curve, or a list of such things.
+def group_items(thing: Any, samples: int | None = None) -> ItemGroups:
+    """Group the items of a multivector, an array of positions (..., 3), a curve, or a list of these.
 
     Raises
     ------
     InputError
-        If it is something else, or of an algebra that has no pictures.
+        If the argument is something else, or belongs to an algebra without pictures.
     """
     if isinstance(thing, Multivector):
         return _multivector(thing)
@@ -65,65 +68,65 @@ def sorted_out(thing: Any, samples: int | None = None) -> Sorted:
     if isinstance(thing, np.ndarray):
         return _positions(thing)
     if isinstance(thing, list | tuple):
-        return _several(thing, samples)
+        return _sequence(thing, samples)
     raise InputError(
         f"a {type(thing).__name__} cannot be drawn.",
         remedy="Objects of cga3d and pga3d, curves, arrays (..., 3) of positions, and lists of them can",
     )
 
 
-def _several(things: Any, samples: int | None) -> Sorted:
+def _sequence(things: Any, samples: int | None) -> ItemGroups:
     groups: list[Group] = []
     count, skipped = 0, Counter[str]()
     for thing in things:
-        part = sorted_out(thing, samples)
+        part = group_items(thing, samples)
         groups += [Group(g.sort, g.parameters, g.places + count) for g in part.groups]
         count += part.count
         skipped += part.skipped
-    return Sorted(_joined(groups), count, skipped)
+    return ItemGroups(_merge_groups(groups), count, skipped)
 
 
-def _joined(groups: list[Group]) -> list[Group]:
-    """Groups of the same sort as one."""
-    joined = []
+def _merge_groups(groups: list[Group]) -> list[Group]:
+    """Merge groups of the same kind."""
+    merged = []
     for sort in dict.fromkeys(g.sort for g in groups):
-        own = [g for g in groups if g.sort == sort]
+        members = [g for g in groups if g.sort == sort]
         if sort == "path":  # of different lengths
-            joined += own
+            merged += members
             continue
-        parameters = tuple(np.concatenate(rows) for rows in zip(*(g.parameters for g in own), strict=True))
-        joined.append(Group(sort, parameters, np.concatenate([g.places for g in own])))
-    return joined
+        parameters = tuple(np.concatenate(rows) for rows in zip(*(g.parameters for g in members), strict=True))
+        merged.append(Group(sort, parameters, np.concatenate([g.places for g in members])))
+    return merged
 
 
-def _positions(xyz: NDArray[Any]) -> Sorted:
+def _positions(xyz: NDArray[Any]) -> ItemGroups:
     if xyz.ndim == 0 or xyz.shape[-1] != 3 or xyz.dtype.kind not in "fiu":
-        raise InputError(f"an array of shape {xyz.shape} holds no positions: those have a last axis of 3 numbers.")
+        raise InputError(f"an array of shape {xyz.shape} cannot be drawn; positions have a last axis of 3 numbers.")
     rows = xyz.reshape(-1, 3).astype(float)
     return _finite("point", (rows,), np.arange(len(rows)), len(rows), Counter())
 
 
-def _finite(sort: str, parameters: Any, places: Any, count: int, skipped: Counter[str]) -> Sorted:
-    """One group, without the items that are not finite, or too large or far for a picture."""
+def _finite(sort: str, parameters: Any, places: Any, count: int, skipped: Counter[str]) -> ItemGroups:
+    """Make one group, without items that are not finite, or too large or too far for a picture."""
     flat = np.concatenate([rows.reshape(len(places), int(np.prod(rows.shape[1:]))) for rows in parameters], axis=1)
     finite = np.isfinite(flat).all(-1)
-    known = np.asarray((np.abs(flat) <= checks.FARTHEST).all(-1))
+    usable = np.asarray((np.abs(flat) <= FARTHEST).all(-1))
     if sort == "plane":
-        known &= parameters[0].any(-1)  # a sphere so large that rounding leaves a plane of it, but no normal
-    for name, items in (("not finite", ~finite), ("too far", finite & ~known)):
+        usable &= parameters[0].any(-1)  # a huge sphere may become a plane without a normal by rounding
+    for name, items in (("not finite", ~finite), ("too far", finite & ~usable)):
         if items.any():
             skipped = skipped + Counter({name: int(items.sum())})
-    kept = tuple(rows[known] for rows in parameters)
-    return Sorted([Group(sort, kept, places[known])] if known.any() else [], count, skipped)
+    selected = tuple(rows[usable] for rows in parameters)
+    return ItemGroups([Group(sort, selected, places[usable])] if usable.any() else [], count, skipped)
 
 
-def _multivector(x: Multivector) -> Sorted:
+def _multivector(x: Multivector) -> ItemGroups:
     x = x.reshape(-1)
     classify = getattr(x.algebra, "classify", None)
     if classify is None or getattr(x.algebra, "space", 0) != 3:
         raise InputError(f"{x.algebra.name} has no pictures; those of cga3d and pga3d have.")
     if len(x.grades) == 1:
-        x = levelled(x)[0]  # of any scale
+        x = normalize_exponents(x)[0]  # of any scale
     groups: list[Group] = []
     skipped: Counter[str] = Counter()
     for name, places in _by_name(x, classify):
@@ -134,17 +137,17 @@ def _multivector(x: Multivector) -> Sorted:
             continue
         part = x if len(places) == x.size else x[places]
         parameters = _frames(part) if name in MOTIONS else _read(part, name)
-        found = _finite("frame" if name in MOTIONS else KINDS[name], parameters, places, x.size, skipped)
-        groups += found.groups
-        skipped = found.skipped
-    return Sorted(_joined(groups), x.size, skipped)
+        part_groups = _finite("frame" if name in MOTIONS else KINDS[name], parameters, places, x.size, skipped)
+        groups += part_groups.groups
+        skipped = part_groups.skipped
+    return ItemGroups(_merge_groups(groups), x.size, skipped)
 
 
 def _by_name(x: Multivector, classify: Any) -> Iterator[tuple[str, NDArray[np.intp]]]:
-    """What the items are, and which; those without an answer by their status."""
+    """Kinds of items, and the indices of each; invalid items go by their status."""
     if not x.size:
         return
-    is_motion = x.kind.name in MOTIONS and bool(x.kind.constraints)  # which may be the identity, a scalar
+    is_motion = x.kind.name in MOTIONS and bool(x.kind.constraints)  # the identity would classify as a scalar
     names = np.full(x.shape, "motor", object) if is_motion else np.asarray(classify(x), object)
     if x._status is not None:
         for code in np.unique(x._status):
@@ -155,7 +158,7 @@ def _by_name(x: Multivector, classify: Any) -> Iterator[tuple[str, NDArray[np.in
 
 
 def _read(x: Multivector, name: str) -> tuple[NDArray[np.float64], ...]:
-    """Parameters, and the orientation of spheres; of the kind that the items are, not of a wider one."""
+    """Read parameters, and the orientation of spheres, as the narrowest kind of the items."""
     if name.startswith("dual "):
         x = x.undual()
     kind = x.algebra.kind(KINDS[name])
@@ -165,30 +168,30 @@ def _read(x: Multivector, name: str) -> tuple[NDArray[np.float64], ...]:
             x = x.normalized(kind) if kind.constraints else x.as_kind(kind)
         else:
             x = x.as_kind(kind, check=False)
-    found = x.parameters()
-    rows = tuple(np.asarray(field, float) for field in found)
-    return (*rows, np.asarray(found.orientation, float)) if kind.name == "sphere" else rows
+    parameters = x.parameters()
+    rows = tuple(np.asarray(field, float) for field in parameters)
+    return (*rows, np.asarray(parameters.orientation, float)) if kind.name == "sphere" else rows
 
 
 def _frames(motion: Multivector) -> tuple[NDArray[np.float64], ...]:
-    """Where motions take the origin and the ends of the three unit vectors: (n, 3) and (n, 3, 3), axes as rows."""
+    """Images of the origin and of the three unit vectors under motions: (n, 3) and (n, 3, 3), axes as rows."""
     algebra: Any = motion.algebra
     images = (motion[:, None] >> algebra.point(np.concatenate([np.zeros((1, 3)), np.eye(3)])[None])).normalized("point")
     xyz = np.asarray(images.parameters().xyz, float)
     return xyz[:, 0], xyz[:, 1:] - xyz[:, :1]
 
 
-def _curve(curve: Any, samples: int | None) -> Sorted:
-    """Objects along a curve, with their parameters; a polyline where they are points."""
+def _curve(curve: Any, samples: int | None) -> ItemGroups:
+    """Sample a curve of objects, with their parameters; a curve of points becomes a polyline."""
     start, end = getattr(curve, "domain", None) or (0.0, float(curve.segments))
     pieces = max(1, int(np.ceil(getattr(curve, "segments", 1))))
     of_points = _is_of_points(curve(np.array([start])))
     count = pieces * (samples or (PATH_SAMPLES if of_points else CURVE_SAMPLES)) + 1
     t = np.linspace(float(start), float(end), count)
     if not of_points:
-        return replace(sorted_out(curve(t)), values=t)
+        return replace(group_items(curve(t)), values=t)
     xyz = np.asarray(curve(t).parameters().xyz, float)
-    return Sorted([Group("path", (xyz[None],), np.zeros(1, np.intp))], 1, Counter())
+    return ItemGroups([Group("path", (xyz[None],), np.zeros(1, np.intp))], 1, Counter())
 
 
 def _is_of_points(x: Any) -> bool:

@@ -1,4 +1,4 @@
-"""The one place that imports matplotlib, on the first picture; without it, an error that names the extra."""
+"""Import of matplotlib at the first picture; without it, an error that names the extra."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 from ..errors import MissingExtraError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Figure
     from mpl_toolkits.mplot3d.axes3d import Axes3D as Axes3D  # type: ignore[import-untyped]
 
 
-def imported(name: str) -> Any:
-    """A module of matplotlib.
+def load_module(name: str) -> Any:
+    """Import a module of matplotlib.
 
     Raises
     ------
@@ -26,25 +27,26 @@ def imported(name: str) -> Any:
 
 
 def colors() -> Any:
-    """`matplotlib.colors`."""
-    return imported("matplotlib.colors")
+    """Module `matplotlib.colors`."""
+    return load_module("matplotlib.colors")
 
 
 def collections() -> Any:
     """Collections of lines and polygons in space."""
-    return imported("mpl_toolkits.mplot3d.art3d")
+    return load_module("mpl_toolkits.mplot3d.art3d")
 
 
 def axes_class() -> Any:
-    """`Axes3D`."""
-    return imported("mpl_toolkits.mplot3d.axes3d").Axes3D
+    """Class `Axes3D`."""
+    return load_module("mpl_toolkits.mplot3d.axes3d").Axes3D
 
 
-def figure_class() -> Any:
-    """`Figure`, which needs neither pyplot nor a window."""
-    return imported("matplotlib.figure").Figure
+def figure_class() -> type[Figure]:
+    """Class `Figure`, which needs neither pyplot nor a window."""
+    figure: type[Figure] = load_module("matplotlib.figure").Figure
+    return figure
 
 
 def line_class() -> Any:
-    """`Line2D`, for legends."""
-    return imported("matplotlib.lines").Line2D
+    """Class `Line2D`, for legends."""
+    return load_module("matplotlib.lines").Line2D

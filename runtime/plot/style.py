@@ -1,4 +1,4 @@
-"""What pictures of dynamics, kinematics and registrations share: shaded faces, panels of curves, whole files.
+"""Shared style of the pictures of dynamics, kinematics and registration: shaded faces, panels of curves, files.
 
 matplotlib is imported by the first picture.
 """
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.files import failures_named, replacing_by_suffix
 from ..errors import InputError
-from ..files import failures_named, replacing_by_suffix
-from . import backend, drawing, pages, palette
-from .outlines import LIGHT, SHADE
+from . import axes_setup, drawing, matplotlib_import, palette
+from .glyphs import LIGHT, SHADE
 
 Array = NDArray[Any]
 
@@ -23,7 +23,7 @@ Array = NDArray[Any]
 
 
 def check_suffix(path: str | PathLike[str]) -> None:
-    """Refuse a name that no picture can be saved under, before there is one.
+    """Check before drawing that the suffix of a path is a format of pictures.
 
     Raises
     ------
@@ -32,16 +32,18 @@ def check_suffix(path: str | PathLike[str]) -> None:
     MissingExtraError
         If matplotlib is not installed.
     """
-    known = backend.figure_class()().canvas.get_supported_filetypes()
+    formats = matplotlib_import.figure_class()().canvas.get_supported_filetypes()
     suffix = Path(path).suffix.removeprefix(".").lower()
-    if suffix not in known:
+    if suffix not in formats:
         what = (
-            f"{suffix!r} is no format of pictures" if suffix else "a picture's format is its suffix, and there is none"
+            f"{suffix!r} is not a format of pictures"
+            if suffix
+            else "the path has no suffix, which is the picture's format"
         )
-        raise InputError(f"{what}.", where=str(path), remedy=f"Use one of {', '.join(sorted(known))}")
+        raise InputError(f"{what}.", where=str(path), remedy=f"Use one of {', '.join(sorted(formats))}")
 
 
-def write(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_INCH) -> None:
+def write(path: str | PathLike[str], figure: Any, dpi: float = axes_setup.DOTS_PER_INCH) -> None:
     """Write a picture, whole or not at all.
 
     Raises
@@ -52,10 +54,10 @@ def write(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_IN
         If it cannot be written.
     """
     with replacing_by_suffix(Path(path)) as temporary:
-        pages.save(temporary, figure, dpi)
+        axes_setup.save(temporary, figure, dpi)
 
 
-def save(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_INCH) -> None:
+def save(path: str | PathLike[str], figure: Any, dpi: float = axes_setup.DOTS_PER_INCH) -> None:
     """Write a picture, whole or not at all.
 
     Raises
@@ -71,58 +73,58 @@ def save(path: str | PathLike[str], figure: Any, dpi: float = pages.DOTS_PER_INC
 
 
 def plain(text: str) -> str:
-    """A text that matplotlib takes for no formula."""
+    """Escape a text so that matplotlib does not parse it as a formula."""
     return text.replace("$", r"\$")
 
 
 def show_title(ax: Any, title: str) -> None:
-    """A title in the upper right corner of the page."""
+    """Show a title in the upper right corner of the page."""
     ax.figure.text(0.98, 0.965, plain(title), ha="right", fontsize=10, color=palette.INK)
 
 
-def faded(color: str, count: int, opacity: float) -> Array:
-    """Rows of one colour."""
-    return np.tile(palette.faded(palette.per_item(color, 1, color), opacity), (count, 1))
+def uniform_rows(color: str, count: int, opacity: float) -> Array:
+    """Repeat one color as rows of RGBA."""
+    return np.tile(palette.with_opacity(palette.per_item(color, 1, color), opacity), (count, 1))
 
 
 def surface(triangles: Array, color: str, opacity: float) -> Any:
-    """A collection of shaded triangles (f, 3, 3)."""
-    made = backend.collections().Poly3DCollection(triangles, edgecolors="none", linewidths=0)
-    made.set_facecolor(shaded(triangles, color, opacity))
-    return made
+    """Make a collection of shaded triangles (f, 3, 3)."""
+    collection = matplotlib_import.collections().Poly3DCollection(triangles, edgecolors="none", linewidths=0)
+    collection.set_facecolor(shade_triangles(triangles, color, opacity))
+    return collection
 
 
-def shaded(triangles: Array, color: str, opacity: float) -> Array:
-    """A colour for each triangle: what faces the light is brighter."""
+def shade_triangles(triangles: Array, color: str, opacity: float) -> Array:
+    """Color of each triangle: brighter where it faces the light."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     sizes = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0)
     bright = SHADE + (1 - SHADE) * (1 + normals @ LIGHT) / 2
-    rows = faded(color, len(triangles), 1.0)
+    rows = uniform_rows(color, len(triangles), 1.0)
     rows[:, :3] *= bright[:, None]
     rows[:, 3] = opacity
     return rows
 
 
 def add_surface(ax: Any, triangles: Array, color: str, opacity: float) -> None:
-    """Shaded triangles (f, 3, 3) on axes."""
+    """Add shaded triangles (f, 3, 3) to axes."""
     faces = surface(triangles, color, opacity)
     ax.add_collection3d(faces)
     faces.set(clip_on=False)
 
 
 def add_plate(ax: Any, corners: Array, color: str, inside: float, edges: float, width: float, box: Any) -> None:
-    """A convex polygon with corners (n, 3): a face of opacity ``inside`` within edges of opacity ``edges``."""
+    """Add a convex polygon with corners (n, 3): a face of opacity ``inside`` within edges of opacity ``edges``."""
     middle = np.broadcast_to(corners.mean(0), corners.shape)
     add_surface(ax, np.stack([middle, corners, np.roll(corners, -1, 0)], 1), color, inside)
-    drawing.paths(np.concatenate([corners, corners[:1]]), ax, faded(color, 1, edges), width, box)
+    drawing.paths(np.concatenate([corners, corners[:1]]), ax, uniform_rows(color, 1, edges), width, box)
 
 
 # -- curves over time ------------------------------------------------------------------------------------------
 
 
 def dress_panel(ax: Any, title: str) -> None:
-    """A panel of curves: a title on the left, a grid behind, axes on two sides."""
+    """Style a panel of curves: title on the left, grid behind, axes on two sides."""
     ax.set_title(title, fontsize=9.5, color=palette.INK, loc="left")
     ax.tick_params(which="both", labelsize=8, colors=palette.GREY)
     ax.grid(color=palette.PALE, linewidth=0.8)
@@ -134,22 +136,6 @@ def dress_panel(ax: Any, title: str) -> None:
 
 
 def show_curve_names(ax: Any) -> None:
-    """A legend in one row, above the panel on the right."""
+    """Show a legend in one row, above the panel on the right."""
     ax.legend(fontsize=8, ncols=3, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0,
               handlelength=1.2, columnspacing=1.0, labelcolor=palette.INK)  # fmt: skip
-
-
-__all__ = [
-    "add_plate",
-    "add_surface",
-    "check_suffix",
-    "dress_panel",
-    "faded",
-    "plain",
-    "save",
-    "shaded",
-    "show_curve_names",
-    "show_title",
-    "surface",
-    "write",
-]

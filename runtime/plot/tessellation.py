@@ -1,6 +1,6 @@
-"""Outlines of objects as arrays of positions: sampled circles, what of a line or plane is inside a box, meshes, arrows.
+"""Outlines of objects as arrays of positions: sampled circles, lines and planes clipped to a box, meshes, arrows.
 
-Parameters in, positions out, for whole batches; nothing here knows of multivectors or of matplotlib.
+Functions map parameters to positions, for whole batches, and do not depend on multivectors or matplotlib.
 """
 
 from __future__ import annotations
@@ -10,10 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+#: Largest coordinate that is drawn, and largest view: squares of coordinates do not overflow.
+FARTHEST = 1e100
 Array = NDArray[np.float64]
 
-#: Corners of the unit box, and its edges as pairs of corners.
+#: Corners of the unit box.
 CORNERS = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), -1).reshape(8, 3)
+#: Edges of the unit box as pairs of corners.
 EDGES = np.array([(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit])
 
 
@@ -25,22 +28,22 @@ class Box(NamedTuple):
 
     @property
     def center(self) -> Array:
-        """Its middle."""
+        """Center of the box."""
         return (self.low + self.high) / 2
 
     @property
     def size(self) -> float:
-        """Its longest side."""
+        """Longest side of the box."""
         return float((self.high - self.low).max())
 
     def contains(self, x: Array) -> NDArray[np.bool_]:
-        """Whether positions (..., 3) are inside, to rounding of the box's size."""
+        """Test whether positions (..., 3) are inside, up to rounding of the box's size."""
         slack = 1e-9 * self.size
         return np.asarray(((x >= self.low - slack) & (x <= self.high + slack)).all(-1), bool)
 
 
 def unit(v: Array) -> Array:
-    """Vectors (..., 3) at length one."""
+    """Normalize vectors (..., 3)."""
     return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
 
 
@@ -52,10 +55,10 @@ def across(normal: Array) -> tuple[Array, Array]:
 
 
 def circles(center: Array, normal: Array, radius: Array, count: int, box: Box | None = None) -> Array:
-    """Polygons (n, count + 1, 3), counter-clockwise about the normals: closed, or of large circles the arc near a box.
+    """Polygons (n, count + 1, 3), counter-clockwise about the normals: closed, or the arc of a large circle near a box.
 
-    A box of diagonal d has points at most d/2 from its middle, so that a circle with r > d/2 is in it for less than
-    asin(d/(2 r)) on either side of where it comes nearest to the middle.
+    Points of a box of diagonal d are at most d/2 from its center, so that a circle with r > d/2 lies in it for less
+    than asin(d/(2 r)) on either side of its point nearest to the center.
     """
     u, v = across(normal)
     nearest, half = np.zeros(len(center)), np.full(len(center), np.pi)
@@ -66,17 +69,17 @@ def circles(center: Array, normal: Array, radius: Array, count: int, box: Box | 
         nearest = np.where(is_large, np.arctan2((away * v).sum(-1), (away * u).sum(-1)), nearest)
         half = np.where(is_large, np.arcsin(np.minimum(sine, 1)), half)
     angle = (nearest[:, None] + half[:, None] * np.linspace(-1.0, 1.0, count + 1))[..., None]
-    turn = np.cos(angle) * u[:, None] + np.sin(angle) * v[:, None]
-    return np.asarray(center[:, None] + radius[:, None, None] * turn)
+    radial = np.cos(angle) * u[:, None] + np.sin(angle) * v[:, None]
+    return np.asarray(center[:, None] + radius[:, None, None] * radial)
 
 
 def circle_reach(normal: Array, radius: Array) -> Array:
-    """Half the sides (n, 3) of the boxes around circles."""
+    """Half sides (n, 3) of the boxes around circles."""
     return radius[:, None] * np.sqrt(np.clip(1 - normal * normal, 0, None))
 
 
 def lines_in(box: Box, point: Array, direction: Array) -> Array:
-    """Parts of lines inside a box: segments (n, 2, 3), NaN for those that miss it."""
+    """Clip lines to a box: segments (n, 2, 3), NaN for lines that miss it."""
     with np.errstate(all="ignore"):
         walls = np.stack([box.low - point, box.high - point]) / direction
     still = direction == 0  # such a coordinate never changes: it is between its walls, or the line misses the box
@@ -90,9 +93,9 @@ def lines_in(box: Box, point: Array, direction: Array) -> Array:
 
 
 def planes_in(box: Box, normal: Array, offset: Array) -> Array:
-    """Convex polygons (n, 12, 3) in which planes cut a box; NaN for those that miss it.
+    """Clip planes to a box: convex polygons (n, 12, 3), NaN for planes that miss it.
 
-    A cut has three to six corners: the rest of the twelve repeat one of them.
+    A polygon has three to six corners: the rest of the twelve repeat one of them.
     """
     corners = box.low + CORNERS * (box.high - box.low)
     start, end = corners[EDGES[:, 0]], corners[EDGES[:, 1]]
@@ -123,8 +126,8 @@ def sphere_mesh(center: Array, radius: Array, rings: int, sectors: int) -> tuple
     ball = np.stack([np.cos(ring) * np.cos(turn), np.cos(ring) * np.sin(turn), np.sin(ring)], -1)
     quads = np.stack([ball[:-1, :-1], ball[:-1, 1:], ball[1:, 1:], ball[1:, :-1]], 2).reshape(-1, 4, 3)
     normals = unit(quads.sum(1))
-    placed = center[:, None, None] + radius[:, None, None, None] * quads
-    return placed.reshape(-1, 4, 3), np.tile(normals, (len(center), 1))
+    corners = center[:, None, None] + radius[:, None, None, None] * quads
+    return corners.reshape(-1, 4, 3), np.tile(normals, (len(center), 1))
 
 
 def arrows(tail: Array, vector: Array, head: Array | float) -> Array:

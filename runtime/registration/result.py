@@ -1,4 +1,4 @@
-"""What a registration returns."""
+"""Results of registrations: values per object, steps, the registration itself."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
-from ..multivector import Multivector
+from ..core.multivector import Multivector
+from ..status import Status
 
 Array = NDArray[Any]
 
 
 class PerItem(NDArrayOperatorsMixin):
-    """One value for each object of a model, by its number over all kinds, or by kind: ``matches["lines"]``.
+    """One value for each object of a model, by its index over all kinds, or by kind: ``matches["lines"]``.
 
-    Otherwise it is used as the array over all objects, which is not changed: ``matches >= 0``, ``inliers.mean()``.
+    In other respects it is a read-only array over all objects: ``matches >= 0``, ``inliers.mean()``.
 
     Parameters
     ----------
     values : mapping of kind to array (n,)
-        In the order of the kinds of a model.
+        Values in the order of the kinds of a model.
     """
 
     def __init__(self, values: Mapping[str, Array]) -> None:
@@ -68,7 +69,7 @@ class PerItem(NDArrayOperatorsMixin):
         return [f"{kind}s" for kind in self._values]
 
     def items(self) -> list[tuple[str, Array]]:
-        """Kinds, plural, each with its own values."""
+        """Kinds, plural, each with its values."""
         return [(f"{kind}s", values) for kind, values in self._values.items()]
 
     def __repr__(self) -> str:
@@ -77,13 +78,16 @@ class PerItem(NDArrayOperatorsMixin):
 
 @dataclass(frozen=True)
 class Step:
-    """What was done: its name, at which tolerance, motors tried so far, objects laid on others, and the cost."""
+    """A step of a registration: its name, tolerance, number of motors tried so far, number of inliers, and cost."""
 
     name: str
     tolerance: float
     candidates: int
     hits: int
     cost: float
+
+    def __str__(self) -> str:
+        return f"{self.hits} objects within {self.tolerance:.2g} of the size"
 
 
 @dataclass(frozen=True)
@@ -93,42 +97,42 @@ class Registration:
     Attributes
     ----------
     motor : Multivector
-        Takes the query to the reference, of a similarity the query that was scaled; <R>_0 >= 0.
+        Motor from the query to the reference (for a similarity: from the scaled query), with <R>_0 >= 0.
     matches : PerItem of int
-        For each query object the row of its counterpart among the reference's of the same kind, -1 for none. The
-        nearest one counts: objects that the query has twice have the same counterpart.
+        Row of each query object's counterpart among the reference's objects of the same kind, -1 for none. The
+        counterpart is the nearest one: duplicates in the query have the same counterpart.
     inliers : PerItem of bool
-        Whether it has one.
+        True for each query object that has a counterpart.
     cost : float
         Sum of the positive rotor costs of the matches, in the reference's frame (``center``, ``unit``).
     history : list of Step
     converged : bool
-        The pose, or one of ``ambiguous``, is to be believed: chance does not explain it, it stands out against
-        motors that contradict it, and the matches leave no motion free. Models of two lines or three points, which
-        nothing confirms, never are. See ``message`` and ``doubt``.
+        True if the pose, or one of ``ambiguous``, is reliable: it is significant, clearly better than motors that
+        contradict it, and the matches leave no motion free. Models of two lines or three points are never significant:
+        no further object confirms their pose. See ``message`` and ``doubt``.
     covariance : array (6, 6)
-        Of the twist b in exp(b) motor, in the world and on the blades of the kind ``twist`` (e12, e13, e1ni, e23, e2ni,
-        e3ni). Scaled for the number of matches, so that b' C^-1 b < 12.59 holds for the true pose with a probability
-        of 95 %, if the errors of the matches are independent; how large they are, the matches tell. With fewer than
-        about 8 matches the region is very large. NaN if nothing was found.
+        Covariance of the twist b in exp(b) motor, in the world and on the blades of the kind ``twist`` (e12, e13, e1ni,
+        e23, e2ni, e3ni). Scaled for the number of matches, so that b' C^-1 b < 12.59 holds for the true pose with a
+        probability of 95 %, if the errors of the matches are independent; their size is estimated from the matches.
+        With fewer than about 8 matches the region is very large. NaN without a pose.
     ambiguous : list of Multivector
-        Other motors that lay about as many objects on others (85 %, less one): those of symmetric models, and of parts
-        that the reference has several times. Each pose once, 63 at most. Where more than 24 serve, or what comes next
+        Other motors with about as many inliers (85 %, less one): those of symmetric models, and of parts that the
+        reference has several times. Each pose once, 63 at most. If more than 24 are equivalent, or the next best one
         is nearly as good, ``converged`` is False.
     undetermined : Multivector, shape (m,)
-        Twists, in the reference's world, of motions that the matches leave free, or know no better than a fifth of a
-        radian or of the models' size; empty for a determined pose.
+        Twists, in the reference's world, of motions that the matches leave free, or determine no better than to a fifth
+        of a radian or of the models' size; empty for a determined pose.
     scale : float
-        Of a similarity s: a point x goes to motor (s x), scaled about the world's origin. Else 1.
+        Scale s of a similarity: a point x goes to motor (s x), scaled about the world's origin. Else 1.
     doubt : float
-        log10 of how many motors as good as this one chance alone would give, or, if that is more, of the probability
-        of its lead over others, on such a scale that -4 is the limit of both.
+        log10 of the expected number of false alarms: of motors that are as good as this one by chance. Or, if that is
+        more, of the probability of its lead over others, scaled so that -4 is the limit of both.
     threshold : float
-        Distance, in the models' unit of length, up to which objects were matched.
+        Largest distance of a match, in the models' unit of length.
     center, unit : array (3,), float
-        Where costs are measured from, and the length that counts as 1.
+        Origin and unit of length of costs.
     message : str
-        Why it is not converged, or that it was interrupted; else empty.
+        Reason why it has not converged, or "interrupted"; else empty.
     """
 
     motor: Multivector
@@ -146,3 +150,10 @@ class Registration:
     center: Array = field(default_factory=lambda: np.zeros(3))
     unit: float = 1.0
     message: str = ""
+
+    @property
+    def status(self) -> Status:
+        """OK; NOT_UNIQUE: one of the ``ambiguous`` poses, or motions are left free; NOT_CONVERGED: not reliable."""
+        if self.ambiguous or (self.undetermined is not None and self.undetermined.size):
+            return Status.NOT_UNIQUE
+        return Status.OK if self.converged else Status.NOT_CONVERGED

@@ -1,4 +1,4 @@
-"""Runs studies: one reference per case, every method at every setting, the largest error with its input."""
+"""Runner of studies: one reference per case, every method at every setting, the largest error with its input."""
 
 from __future__ import annotations
 
@@ -9,19 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from .study import Case, Method, Study
+from ...codegen.interrupts import keep_partial
+from ...common.progress import ProgressOption, open_progress
+from .study import Case, Method, Study, optional_module
 
+#: Seed of all inputs.
 SEED = 20260101
-#: A timing is the least of several; each lasts at least this long, so that the clock's step does not matter.
-REPEATS, QUICK_REPEATS, LEAST_SECONDS = 5, 3, 0.02
-#: Memory that is freed once before timing: the C library then keeps what arrays give back, and times hold no page
+#: Number of timings, of which the least counts.
+REPEATS = 5
+#: The same in quick runs.
+QUICK_REPEATS = 3
+#: Shortest timing, so that the clock's resolution does not matter.
+MIN_SECONDS = 0.02
+#: Memory that is freed once before timing: the C library then reuses the memory of arrays, and times contain no page
 #: faults (some 100 ns per item of a batch otherwise).
-KEPT_BYTES = 16 * 2**20
+HEAP_BYTES = 16 * 2**20
 #: Cases of a sweep have this many times fewer items: there are many of them.
-SWEPT = 4
+SWEEP_DIVISOR = 4
 #: Units of time, in nanoseconds, the smallest first.
 UNITS = (("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e9))
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class Measurement:
     value: float | None = None
 
 
-def run_study(study: Study, quick: bool = False, progress: Progress | None = None) -> list[Measurement]:
+def run_study(study: Study, quick: bool = False, progress: ProgressOption = False) -> list[Measurement]:
     """Run every method on every case.
 
     Parameters
@@ -56,38 +62,42 @@ def run_study(study: Study, quick: bool = False, progress: Progress | None = Non
     study : Study
     quick : bool
         A tenth of the items and fewer timings: for demonstrations and tests.
-    progress : callable, optional
-        ``progress(done, total, text)``.
+    progress : bool or callable
+        True: a bar on standard error. A callable gets a `bladesmith.Progress` of runs.
+
+    Raises
+    ------
+    Interrupted
+        On an interrupt; its ``partial`` are the measurements until then.
     """
-    methods = [m for m in study.methods if not (quick and m.slow)]
+    methods = [m for m in study.methods if not (quick and m.slow) and (not m.requires or optional_module(m.requires))]
     total = len(study.cases) * sum(len(m.settings) for m in methods)
-    done, rows = 0, []
+    done, rows = 0, list[Measurement]()
     for method in methods:
         if method.prepare is not None:
             method.prepare()
-    for number, case in enumerate(study.cases):
-        count = max(study.count // (SWEPT if case.sweep else 1) // (10 if quick else 1), 10)
-        made: dict[int, tuple[Any, Any]] = {}
-        for method in methods:
-            items = min(count, method.most or count)
-            if items not in made:
-                inputs = case.make(np.random.default_rng([SEED, number]), items)
-                made[items] = inputs, study.reference(inputs)
-            for setting in method.settings:
-                if progress:
-                    progress(done, total, f"{study.name}: {case.name}, {method.name} {setting or ''}")
-                row = _measure(study, case, method, setting, *made[items], items, quick)
-                rows += [] if row is None else [row]
-                done += 1
-    if progress:
-        progress(total, total, study.name)
+    with open_progress(progress, study.name, "runs", total) as report, keep_partial(lambda: rows):
+        for number, case in enumerate(study.cases):
+            count = max(study.count // (SWEEP_DIVISOR if case.sweep else 1) // (10 if quick else 1), 10)
+            inputs_by_count: dict[int, tuple[Any, Any]] = {}
+            for method in methods:
+                items = min(count, method.most or count)
+                if items not in inputs_by_count:
+                    inputs = case.make(np.random.default_rng([SEED, number]), items)
+                    inputs_by_count[items] = inputs, study.reference(inputs)
+                for setting in method.settings:
+                    report(done, f"{case.name}, {method.name} {setting or ''}".rstrip())
+                    row = _measure(study, case, method, setting, *inputs_by_count[items], items, quick)
+                    rows += [] if row is None else [row]
+                    done += 1
+        report(total)
     return rows
 
 
 def _measure(
     study: Study, case: Case, method: Method, setting: Any, inputs: Any, truth: Any, count: int, quick: bool
 ) -> Measurement | None:
-    """None where the method says that it is not made for this case."""
+    """Measure a method on a case; None if the method does not apply to it."""
     start = time.perf_counter()
     result = method.run(inputs, setting)
     seconds = time.perf_counter() - start
@@ -111,9 +121,9 @@ def _measure(
         case.nature,
         count,
         float(errors[worst]) if worst >= 0 else float("nan"),
-        case.describe(inputs, worst) if worst >= 0 else "",
+        study.describe(inputs, worst) if worst >= 0 else "",
         int(lost.size),
-        case.describe(inputs, int(lost[0])) if lost.size else "",
+        study.describe(inputs, int(lost[0])) if lost.size else "",
         seconds / (count * (method.copies or study.copies)) * 1e9,
         answer,
         *(case.sweep or ()),
@@ -122,11 +132,11 @@ def _measure(
 
 def _time(call: Callable[[], Any], repeats: int) -> float:
     """Seconds of one call: the least of several rounds, each long enough to be measured."""
-    np.empty(KEPT_BYTES, np.uint8)
+    np.empty(HEAP_BYTES, np.uint8)
     start = time.perf_counter()
     call()
     once = max(time.perf_counter() - start, 1e-7)
-    rounds = max(1, int(LEAST_SECONDS / once))
+    rounds = max(1, int(MIN_SECONDS / once))
     best = once
     for _ in range(repeats):
         start = time.perf_counter()
@@ -137,12 +147,17 @@ def _time(call: Callable[[], Any], repeats: int) -> float:
 
 
 def time_unit(nanoseconds: Sequence[float]) -> tuple[str, float]:
-    """Name and size (in nanoseconds) of the unit in which the middle one of some times is 1 or more."""
+    """Name and size (in nanoseconds) of the unit in which the median of some times is 1 or more."""
     middle = sorted(nanoseconds)[len(nanoseconds) // 2]
     return max((unit for unit in UNITS if unit[1] <= middle), key=lambda unit: unit[1], default=UNITS[0])
 
 
 def time_text(nanoseconds: float) -> str:
-    """A time in words, in the unit that suits it."""
+    """Text of a time in a unit of its size."""
     name, unit = time_unit([nanoseconds])
     return f"{nanoseconds / unit:.3g} {name}"
+
+
+def duration_text(seconds: float) -> str:
+    """Rounded text of a duration: 40 s, 12 min."""
+    return f"{max(round(seconds / 5) * 5, 5)} s" if seconds < 100 else f"{round(seconds / 60)} min"

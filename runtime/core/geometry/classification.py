@@ -1,7 +1,8 @@
-"""What geometric objects multivectors are, item by item: names from squares, flatness and grades.
+"""Names of geometric objects, item by item, from squares, flatness and grades.
 
-Each test is relative to what rounding can leave of the very sum that it looks at (`checks.tolerance`), so neither
-weight nor distance from the origin decides.
+Each test is relative to what rounding can leave of the sum that it evaluates (`kind_constraints.tolerance`): neither
+weight nor distance from the origin decides. Items near the ends of the range of numbers are first brought to its
+middle.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .calls import call
-from .checks import tolerance
-from .codegen.errors import AlgebraMismatchError, InputError
+from ...codegen.errors import AlgebraMismatchError, InputError
+from ...dispatch.coefficients import embed, normalize_exponents
+from ...dispatch.formulas import evaluate
+from ..kind_constraints import tolerance
 
 if TYPE_CHECKING:
-    from .algebras import Algebra
-    from .multivector import Multivector
+    from ..multivector import Algebra, Multivector
 
 Names = NDArray[np.object_]
 NOT_A_BLADE = "not a blade"
@@ -34,24 +35,28 @@ CONFORMAL = {
 KNOWN = ("point", "flat_point", "point_pair", "line", "circle", "plane", "sphere")
 FLAT_LIMITS = {"point_pair": "flat point", "circle": "line", "sphere": "plane"}
 ROUND, FLAT, IMAGINARY, TANGENT, IDEAL = range(5)
+#: The square of a blade is at least this many times the rest of x x of the same weight, or it is noise: what is left
+#: of the one has the errors of the other.
+UNCERTAIN = 4
 
 
-def conformal(algebra: Algebra, x: Multivector) -> Any:
+def conformal(algebra: Algebra, x: Multivector) -> str | NDArray[np.str_]:
     """Names of objects of CGA."""
     return _by_grade(algebra, x, _conformal_grade)
 
 
-def projective(algebra: Algebra, x: Multivector) -> Any:
+def projective(algebra: Algebra, x: Multivector) -> str | NDArray[np.str_]:
     """Names of objects of plane-based geometry."""
     return _by_grade(algebra, x, _projective_grade)
 
 
-def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
+def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> str | NDArray[np.str_]:
     if not hasattr(x, "algebra"):
         raise InputError(f"classify takes multivectors, not a {type(x).__name__}.")
     if x.algebra is not algebra:
         raise AlgebraMismatchError(f"x belongs to {x.algebra.name}, not to {algebra.name}.")
-    flat = x.reshape(-1)
+    own = x.reshape(-1)
+    flat = normalize_exponents(own)[0]
     limit = tolerance(x.dtype)
     with np.errstate(all="ignore"):
         sizes = np.stack([np.abs(flat.grade(g)._data).sum(-1) for g in x.grades], -1)
@@ -60,7 +65,7 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
     names = np.full(flat.shape, NOT_A_BLADE, object)
     names[~np.isfinite(total)] = "invalid"
     names[total == 0] = "zero"
-    known = _known(flat) if x.kind.name in KNOWN and x.kind.constraints else None
+    known = _names_by_kind(flat) if x.kind.name in KNOWN and x.kind.constraints else None
     if known is not None:
         names = np.where(np.isfinite(total), known, names).astype(object)
         return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
@@ -72,11 +77,11 @@ def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> Any:
             names[mine] = named(algebra, part, g, limit)
     several = np.isfinite(total) & (present.sum(-1) > 1)
     if several.any() and all(g % 2 == 0 for g in x.grades):
-        names[several] = _motions(algebra, flat[several])
+        names[several] = _motions(algebra, own[several], flat[several])
     return str(names[0]) if not x.shape else names.reshape(x.shape).astype(str)
 
 
-def _known(x: Multivector) -> Names:
+def _names_by_kind(x: Multivector) -> Names:
     """Objects of a constrained kind: what it says, or the flat object that satisfies its constraints too.
 
     The weight of n0 is that of the curvature, wherever the object is; noise of it is on the scale of a unit normal.
@@ -93,10 +98,10 @@ def _known(x: Multivector) -> Names:
 def _conformal_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> Names:
     if g in (0, algebra.dimension):
         return np.full(x.shape, "scalar" if g == 0 else "pseudoscalar", object)
-    measured = call(algebra, "classification.invariants", x).value
-    square, square_size, others, others_size, flatness, incidence, size, _ = np.moveaxis(measured, -1, 0)
+    measured = evaluate(algebra, "classification.invariants", x).value
+    square, square_size, others, others_size, middle, flat, incidence, size = np.moveaxis(measured, -1, 0)
     sign = np.where(np.abs(square) <= limit * square_size, 0, np.sign(square)).astype(int)
-    is_flat = flatness <= limit * size
+    is_flat = flat > 0
     if g == 1:
         return _vectors(x, sign, incidence <= limit * size, limit)
     words, real = CONFORMAL[algebra.dimension - 2, g]
@@ -106,7 +111,7 @@ def _conformal_grade(algebra: Algebra, x: Multivector, g: int, limit: float) -> 
     choice[sign == 0] = TANGENT
     choice[(sign == 0) & is_flat] = IDEAL
     names: Names = np.array(words, object)[choice]
-    names[others > limit * others_size] = NOT_A_BLADE
+    names[(others > limit * others_size) | (sign != 0) & (UNCERTAIN * middle > np.abs(square))] = NOT_A_BLADE
     return names
 
 
@@ -135,24 +140,31 @@ def _projective_grade(algebra: Algebra, x: Multivector, g: int, limit: float) ->
     if g == 2:
         defect = np.abs((x ^ x)._data).sum(-1)
         with np.errstate(all="ignore"):
-            terms = 2 * np.abs(x._data[:, ideal]).sum(-1) * np.abs(x._data[:, ~ideal]).sum(-1)
+            direction, moment = (np.abs(x._data[:, columns]).sum(-1) for columns in (~ideal, ideal))
+            # moments of lines through the origin are errors: those of a unit length
+            terms = 2 * direction * np.maximum(moment, direction)
         names[defect > limit * terms] = NOT_A_BLADE
     return names
 
 
-def _motions(algebra: Algebra, x: Multivector) -> Names:
-    """Unit versors among even multivectors: the smallest kind of motion that holds the item."""
+def _motions(algebra: Algebra, x: Multivector, level: Multivector) -> Names:
+    """Versors among even multivectors: the smallest kind of motion that holds the item, as it is or over its norm."""
     names = np.full(x.shape, NOT_A_BLADE, object)
     kinds = [k for k in algebra.kinds.values() if k.constraints and k.blades[0] == 0]
-    from .checks import holds
-    from .rows import embedded
+    from ..kind_constraints import satisfies_constraints
 
-    size = np.abs(x._data).sum(-1)
+    with np.errstate(all="ignore"):
+        norm = np.sqrt(np.abs(level.scalar_product(~level)["1"]))
+        unit = level._make(level._type.unconstrained, level._data / norm[:, None], level.shape)
+    size = np.abs(level._data).sum(-1)
     for kind in sorted(kinds, key=lambda k: -k.size):
         rest = [i for i, blade in enumerate(x._type.blades) if blade not in set(kind.blades)]
-        inside = np.abs(x._data[:, rest]).sum(-1) <= tolerance(x.dtype) * size
+        inside = np.abs(level._data[:, rest]).sum(-1) <= tolerance(x.dtype) * size
         if inside.any():
             mine = inside.copy()
-            mine[inside] = holds(kind, embedded(x[inside], kind))
+            # the norm of large dilators is noise: what is a versor as it stands needs none
+            mine[inside] = satisfies_constraints(kind, embed(x[inside], kind)) | satisfies_constraints(
+                kind, embed(unit[inside], kind)
+            )
             names[mine] = kind.name.replace("_", " ")
     return names

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import classify
-from .calls import Numbers
-from .euclidean import EuclideanAlgebra, Rotor, invalidated, is_origin, parameters_class
-from .multivector import Multivector
-from .status import Status
+from ...dispatch.formulas import ArrayOperand, invalidate
+from ...status import Status
+from ..multivector import Multivector
+from . import classification
+from .euclidean import EuclideanAlgebra, Rotor, is_origin
+from .parameters import Parameters, parameters_class
 
 Point = parameters_class("Point", "xyz")
 FlatPoint = parameters_class("FlatPoint", "xyz")
@@ -32,32 +33,32 @@ Transversor = parameters_class("Transversor", "t")
 
 
 class Conformal(EuclideanAlgebra):
-    """What conformal geometry is in any dimension. Positions and directions are arrays (..., d)."""
+    """Conformal geometry of any dimension. Positions and directions are arrays (..., d)."""
 
     def point(self, xyz: Any, strict: bool = False) -> Multivector:
         """X = x^2/2 n_inf + x + n0."""
-        return self.made("conformal.point", self.vector(xyz, "xyz"), strict=strict)
+        return self.construct("conformal.point", self.vector(xyz, "xyz"), strict=strict)
 
     def point_pair(self, a: Any, b: Any, strict: bool = False) -> Multivector:
         """A ^ B, normalised; from a to b. SINGULAR: a = b."""
-        return self.made("conformal.point_pair", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+        return self.construct("conformal.point_pair", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
 
     def flat_point(self, xyz: Any, strict: bool = False) -> Multivector:
         """(x + n0) ^ n_inf."""
-        return self.made("conformal.flat_point", self.vector(xyz, "xyz"), strict=strict)
+        return self.construct("conformal.flat_point", self.vector(xyz, "xyz"), strict=strict)
 
     def direction(self, v: Any, strict: bool = False) -> Multivector:
         """v ^ n_inf, not normalised."""
-        return self.made("conformal.direction", self.vector(v, "v"), strict=strict)
+        return self.construct("conformal.direction", self.vector(v, "v"), strict=strict)
 
     def line(self, point: Any, direction: Any, strict: bool = False) -> Multivector:
         """Line through a point along a direction. INVALID: the direction is zero."""
         operands = self.vector(point, "point"), self.vector(direction, "direction")
-        return self.made("conformal.line", *operands, strict=strict)
+        return self.construct("conformal.line", *operands, strict=strict)
 
     def line_through(self, a: Any, b: Any, strict: bool = False) -> Multivector:
         """A ^ B ^ n_inf, normalised: from a to b. SINGULAR: a = b."""
-        return self.made("conformal.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+        return self.construct("conformal.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
 
     def circle_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
         """A ^ B ^ C, normalised, in the orientation of the points. SINGULAR: they are on a line."""
@@ -65,22 +66,22 @@ class Conformal(EuclideanAlgebra):
 
     def _through(self, name: str, points: tuple[Any, ...], strict: bool) -> Multivector:
         operands = [self.vector(p, label) for p, label in zip(points, "abcd", strict=False)]
-        return self.made(f"conformal.{name}", *operands, strict=strict)
+        return self.construct(f"conformal.{name}", *operands, strict=strict)
 
     def dilator(self, scale: Any, center: Any = 0, strict: bool = False) -> Multivector:
         """Scaling about a centre. INVALID: the scale is not positive."""
-        number = Numbers(scale, 0, "scale")
+        number = ArrayOperand(scale, 0, "scale")
         if is_origin(center):
-            return self.made("conformal.dilator", number, strict=strict)
-        return self.made("conformal.homothety", number, self.vector(center, "center"), strict=strict)
+            return self.construct("conformal.dilator", number, strict=strict)
+        return self.construct("conformal.homothety", number, self.vector(center, "center"), strict=strict)
 
     def transversor(self, t: Any, strict: bool = False) -> Multivector:
         """1 - t n0: inversion, translation by t, inversion."""
-        return self.made("conformal.transversor", self.vector(t, "t"), strict=strict)
+        return self.construct("conformal.transversor", self.vector(t, "t"), strict=strict)
 
-    def classify(self, x: Multivector) -> Any:
-        """What each item is: "circle", "line", ..., "imaginary sphere", "not a blade"; a str, or an array of them."""
-        return classify.conformal(self, x)
+    def classify(self, x: Multivector) -> str | NDArray[np.str_]:
+        """Names of the items: "circle", "line", ..., "imaginary sphere", "not a blade"; a str, or an array of them."""
+        return classification.conformal(self, x)
 
     # -- readers -------------------------------------------------------------------------------------------
 
@@ -104,10 +105,10 @@ class Conformal(EuclideanAlgebra):
             center = np.stack([x[f"e{i + 1}ni"] / np.where(k == 0, 1, k) for i in range(self.space)], -1)
         anywhere = (k == 0) & (x.kind.name == "homothety")  # scale 1 about any centre
         status = np.where(anywhere, np.uint8(Status.NOT_UNIQUE), np.uint8(Status.OK))
-        return self.named(Dilator, (scale, center), x, status)
+        return self.named_tuple(Dilator, (scale, center), x, status)
 
     def _read_transversor(self, x: Multivector) -> Any:
-        return self.named(Transversor, (np.stack([-x[f"e{i + 1}no"] for i in range(self.space)], -1),), x)
+        return self.named_tuple(Transversor, (np.stack([-x[f"e{i + 1}no"] for i in range(self.space)], -1),), x)
 
 
 class ConformalAlgebra(Conformal):
@@ -123,13 +124,13 @@ class ConformalAlgebra(Conformal):
 
     def circle(self, center: Any, normal: Any, radius: Any, strict: bool = False) -> Multivector:
         """Circle, counter-clockwise about its normal. INVALID: the normal is zero, or the radius not positive."""
-        operands = self.vector(center, "center"), self.vector(normal, "normal"), Numbers(radius, 0, "radius")
-        return self.made("conformal.circle", *operands, strict=strict)
+        operands = self.vector(center, "center"), self.vector(normal, "normal"), ArrayOperand(radius, 0, "radius")
+        return self.construct("conformal.circle", *operands, strict=strict)
 
     def plane(self, normal: Any, offset: Any, strict: bool = False) -> Multivector:
         """Plane normal . x = offset; the normal need not be unit. INVALID: it is zero."""
-        operands = self.vector(normal, "normal"), Numbers(offset, 0, "offset")
-        return self.made("conformal.plane", *operands, strict=strict)
+        operands = self.vector(normal, "normal"), ArrayOperand(offset, 0, "offset")
+        return self.construct("conformal.plane", *operands, strict=strict)
 
     def plane_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
         """A ^ B ^ C ^ n_inf, normalised, in the orientation of the points. SINGULAR: they are on a line."""
@@ -137,8 +138,8 @@ class ConformalAlgebra(Conformal):
 
     def sphere(self, center: Any, radius: Any, strict: bool = False) -> Multivector:
         """Outward sphere. INVALID: the radius is not positive."""
-        operands = self.vector(center, "center"), Numbers(radius, 0, "radius")
-        return self.made("conformal.sphere", *operands, strict=strict)
+        operands = self.vector(center, "center"), ArrayOperand(radius, 0, "radius")
+        return self.construct("conformal.sphere", *operands, strict=strict)
 
     def sphere_through(self, a: Any, b: Any, c: Any, d: Any, strict: bool = False) -> Multivector:
         """A ^ B ^ C ^ D, normalised, in the orientation of the points. SINGULAR: they are on a circle."""
@@ -166,14 +167,14 @@ class ConformalPlane(Conformal):
 
     def circle(self, center: Any, radius: Any, strict: bool = False) -> Multivector:
         """Circle, counter-clockwise. INVALID: the radius is not positive."""
-        operands = self.vector(center, "center"), Numbers(radius, 0, "radius")
-        return self.made("conformal.sphere", *operands, strict=strict)
+        operands = self.vector(center, "center"), ArrayOperand(radius, 0, "radius")
+        return self.construct("conformal.sphere", *operands, strict=strict)
 
     def rotor(self, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:  # type: ignore[override]
         """Rotation about a point, counter-clockwise."""
         at = np.zeros(2) if is_origin(point) else point
-        operands = Numbers(angle, 0, "angle"), self.vector(at, "point")
-        return self.made("motions.planar_rotor", *operands, strict=strict)
+        operands = ArrayOperand(angle, 0, "angle"), self.vector(at, "point")
+        return self.construct("motions.planar_rotor", *operands, strict=strict)
 
     def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:
         """Unit motor from homogeneous matrices (..., 3, 3)."""
@@ -183,12 +184,12 @@ class ConformalPlane(Conformal):
         columns = m[..., :2, :2]
         defect = np.abs(np.swapaxes(columns, -1, -2) @ columns - np.eye(2)).max((-1, -2))
         bad = (defect > 1e-3) | (np.linalg.det(columns) < 0)
-        return invalidated(moved.normalized(), bad)
+        return invalidate(moved.normalized(), bad)
 
     def _read_circle(self, x: Multivector) -> Any:
         return self.read(PlaneCircle, "conformal.sphere_parameters", x, orientation=2)
 
-    def motor_parameters(self, x: Multivector) -> Any:
+    def motor_parameters(self, x: Multivector) -> Parameters:
         """Angle in (-pi, pi] and fixed point of a motion; for a translation the point is NaN, with `SINGULAR`."""
         matrix = self.matrix(x)
         angle = np.arctan2(matrix[..., 1, 0], matrix[..., 0, 0])
@@ -197,7 +198,7 @@ class ConformalPlane(Conformal):
             across = np.stack([-t[..., 1], t[..., 0]], -1) / np.tan(angle / 2)[..., None]
             point = np.where((angle != 0)[..., None], (t + across) / 2, np.nan)
         status = np.where(angle == 0, np.uint8(Status.SINGULAR), np.uint8(Status.OK))
-        return self.named(PlaneRotor, (angle, point), x, status)
+        return self.named_tuple(PlaneRotor, (angle, point), x, status)
 
 
 PlaneRotor = parameters_class("Rotor", "angle", "point")

@@ -1,39 +1,30 @@
-"""What CGA and PGA share as geometries: motors from parameters and matrices, and parameters back as named tuples.
+"""Common base of CGA and PGA: motors from parameters and matrices, and parameters back as named tuples.
 
 The mathematics is in `codegen.formulas`; here arrays are checked, statuses completed and results named.
 """
 
 from __future__ import annotations
 
-from collections import namedtuple
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arrays
-from .algebras import Algebra
-from .arrays import truth
-from .calls import Numbers, Outcome, call, finite, invalidated, merged, raise_first
-from .codegen.errors import GradeError, InputError, KindError, ShapeError
-from .multivector import Multivector
-from .status import Status
-from .text import statuses
-
-
-class Parameters(tuple[Any, ...]):
-    """Named fields that a constructor takes, with ``orientation`` (+1 or -1) and ``status`` beside them."""
-
-    orientation: Any
-    status: Any
-
-
-def parameters_class(name: str, *fields: str) -> Any:
-    """A named tuple that can carry attributes besides its fields."""
-    base = namedtuple(name, fields)  # type: ignore[misc]
-    return type(name, (base,), {"__doc__": f"{name}: {', '.join(fields)}.", "__module__": __name__})
-
+from ...codegen.errors import GradeError, InputError, KindError, ShapeError
+from ...common.validation import as_bool, real_array
+from ...dispatch.formulas import (
+    ArrayOperand,
+    evaluate,
+    invalidate,
+    invalidate_nonfinite,
+    merge_statuses,
+    raise_first,
+)
+from ...dispatch.multivector_data import statuses
+from ...status import Status
+from ..multivector import Algebra, Multivector
+from .parameters import P, Parameters, parameters_class
 
 Translator = parameters_class("Translator", "t")
 Rotor = parameters_class("Rotor", "axis", "angle", "point")
@@ -53,11 +44,11 @@ class EuclideanAlgebra(Algebra):
 
     # -- calls ---------------------------------------------------------------------------------------------
 
-    def vector(self, value: Any, name: str) -> Numbers:
+    def vector(self, value: Any, name: str) -> ArrayOperand:
         """Operand: Euclidean vectors."""
-        return Numbers(value, self.kind("euclidean"), name)
+        return ArrayOperand(value, self.kind("euclidean"), name)
 
-    def made(self, formula: str, *operands: Multivector | Numbers, strict: bool = False) -> Multivector:
+    def construct(self, formula: str, *operands: Multivector | ArrayOperand, strict: bool = False) -> Multivector:
         """The object that a formula makes; items that are not finite are INVALID and NaN all over.
 
         Raises
@@ -65,27 +56,27 @@ class EuclideanAlgebra(Algebra):
         SingularError
             With ``strict``, for the first item without an object.
         """
-        outcome = call(self, formula, *operands)
+        outcome = evaluate(self, formula, *operands)
         x: Multivector = outcome.value
-        x = finite(x)
-        if truth(strict, "strict"):
+        x = invalidate_nonfinite(x)
+        if as_bool(strict, "strict"):
             raise_first(x._status, formula.rpartition(".")[2])
         return x
 
-    def read(self, kind: Any, formula: str, x: Multivector, orientation: Any = None) -> Any:
+    def read(self, kind: Callable[..., P], formula: str, x: Multivector, orientation: Any = None) -> P:
         """Named parameters from a formula's results."""
-        outcome = call(self, formula, x)
+        outcome = evaluate(self, formula, x)
         fields = [v[..., 0] if v.shape[-1:] == (1,) else v for v in map(plain, outcome.values)]
         if orientation is not None:
             orientation = fields.pop(orientation)
-        return self.named(kind, fields, x, outcome.status, orientation)
+        return self.named_tuple(kind, fields, x, outcome.status, orientation)
 
-    def named(
-        self, kind: Any, fields: Sequence[Any], x: Multivector, status: Any = None, orientation: Any = None
-    ) -> Any:
+    def named_tuple(
+        self, kind: Callable[..., P], fields: Sequence[Any], x: Multivector, status: Any = None, orientation: Any = None
+    ) -> P:
         """A named tuple with orientation and status."""
         result = kind(*(field[()] for field in fields))
-        known = merged(x._status, status)
+        known = merge_statuses(x._status, status)
         result.orientation = (np.ones(x.shape, x.dtype) if orientation is None else orientation)[()]
         result.status = statuses(known, x.shape)
         return result
@@ -94,31 +85,31 @@ class EuclideanAlgebra(Algebra):
 
     def translator(self, t: Any, strict: bool = False) -> Multivector:
         """Translation by the vector t."""
-        return self.made("motions.translator", self.vector(t, "t"), strict=strict)
+        return self.construct("motions.translator", self.vector(t, "t"), strict=strict)
 
     def rotor(self, axis: Any, angle: Any, point: Any = 0, strict: bool = False) -> Multivector:
         """Rotation by ``angle``, counter-clockwise about ``axis`` through ``point``. INVALID: the axis is zero."""
-        operands = self.vector(axis, "axis"), Numbers(angle, 0, "angle")
+        operands = self.vector(axis, "axis"), ArrayOperand(angle, 0, "angle")
         if is_origin(point):
-            return self.made("motions.rotor", *operands, strict=strict)
-        return self.made("motions.rotor_about", *operands, self.vector(point, "point"), strict=strict)
+            return self.construct("motions.rotor", *operands, strict=strict)
+        return self.construct("motions.rotor_about", *operands, self.vector(point, "point"), strict=strict)
 
     def motor_from_matrix(self, matrix: Any, strict: bool = False) -> Multivector:
         """Unit motor with <R>_0 >= 0 from homogeneous matrices (..., 4, 4), or rotation matrices (..., 3, 3).
 
         INVALID: the matrix is no rigid motion (to 1e-3; the rotation is made orthonormal within that).
         """
-        m = arrays.real(matrix, "the matrix")
+        m = real_array(matrix, "the matrix")
         d = self.space
         if m.ndim < 2 or m.shape[-2:] not in ((d, d), (d + 1, d + 1)):
             raise ShapeError(f"the matrix has shape {m.shape}; it ends in ({d}, {d}) or ({d + 1}, {d + 1}).")
         columns = [self.vector(np.ascontiguousarray(m[..., :d, j]), "a column") for j in range(m.shape[-1])]
         name = "motions.rotor_from_matrix" if len(columns) == d else "motions.motor_from_matrix"
-        x = self.made(name, *columns)
+        x = self.construct(name, *columns)
         if len(columns) > d:
             bad = (m[..., d, :d] != 0).any(-1) | (m[..., d, d] != 1)
-            x = invalidated(x, bad)
-        if truth(strict, "strict"):
+            x = invalidate(x, bad)
+        if as_bool(strict, "strict"):
             raise_first(x._status, "motor_from_matrix")
         return x
 
@@ -131,7 +122,7 @@ class EuclideanAlgebra(Algebra):
             If x is not a motor, rotor or translator.
         """
         motor = self.as_motor(x)
-        entries: NDArray[Any] = call(self, "motions.motor_to_matrix", motor).value
+        entries: NDArray[Any] = evaluate(self, "motions.motor_to_matrix", motor).value
         return entries.reshape(*x.shape, self.space + 1, self.space + 1)
 
     def as_motor(self, x: Multivector) -> Multivector:
@@ -141,11 +132,11 @@ class EuclideanAlgebra(Algebra):
         names = [n for n in ("rotor", "translator", "motor") if n in self.kinds and self.kind(n) == x.kind]
         return x if names else x.as_kind("motor")
 
-    def motor_parameters(self, x: Multivector) -> Any:
+    def motor_parameters(self, x: Multivector) -> Parameters:
         """Screw of a unit motor: unit axis, angle in [0, 2 pi), point of the axis nearest the origin, advance.
 
-        The advance is the translation along the axis. Of a translation the axis is its direction and the angle 0;
-        of the identity (NOT_UNIQUE) the last basis vector.
+        The advance is the translation along the axis. A translation has its direction as
+        axis, and the angle 0; the identity (NOT_UNIQUE) the last basis vector.
         """
         motor = self.as_motor(x).as_kind("motor")
         logarithm = motor.log()
@@ -165,28 +156,28 @@ class EuclideanAlgebra(Algebra):
             point = (across + np.cross(axis, across) / np.tan(half)[..., None]) / 2
         full_turn = False if status is None else status == Status.NOT_UNIQUE  # its axis goes through the origin
         point = np.where(((half > 0) & ~np.asarray(full_turn))[..., None], point, 0.0).astype(x.dtype)
-        status = merged(status, np.where(rest, np.uint8(Status.NOT_UNIQUE), np.uint8(0)))
-        return self.named(Motor, (axis + 0.0, 2 * half, point + 0.0, advance + 0.0), x, status)  # no -0.0
+        status = merge_statuses(status, np.where(rest, np.uint8(Status.NOT_UNIQUE), np.uint8(0)))
+        return self.named_tuple(Motor, (axis + 0.0, 2 * half, point + 0.0, advance + 0.0), x, status)  # no -0.0
 
-    def rotor_parameters(self, x: Multivector) -> Any:
+    def rotor_parameters(self, x: Multivector) -> Parameters:
         """Axis, angle and a point of the axis of a rotation about the origin."""
         found = self.motor_parameters(x)
-        result = Rotor(found.axis, found.angle, found.point)
+        result = cast(Callable[..., Parameters], Rotor)(found.axis, found.angle, found.point)
         result.orientation, result.status = found.orientation, found.status
         return result
 
-    def translator_parameters(self, x: Multivector) -> Any:
+    def translator_parameters(self, x: Multivector) -> Parameters:
         """The vector of a translation."""
         matrix = self.matrix(x)
-        return self.named(Translator, (np.ascontiguousarray(matrix[..., : self.space, self.space]),), x)
+        return self.named_tuple(Translator, (np.ascontiguousarray(matrix[..., : self.space, self.space]),), x)
 
     # -- parameters ----------------------------------------------------------------------------------------
 
     #: Kind to the method that reads its parameters.
     readers: Mapping[str, str] = {}
 
-    def parameters(self, x: Multivector) -> Any:
-        """What the constructor of this kind of object took, as a named tuple with the same fields.
+    def parameters(self, x: Multivector) -> Parameters:
+        """Parameters of the constructor of this kind of object, as a named tuple with its fields.
 
         Radii are positive; ``.orientation`` is +1 or -1 (only a sphere can be turned inside out), ``.status`` that
         of each item. Objects of an unknown kind are normalised first.
@@ -200,11 +191,12 @@ class EuclideanAlgebra(Algebra):
             raise InputError(f"x belongs to {x.algebra.name}; ask that algebra for its parameters.")
         name = next((n for n in self.readers if self.kind(n) == x.kind), None)
         if name is None:
-            x = self._known(x)
+            x = self._normalize_to_kind(x)
             name = x.kind.name
-        return getattr(self, self.readers[name])(x)
+        read: Callable[[Multivector], Parameters] = getattr(self, self.readers[name])
+        return read(x)
 
-    def _known(self, x: Multivector) -> Multivector:
+    def _normalize_to_kind(self, x: Multivector) -> Multivector:
         """x normalised to the smallest kind with parameters that holds it."""
         own = {b for b, column in zip(x._type.blades, np.moveaxis(x._data, -1, 0), strict=True) if column.any()}
         fitting = [self.kind(n) for n in self.readers if own <= set(self.kind(n).blades)]
@@ -221,7 +213,7 @@ class EuclideanAlgebra(Algebra):
 
 
 def is_origin(point: Any) -> bool:
-    """Whether ``point=0`` was left as it is."""
+    """Test whether ``point`` is its default 0."""
     if isinstance(point, np.ndarray | np.generic):
         return point.ndim == 0 and point.dtype.kind in "iuf" and bool(point == 0)
     return isinstance(point, int | float) and point == 0
@@ -239,4 +231,4 @@ def _plane_vector(logarithm: Multivector, dimension: int) -> NDArray[Any]:
     return np.stack([-logarithm["e23"], logarithm["e13"], -logarithm["e12"]], -1)
 
 
-__all__ = ["EuclideanAlgebra", "Motor", "Outcome", "Rotor", "Translator", "finite", "invalidated", "parameters_class"]
+__all__ = ["EuclideanAlgebra", "Motor", "Rotor", "Translator", "is_origin", "plain"]

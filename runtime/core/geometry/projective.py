@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import classify
-from .calls import Numbers
-from .euclidean import EuclideanAlgebra, parameters_class
-from .multivector import Multivector
+import numpy as np
+from numpy.typing import NDArray
+
+from ...dispatch.formulas import ArrayOperand
+from ..multivector import Multivector
+from . import classification
+from .euclidean import EuclideanAlgebra
+from .parameters import parameters_class
 
 Point = parameters_class("Point", "xyz")
 Direction = parameters_class("Direction", "v")
@@ -29,34 +33,34 @@ class ProjectiveAlgebra(EuclideanAlgebra):
 
     def point(self, xyz: Any, strict: bool = False) -> Multivector:
         """(e1 + x1 e0) ^ (e2 + x2 e0) ^ (e3 + x3 e0): the meet of its coordinate planes."""
-        return self.made("projective.point", self.vector(xyz, "xyz"), strict=strict)
+        return self.construct("projective.point", self.vector(xyz, "xyz"), strict=strict)
 
     def direction(self, v: Any, strict: bool = False) -> Multivector:
         """A point at infinity: the difference of two points. Not normalised."""
-        return self.made("projective.direction", self.vector(v, "v"), strict=strict)
+        return self.construct("projective.direction", self.vector(v, "v"), strict=strict)
 
     def line(self, point: Any, direction: Any, strict: bool = False) -> Multivector:
         """Line through a point along a direction. INVALID: the direction is zero."""
         operands = self.vector(point, "point"), self.vector(direction, "direction")
-        return self.made("projective.line", *operands, strict=strict)
+        return self.construct("projective.line", *operands, strict=strict)
 
     def line_through(self, a: Any, b: Any, strict: bool = False) -> Multivector:
         """Line from a to b, normalised. SINGULAR: a = b."""
-        return self.made("projective.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
+        return self.construct("projective.line_through", self.vector(a, "a"), self.vector(b, "b"), strict=strict)
 
     def plane(self, normal: Any, offset: Any, strict: bool = False) -> Multivector:
         """Plane normal . x = offset; the normal need not be unit. INVALID: it is zero."""
-        operands = self.vector(normal, "normal"), Numbers(offset, 0, "offset")
-        return self.made("projective.plane", *operands, strict=strict)
+        operands = self.vector(normal, "normal"), ArrayOperand(offset, 0, "offset")
+        return self.construct("projective.plane", *operands, strict=strict)
 
     def plane_through(self, a: Any, b: Any, c: Any, strict: bool = False) -> Multivector:
         """Plane through three points, in their orientation. SINGULAR: they are on a line."""
         operands = [self.vector(p, label) for p, label in ((a, "a"), (b, "b"), (c, "c"))]
-        return self.made("projective.plane_through", *operands, strict=strict)
+        return self.construct("projective.plane_through", *operands, strict=strict)
 
-    def classify(self, x: Multivector) -> Any:
-        """What each item is: "point", "line", "line at infinity", ..., "not a blade"; a str, or an array of them."""
-        return classify.projective(self, x)
+    def classify(self, x: Multivector) -> str | NDArray[np.str_]:
+        """Names of the items: "point", "line", "line at infinity", ..., "not a blade"; a str, or an array of them."""
+        return classification.projective(self, x)
 
     def _read_point(self, x: Multivector) -> Any:
         return self.read(Point, "projective.point_parameters", x)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .multivector import Multivector
+from ..multivector import Multivector
 
 if TYPE_CHECKING:
-    from .algebras import Algebra
+    from ..multivector import Algebra
 
 Array = NDArray[Any]
 #: Share of an object's largest coefficient that is none: of a plane, say, what a sphere would have.

@@ -1,4 +1,4 @@
-"""Integrators by name, and which one a simulation takes by itself."""
+"""Integrators by name, and the choice of one for a simulation."""
 
 from __future__ import annotations
 
@@ -7,29 +7,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, suggest
-from ..codegen.taylor import HIGHEST_ORDER
-from .assembly import Assembly
-from .given import shown
+from ...codegen.errors import InputError
+from ...codegen.targets.c.taylor import HIGHEST_ORDER
+from ...common.validation import as_choice
+from ..assembly.data import Assembly
 from .tableaus import CLASSICAL, COMPOSITIONS, ORDER8, Scheme
 
 Array = NDArray[np.float64]
-#: Names of users, and the method of the driver behind each.
+#: Public names, and the driver's method of each.
 INTEGRATORS = {
     "rk4": "rk4", "rkmk4": "chart", "cf4": "cf4", "midpoint": "midpoint", "strang": "composition",
     "blanes-moan": "composition", "yoshida6": "composition", "adaptive": "adaptive", "taylor": "taylor",
 }  # fmt: skip
-#: As in templates/c/dynamics_run.j2.
+#: Numbers of the driver's methods, as in templates/c/programs/dynamics/dynamics_run.j2.
 NUMBERS = {"chart": 0, "rk4": 1, "cf4": 2, "midpoint": 3, "composition": 4, "adaptive": 5, "taylor": 6}
-#: Those whose steps are all of one size.
+#: Methods with a fixed step.
 FIXED = ("chart", "rk4", "cf4", "midpoint", "composition")
 MAPS = ("exponential", "bortz", "cayley", "outer")
 STABILIZATIONS = ("auto", "null-space", "projection", "baumgarte", "none")
-#: Step of methods that do not choose their own, in seconds; error of those that do, by step.
-STEP, RTOL = 1e-3, 1e-12
-#: Bodies, springs and constraints of which Taylor series are kept on the stack: some 30 kB each; constraints between
-#: two bodies count four times.
-MOST_SERIES = 64
+#: Default step of methods with a fixed step, in seconds.
+STEP = 1e-3
+#: Default relative error of a step of the others.
+RTOL = 1e-12
+#: Bodies, springs and constraints up to which "auto" is Taylor series, whose products grow with all pairs of orders;
+#: constraints between two bodies count four times.
+MAX_SERIES = 64
 _NOTHING = np.zeros(1)
 
 
@@ -44,19 +46,19 @@ class Method:
 
     @property
     def driver(self) -> str:
-        """What it is to the driver."""
+        """Name of the driver's method."""
         return INTEGRATORS[self.name]
 
     @property
     def scheme(self) -> Scheme:
-        """Its Runge-Kutta coefficients, where it has any."""
+        """Runge-Kutta coefficients of methods that have them."""
         if self.driver == "taylor":
             return replace(CLASSICAL, order=order_of(self.rtol))
         return ORDER8 if self.driver == "adaptive" else CLASSICAL
 
     @property
     def composition(self) -> Array:
-        """Its shares of a step, where it is made of flows."""
+        """Fractions of a step of a composition of flows."""
         return COMPOSITIONS[self.name][0] if self.driver == "composition" else _NOTHING
 
 
@@ -65,84 +67,78 @@ def order_of(rtol: float) -> int:
     return int(np.clip(np.ceil(1 - np.log(rtol) / 2), 4, HIGHEST_ORDER))
 
 
-def _no_series(made: Assembly) -> str:
-    """Why a motion has no Taylor series here; nothing if it has."""
-    if made.called.functions:
+def _no_series(assembly: Assembly) -> str:
+    """Reason why a motion has no Taylor series; empty if it has one."""
+    if assembly.callbacks.functions:
         return "functions of users have none"
-    if len(made.bodies) + len(made.springs) + sum(4 if row.other >= 0 else 1 for row in made.rows) > MOST_SERIES:
-        return f"those of {len(made.bodies)} bodies and what is between them would take too much room"
     return ""
 
 
-def _check_series(made: Assembly) -> None:
-    """Raise `InputError` for what has no Taylor series here."""
-    if why := _no_series(made):
+def _many(assembly: Assembly) -> bool:
+    """True if there are too many bodies, springs and constraints for "auto" to use series."""
+    return (
+        len(assembly.bodies)
+        + len(assembly.springs)
+        + sum(4 if row.other >= 0 else 1 for row in assembly.driver_constraints)
+        > MAX_SERIES
+    )
+
+
+def _check_series(assembly: Assembly) -> None:
+    """Raise `InputError` if the motion has no Taylor series."""
+    if why := _no_series(assembly):
         raise InputError(f"taylor makes series of the motion; {why}.", remedy="Use integrator='adaptive'")
 
 
-def check(value: str, known: tuple[str, ...], what: str) -> str:
-    """A name of a list; -ise is -ize.
-
-    Raises
-    ------
-    InputError
-        If it is not there.
-    """
-    if not isinstance(value, str) or value not in known:
-        near = suggest(value, known) if isinstance(value, str) else ""
-        raise InputError(f"{shown(value)} is no {what}; there are: {', '.join(known)}.{near}")
-    return value
-
-
 def differentiable(integrator: str) -> str:
-    """The integrator of a run with sensitivities: one that has a chart.
+    """Integrator of a run with sensitivities, one that has a chart.
 
     Raises
     ------
     InputError
-        If the chosen one has none.
+        If the requested one has none.
     """
     if integrator == "auto":
         return "adaptive"
     if INTEGRATORS[integrator] not in ("chart", "adaptive"):
         raise InputError(
-            f"{integrator} carries no sensitivities.", remedy="Use integrator='auto', 'adaptive' or 'rkmk4'"
+            f"{integrator} does not compute sensitivities.", remedy="Use integrator='auto', 'adaptive' or 'rkmk4'"
         )
     return integrator
 
 
-def splits(made: Assembly) -> bool:
-    """Whether the motion is made of exact flows: one body, free or turning about a point, without drag.
+def splits(assembly: Assembly) -> bool:
+    """True if the motion is composed of exact flows: one body, free or rotating about a point, without drag.
 
     Loads that are functions of the state might depend on velocities; those of time alone do not.
     """
-    if len(made.bodies) > 1 or made.mode == "constrained" or "drag" in made.loads:
+    if len(assembly.bodies) > 1 or assembly.mode == "constrained" or "drag" in assembly.loads:
         return False
-    allowed = made.frames[0].allowed
-    turning = allowed is None or (int(allowed.sum()) == 3 and made.turns_freely)
-    return turning and not made.damped and not made.functions_of_state
+    allowed = assembly.frames[0].allowed
+    rotates = allowed is None or (int(allowed.sum()) == 3 and assembly.rotates_freely)
+    return rotates and not assembly.damped and not assembly.depends_on_state
 
 
-def chosen(integrator: str, made: Assembly) -> str:
-    """The integrator by name; "auto" is Taylor series where the motion has them, else steps of order 8.
+def select_integrator(integrator: str, assembly: Assembly) -> str:
+    """Integrator by name; "auto" is Taylor series where the motion has them, else steps of order 8.
 
-    Both choose their own steps, by the error that is allowed: no step is too long for a fast spin, nor too short for a
-    slow swing. The studies `tops`, `pendulums` and `stiffness` hold the choice against all others.
+    Both adapt their steps to the tolerances, so that fast spins and slow swings need no choice of step. The studies
+    `tops`, `pendulums` and `stiffness` compare them with all others.
 
     Raises
     ------
     InputError
         If this simulation cannot be split, has no series, or there is no such integrator.
     """
-    check(integrator, ("auto", *INTEGRATORS), "integrator")
+    as_choice(integrator, "integrator", ("auto", *INTEGRATORS))
     if integrator == "auto":
-        return "adaptive" if _no_series(made) else "taylor"
-    if INTEGRATORS[integrator] == "composition" and not splits(made):
+        return "adaptive" if _no_series(assembly) or _many(assembly) else "taylor"
+    if INTEGRATORS[integrator] == "composition" and not splits(assembly):
         raise InputError(
-            f"{integrator} composes exact flows: of one body, free or turning about one pinned point, under loads that "
-            "do not depend on its velocity.",
+            f"{integrator} composes exact flows: of one body, free or rotating about one pinned point, under loads "
+            "that do not depend on its velocity.",
             remedy="Use integrator='adaptive', or another",
         )
     if INTEGRATORS[integrator] == "taylor":
-        _check_series(made)
+        _check_series(assembly)
     return integrator

@@ -1,57 +1,58 @@
-"""What a run is asked for in numbers: duration, step, tolerances, the times of stored states, and whether they fit."""
+"""Duration, step, tolerances and times of stored states of a run, checked against the memory of the machine."""
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, ShapeError
-from . import methods
-from .given import finite, number
+from ...codegen.errors import InputError
+from ...common import memory
+from ...common.parallel import thread_count
+from ...common.validation import as_float, finite_array, positive_float
+from . import integrators
 
 if TYPE_CHECKING:
-    from . import engine
+    from . import driver as engine
 
 Array = NDArray[Any]
-#: Duration, step, rtol and atol of a run; tolerances None: those of the integrator.
+#: Duration, step, rtol and atol of a run; None is the tolerance of the integrator.
 Settings = tuple[float, float, float | None, float | None]
-#: Numbers that are stored of a body's state: motor, twist, reaction, violation; and for each direction, two twists.
-STATE, TANGENT = 8 + 6 + 6 + 1, 2 * 6
-#: Bytes that a machine is taken to have if it does not say.
-MEMORY = 64 << 30
+#: Numbers of a stored state of a body: motor, twist, reaction, violation.
+STATE = 8 + 6 + 6 + 1
+#: Numbers of a stored state of a body in each direction of sensitivities: two twists.
+TANGENT = 2 * 6
 
 
 def settings_of(duration: Any, step: Any, rtol: Any, atol: Any, every_step: bool) -> Settings:
-    """The numbers of a run, checked; whether each step is stored.
+    """Check the settings of a run; ``every_step`` says that each step is stored.
 
     Raises
     ------
     InputError, ShapeError
-        If one is no positive number, or the step is lost in the rounding of the duration.
+        If one is not a positive number, or the step is below the rounding of the duration.
     """
-    whole = number(duration, "the duration")
-    each = methods.STEP if step is None else number(step, "the step")
-    if (every_step or step is not None) and each <= np.finfo(float).eps * whole:
+    duration = positive_float(duration, "the duration")
+    size = integrators.STEP if step is None else positive_float(step, "the step")
+    if (every_step or step is not None) and size <= np.finfo(float).eps * duration:
         raise InputError(
-            f"the step is {each:.3g}, which is rounded away beside the duration, {whole:.6g}.",
+            f"the step is {size:.3g}, which is rounded away beside the duration, {duration:.6g}.",
             remedy="Take a longer step or a shorter duration",
         )
-    share = None if rtol is None else number(rtol, "rtol")
-    if share is not None and share >= 1:
-        raise InputError(f"rtol is {share:.3g}; it is a share, below 1.")
-    return whole, each, share, None if atol is None else number(atol, "atol", zero=True)
+    relative = None if rtol is None else positive_float(rtol, "rtol")
+    if relative is not None and relative >= 1:
+        raise InputError(f"rtol is {relative:.3g}; it is a relative error, below 1.")
+    return duration, size, relative, None if atol is None else as_float(atol, "atol", 0)
 
 
 def stored_times(settings: Settings, times: Any, bodies: int) -> Array:
-    """When states are stored, from 0; without times, every step.
+    """Times of stored states, from 0; without ``times``, every step.
 
     Raises
     ------
     InputError, ShapeError
-        If times do not rise from 0 to the duration (which), or there are more states than memory for them.
+        If times do not rise from 0 to the duration, or the states do not fit into memory.
     """
     duration, step = settings[:2]
     if times is None:
@@ -62,46 +63,41 @@ def stored_times(settings: Settings, times: Any, bodies: int) -> Array:
             "Say which to store, with times=[..], or take a longer step",
         )
         return np.concatenate([np.arange(int(np.ceil(count))) * step, [duration]])
-    found = finite(times, "times")
-    if found.ndim != 1:
-        raise ShapeError(f"times have shape {found.shape}; a row of times is needed.")
-    if not len(found):
+    times = finite_array(times, "times", ("n",))
+    if not len(times):
         raise InputError("times are empty; one or more are needed.", remedy="Leave times out to store every step")
-    before = np.concatenate([[0.0], found[:-1]])
-    bad = (found < before) | (found > duration * (1 + 1e-12))
-    bad[1:] |= found[1:] == found[:-1]
+    before = np.concatenate([[0.0], times[:-1]])
+    bad = (times < before) | (times > duration * (1 + 1e-12))
+    bad[1:] |= times[1:] == times[:-1]
     if bad.any():
         i = int(np.argmax(bad))
-        after = f" after {found[i - 1]:.6g}" if i else ""
-        raise InputError(f"times[{i}] is {found[i]:.6g}{after}; times rise from 0 to the duration, {duration:.6g}.")
-    return found if found[0] == 0 else np.concatenate([[0.0], found])
+        after = f" after {times[i - 1]:.6g}" if i else ""
+        raise InputError(f"times[{i}] is {times[i]:.6g}{after}; times rise from 0 to the duration, {duration:.6g}.")
+    return times if times[0] == 0 else np.concatenate([[0.0], times])
 
 
-def check_room(driver: engine.Driver, stores: int) -> None:
-    """Raise `InputError` if the states of a batch do not fit into memory."""
+def check_room(driver: engine.Driver, stores: int, threads: int | None) -> None:
+    """Raise `InputError` if the states of a batch, or what computing them takes, do not fit into memory."""
     numbers = STATE + TANGENT * driver.tangents
     _check_room(
         stores * driver.size * driver.bodies * numbers,
         f"{driver.size} simulations store {stores} states each",
         "Store fewer, with times=[..], or run the batch in parts",
     )
+    single = driver.size == 1 or driver.assembly.callbacks.functions
+    count = 1 if single else min(driver.size, thread_count(threads))
+    size = driver.workspace_bytes + 8 * driver.memory * driver.size // count
+    if size * count > memory.total():
+        memory.check_workspace(size, count, f"a simulation of {driver.bodies} bodies with {driver.equations} equations")
 
 
 def _check_room(numbers: float, what: str, remedy: str) -> None:
     """Numbers of eight bytes against what the machine has."""
-    needed, there = 8 * numbers, _memory()
+    needed, there = 8 * numbers, memory.total()
     if needed > there:
         raise InputError(
             f"{what}, which take {needed / 2**30:.3g} GiB; this machine has {there / 2**30:.3g} GiB.", remedy=remedy
         )
-
-
-def _memory() -> int:
-    """Bytes of memory of the machine."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, OSError, ValueError):  # Windows
-        return MEMORY
 
 
 __all__ = ["Settings", "check_room", "settings_of", "stored_times"]

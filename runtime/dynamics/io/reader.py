@@ -1,6 +1,6 @@
-"""Simulation files (docs/simulations.md): read, checked, and made into a simulation and what its pictures show.
+"""Reader of simulation files (docs/simulations.md): a simulation, and the contents of its pictures.
 
-Every fault is told with file, line, key and remedy.
+Errors name file, line, key and remedy.
 """
 
 from __future__ import annotations
@@ -10,31 +10,35 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError, SimulationError
-from ..kinematics import bilinear, joints
-from ..multivector import Multivector
-from ..tomlread import read_document
-from . import constraints, loads, schema, schema_values
+from ...codegen.errors import InputError, SimulationError
+from ...common.documents import read_document
+from ...common.files import as_path
+from ...core.multivector import Multivector
+from ...mechanics.io.fields import present_keys
+from ...mechanics.io.reader import KeyPath
+from ...mechanics.screws import couple, wrench
+from ...mechanics.system import System
+from ...mechanics.units import Units
+from ..model import constraints, loads
+from ..results.figure_spec import Sketch, Trace
+from ..simulation import Simulation
+from ..trajectory import Trajectory
+from . import schema
 from . import schema_parts as parts
-from .document_bodies import WORLD, Ground, KeyPath, Made
-from .given import shown
-from .screws import couple, wrench
-from .simulation import Simulation
-from .sketch import Sketch, Trace, Units
-from .system import System
-from .trajectory import Trajectory
+from .bodies import WORLD, BodyEntry, BodyReader
 
 Array = NDArray[Any]
 #: An argument of `Simulation` or its `run` in a message.
 _ARGUMENT = re.compile(r"\b(\w+)=(True|False|'[\w-]+'|\[\.\.\])")
-#: States that are stored where nothing else is said, and at most.
-STATES, MOST_STATES = 1000, 5_000_000
+#: Stored states by default.
+STATES = 1000
+#: Largest number of stored states.
+MAX_STATES = 5_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +50,11 @@ class Setup:
     simulation : Simulation
     duration : float
     times : array
-        Of the states that are stored.
+        Times of the states that are stored.
     options : dict
-        What `Simulation.run` takes besides: step, rtol, atol, project.
+        Further arguments of `Simulation.run`: step, rtol, atol, project.
     sketch : Sketch
-        What pictures show, and what is stored with a trajectory.
+        Contents of pictures, stored with a trajectory.
     """
 
     simulation: Simulation
@@ -66,23 +70,23 @@ class Setup:
         Parameters
         ----------
         **options
-            Of `Simulation.run`, in place of the file's.
+            Arguments of `Simulation.run`, in place of the file's.
         """
-        given = {"times": self.times, **self.options, **options}
+        arguments = {"times": self.times, **self.options, **options}
         try:
-            found: Trajectory = self.simulation.run(self.duration, **given)
+            trajectory: Trajectory = self.simulation.run(self.duration, **arguments)
         except InputError as error:  # a start off its constraints, an integrator that does not serve them
             where = ": ".join(filter(None, (self.name, error.where)))
             raise type(error)(_in_toml(error.what), where=where, remedy=_in_toml(error.remedy)) from None
         except SimulationError as error:
             remedy = _in_toml(error.remedy)
             raise SimulationError(error.what, where=error.where, remedy=remedy, trajectory=error.trajectory) from error
-        return found
+        return trajectory
 
 
 def _in_toml(text: Any) -> Any:
-    """What a message says of arguments of Python, said of keys of a file."""
-    return text and _ARGUMENT.sub(lambda found: f"simulation.{found[1]} = {_value(found[2])}", text)
+    """Message with the keys of a file in place of arguments of Python."""
+    return text and _ARGUMENT.sub(lambda match: f"simulation.{match[1]} = {_value(match[2])}", text)
 
 
 def _value(text: str) -> str:
@@ -95,37 +99,30 @@ def load_simulation(path: str | os.PathLike[str]) -> Setup:
     Raises
     ------
     InputError
-        If it cannot be read, is no TOML, does not fit the schema, or means nothing: with file, line and key.
+        If it cannot be read, is not TOML, or does not fit the schema, with file, line and key.
     """
-    try:
-        file = Path(os.fsdecode(path))
-    except TypeError:
-        raise InputError(f"a simulation is read from a file, and {shown(path)} names none.") from None
-    if "\0" in str(file):
-        raise InputError(f"the name {str(file)!r} has a null character.")
-    return _Reader(read_document(str(file), schema.FileTable), file.parent).setup()
+    file = as_path(path, "a simulation is read from")
+    return _Reader(read_document(file, schema.FileTable), file.parent).setup()
 
 
-class _Reader(Ground):
-    """A checked file on its way to a simulation."""
+class _Reader(BodyReader):
+    """Reader of the rest of a checked file."""
 
     def setup(self) -> Setup:
-        """Everything."""
-        acting = [self._load(x, ("loads", i)) for i, x in enumerate(self.table.loads)]
-        holding = [self._constraint(x, ("constraints", i)) for i, x in enumerate(self.table.constraints)]
+        """Simulation of the file."""
+        load_list = [self._load(x, ("loads", i)) for i, x in enumerate(self.table.loads)]
+        constraint_list = [self._constraint(x, ("constraints", i)) for i, x in enumerate(self.table.constraints)]
         run = self.table.simulation
-        options = {key: getattr(run, key) for key in schema_values.given(run, "step", "rtol", "atol", "project")}
-        return Setup(
-            self._simulation(acting, holding), run.duration, self._times(), options, self._sketch(holding),
-            self.document.name,
-        )  # fmt: skip
+        options = {key: getattr(run, key) for key in present_keys(run, "step", "rtol", "atol", "project")}
+        simulation, sketch = self._simulation(load_list, constraint_list), self._sketch(constraint_list)
+        return Setup(simulation, run.duration, self._times(), options, sketch, self.document.name)
 
     # -- loads -------------------------------------------------------------------------------------------------
 
     def _load(self, table: Any, path: KeyPath) -> loads.Load:
         match table:
             case parts.GravityTable():
-                return self.made(path, partial(loads.Gravity, table.acceleration))
+                return self.document.build(path, partial(loads.Gravity, table.acceleration))
             case parts.WorldWrenchTable():
                 owner = self.owner(table, path)
                 return loads.WorldWrench(self._wrench(table, None, path), owner.table.name)
@@ -135,17 +132,17 @@ class _Reader(Ground):
             case parts.SpringTable():
                 owner = self.owner(table, path)
                 name, other = self.other(table, path)
-                point = self.place(table.point, owner, (*path, "point"))
-                anchor = self.place(table.anchor, other, (*path, "anchor"))
+                point = self.position(table.point, (*path, "point"), owner)
+                anchor = self.position(table.anchor, (*path, "anchor"), other)
                 numbers = (table.stiffness, table.length, table.damping)
-                return self.made(path, partial(loads.Spring, point, anchor, *numbers, owner.table.name, name))
+                return self.document.build(path, partial(loads.Spring, point, anchor, *numbers, owner.table.name, name))
             case _:
                 owner = self.owner(table, path)
-                return self.made(path, partial(loads.Damper, table.angular, table.linear, owner.table.name))
+                return self.document.build(path, partial(loads.Damper, table.angular, table.linear, owner.table.name))
 
-    def _wrench(self, table: parts.Wrench, owner: Made | None, path: KeyPath) -> Multivector:
+    def _wrench(self, table: parts.WrenchTable, owner: BodyEntry | None, path: KeyPath) -> Multivector:
         """A force and a couple together; in a body's frame, forces pass through its centre by default."""
-        place: Any = 0 if table.point is None else self.place(table.point, owner, (*path, "point"))
+        place: Any = 0 if table.point is None else self.position(table.point, (*path, "point"), owner)
         summands = [wrench(table.force or (0.0, 0.0, 0.0), place, self.algebra, strict=True)]
         if table.couple is not None:
             summands.append(couple(table.couple, self.algebra, strict=True))
@@ -160,22 +157,22 @@ class _Reader(Ground):
         own = owner.table.name
         match table:
             case parts.PinTable():
-                pinned = self.object(table.object, owner, (*path, "object"))
+                pinned = self.object(table.object, (*path, "object"), owner)
                 world = table.world
-                there = None if world is None else self.object(world, frame, (*path, "world"))
+                there = None if world is None else self.object(world, (*path, "world"), frame)
                 if world is not None and world.kind != table.object.kind:
                     raise self.document.error((*path, "world"), f"is a {world.kind}, the object a {table.object.kind}")
                 return constraints.Pin(pinned, there, own, other)
             case parts.IncidenceTable():
-                point = self.algebra.point(self.place(table.point, owner, (*path, "point")), strict=True)
-                return constraints.Incidence(point, self.object(table.on, frame, (*path, "on")), own, other)
+                point = self.algebra.point(self.position(table.point, (*path, "point"), owner), strict=True)
+                return constraints.Incidence(point, self.object(table.on, (*path, "on"), frame), own, other)
             case _:
                 wrenches = [self._wrench(x, frame, (*path, "wrenches", i)) for i, x in enumerate(table.wrenches)]
                 return constraints.VirtualPower(wrenches, own, other)
 
     # -- the run -----------------------------------------------------------------------------------------------
 
-    def _simulation(self, acting: list[loads.Load], holding: list[constraints.Constraint]) -> Simulation:
+    def _simulation(self, load_list: list[loads.Load], constraint_list: list[constraints.Constraint]) -> Simulation:
         run = self.table.simulation
         options: dict[str, Any] = {
             "integrator": run.integrator, "map": run.map,
@@ -183,90 +180,62 @@ class _Reader(Ground):
         }  # fmt: skip
         if run.baumgarte is not None:
             options["baumgarte"] = run.baumgarte
-        between = [self._joint(x, ("joints", i)) for i, x in enumerate(self.table.joints)]
-        system = System({name: made.body for name, made in self.bodies.items()}, between, WORLD)
-        return self.made(("simulation",), partial(Simulation, system, acting, holding, **options))
-
-    def _joint(self, table: Any, path: KeyPath) -> joints.Joint:
-        for key in ("a", "b"):
-            if getattr(table, key) != WORLD:
-                self.which(getattr(table, key), (*path, key))
-        if table.a == table.b:
-            raise self.document.error((*path, "b"), f"is {table.b!r}, the same as a")
-        home, ends = self.algebra, (table.a, table.b)
-        match table:
-            case parts.SphericalTable(point=point):
-                return joints.Spherical(*ends, home.point(point, strict=True))
-            case parts.RevoluteTable(point=point, axis=axis) if home.is_degenerate:
-                return joints.Revolute(*ends, home.line(point, axis, strict=True), home.point(point, strict=True))
-            case parts.RevoluteTable(point=point, axis=axis):
-                return joints.Revolute(*ends, home.circle(point, axis, 1.0, strict=True))
-            case parts.CylindricalTable(point=point, axis=axis):
-                return joints.Cylindrical(*ends, home.line(point, axis, strict=True))
-            case parts.PrismaticTable(point=point, axis=axis):
-                beside = home.direction(np.cross(axis, np.eye(3)[np.abs(axis).argmin()]), strict=True)
-                return self.made(path, partial(joints.Prismatic, *ends, home.line(point, axis, strict=True), beside))
-            case parts.PlanarTable(point=point, normal=normal):
-                way = np.array(normal) / np.linalg.norm(normal)
-                return joints.Planar(*ends, home.plane(way, float(way @ point), strict=True))
-            case _:
-                if home.is_degenerate:
-                    raise self.document.error(path, f"is universal, which {home.name} has not; use cga3d")
-                circles = [home.circle(table.point, axis, 1.0, strict=True) for axis in (table.axis_a, table.axis_b)]
-                return self.made(path, partial(bilinear.Universal, *ends, *circles))
+        between = [self.joint(x, ("joints", i), [*self.bodies, WORLD]) for i, x in enumerate(self.table.joints)]
+        system = System({name: entry.body for name, entry in self.bodies.items()}, between, WORLD)
+        return self.document.build(("simulation",), partial(Simulation, system, load_list, constraint_list, **options))
 
     def _times(self) -> Array:
         run = self.table.simulation
         if run.times is not None:
-            found = np.array(run.times)
+            times = np.array(run.times)
             for i, t in enumerate(run.times):
                 if t > run.duration or (i and t <= run.times[i - 1]):
                     raise self.document.error(
                         ("simulation", "times", i), f"is {t:g}; times rise from 0 to the duration, {run.duration:g}"
                     )
-            return found if len(found) and found[0] == 0 else np.concatenate([[0.0], found])
+            return times if len(times) and times[0] == 0 else np.concatenate([[0.0], times])
         interval = run.interval or run.duration / STATES
         count = (
             int(np.ceil(run.duration / interval * (1 - 1e-12)))
-            if run.duration / interval < 2 * MOST_STATES
-            else MOST_STATES + 1
+            if run.duration / interval < 2 * MAX_STATES
+            else MAX_STATES + 1
         )
-        if count > MOST_STATES:
+        if count > MAX_STATES:
             raise self.document.error(
                 ("simulation", "interval"),
-                f"is {interval:g}: more than {MOST_STATES} states in {run.duration:g}",
+                f"is {interval:g}: more than {MAX_STATES} states in {run.duration:g}",
                 "Store fewer",
             )
         return np.concatenate([np.arange(count) * interval, [run.duration]])
 
     # -- pictures ----------------------------------------------------------------------------------------------
 
-    def _sketch(self, holding: list[constraints.Constraint]) -> Sketch:
+    def _sketch(self, constraint_list: list[constraints.Constraint]) -> Sketch:
         table, units = self.table, self.table.units
-        names = {name: made.shape for name, made in self.bodies.items() if made.shape is not None}
-        colors = {name: made.table.color for name, made in self.bodies.items() if made.table.color is not None}
+        names = {name: entry.shape for name, entry in self.bodies.items() if entry.shape is not None}
+        colors = {name: entry.table.color for name, entry in self.bodies.items() if entry.table.color is not None}
         traces = []
         for i, each in enumerate(table.traces):
             path: KeyPath = ("traces", i)
             owner = self.owner(each, path)
-            point = self.place(each.point, owner, (*path, "point"))
-            named = each.point if isinstance(each.point, str) else ""
-            label = named if each.label is None else each.label
+            point = self.position(each.point, (*path, "point"), owner)
+            name = each.point if isinstance(each.point, str) else ""
+            label = name if each.label is None else each.label
             traces.append(Trace(point, label, each.color, owner.table.name if len(self.bodies) > 1 else None))
         for i, t in enumerate(table.picture.shown or ()):
             if t > table.simulation.duration:
                 raise self.document.error(
                     ("picture", "shown", i), f"is {t:g}, after the end at {table.simulation.duration:g}"
                 )
-        objects = [x for each in holding for x in self._held_by(each)] if table.picture.objects else []
+        objects = [x for each in constraint_list for x in self._objects_of(each)] if table.picture.objects else []
         return Sketch(
             names, traces, objects, colors, Units(units.length, units.mass, units.time), table.picture.title or "",
             (table.picture.elevation, table.picture.azimuth),
             None if table.picture.shown is None else tuple(table.picture.shown),
         )  # fmt: skip
 
-    def _held_by(self, constraint: constraints.Constraint) -> list[Multivector]:
-        """What of the world holds a body."""
+    def _objects_of(self, constraint: constraints.Constraint) -> list[Multivector]:
+        """World-fixed objects of a constraint, for drawing."""
         if constraint.other is not None:
             return []
         if isinstance(constraint, constraints.Incidence):

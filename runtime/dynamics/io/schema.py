@@ -1,35 +1,31 @@
-"""The schema of simulation files (docs/simulations.md). Imported when one is read: pydantic is slow to import.
+"""Schema of simulation files (docs/simulations.md). Imported when one is read: pydantic is slow to import.
 
-What needs the algebra, or more than one key, is found later by `document`.
+Errors that need the algebra, or more than one key, are found later by `reader`.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ..tomlread import Table
-from .schema_parts import AnyConstraint, AnyJoint, AnyLoad, OnBody
-from .schema_values import (
-    Chart,
-    Color,
+from ...common.documents import Table
+from ...mechanics.io.fields import (
     Direction,
-    Integrator,
     Label,
     Name,
     NotNegative,
-    Number,
     Place,
     Positive,
-    Stabilization,
-    Unit,
     Vector,
     exactly_one,
-    given,
     one_at_most,
-)  # fmt: skip
+    present_keys,
+)
+from ...mechanics.io.geometry import OrientationTable, UnitsTable
+from ...mechanics.io.joints import AnyJoint
+from .fields import Chart, Color, Integrator, Stabilization
+from .schema_parts import AnyConstraint, AnyLoad, OnBodyTable
 
 # -- bodies ----------------------------------------------------------------------------------------------------
 
@@ -49,7 +45,7 @@ class SphereShapeTable(Table):
 
 
 class CylinderTable(Table):
-    """About an axis through its centre of mass."""
+    """Cylinder about an axis through its center of mass."""
 
     kind: Literal["cylinder"]
     radius: Positive
@@ -58,7 +54,7 @@ class CylinderTable(Table):
 
 
 class ConeTable(Table):
-    """The axis points to its tip, 3/4 of the height from the centre of mass."""
+    """The axis points to its tip, 3/4 of the height from the center of mass."""
 
     kind: Literal["cone"]
     radius: Positive
@@ -88,29 +84,6 @@ AnyShape = Annotated[
 ]
 
 
-class OrientationTable(Table):
-    """Body to world."""
-
-    matrix: tuple[Vector, Vector, Vector] | None = None
-    axis: Direction | None = None
-    angle: Number | None = None
-    degrees: Number | None = None
-
-    @model_validator(mode="after")
-    def _one_way(self) -> OrientationTable:
-        exactly_one(self, "matrix", "axis")
-        if self.axis is not None:
-            exactly_one(self, "angle", "degrees")
-        elif given(self, "angle", "degrees"):
-            raise ValueError("an angle goes with an axis")
-        return self
-
-    @property
-    def radians(self) -> float:
-        """The angle."""
-        return math.radians(self.degrees) if self.degrees is not None else self.angle or 0.0
-
-
 class BodyTable(Table):
     """A body: inertia by its shape, or by numbers; points in the body's coordinates, axes of inertia anywhere."""
 
@@ -134,9 +107,9 @@ class BodyTable(Table):
     def _inertia(self) -> BodyTable:
         exactly_one(self, "mass", "density")
         one_at_most(self, "moments", "tensor")
-        if not given(self, "moments", "tensor", "shape"):
+        if not present_keys(self, "moments", "tensor", "shape"):
             raise ValueError("has neither moments nor tensor nor shape; one of them gives its inertia")
-        if self.density is not None and (self.shape is None or given(self, "moments", "tensor")):
+        if self.density is not None and (self.shape is None or present_keys(self, "moments", "tensor")):
             raise ValueError("a density goes with a shape alone; moments and tensors include the mass")
         return self
 
@@ -145,7 +118,7 @@ class BodyTable(Table):
 
 
 class SimulationTable(Table):
-    """How long, how, and what is stored."""
+    """Duration, integrator and stored states."""
 
     duration: Positive
     step: Positive | None = None
@@ -170,7 +143,7 @@ class SimulationTable(Table):
         return self
 
 
-class TraceTable(OnBody):
+class TraceTable(OnBodyTable):
     """A point of a body whose path is drawn and written."""
 
     point: Place
@@ -179,21 +152,13 @@ class TraceTable(OnBody):
 
 
 class PictureTable(Table):
-    """How pictures look; degrees."""
+    """Appearance of pictures; angles in degrees."""
 
     title: Name | None = None
     elevation: Annotated[float, Field(ge=-90.0, le=90.0)] = 20.0
     azimuth: Annotated[float, Field(ge=-360.0, le=360.0)] = -60.0
     shown: list[NotNegative] | None = None
     objects: bool = True
-
-
-class UnitsTable(Table):
-    """What numbers are called; nothing is converted."""
-
-    length: Unit = "m"
-    mass: Unit = "kg"
-    time: Unit = "s"
 
 
 class FileTable(Table):

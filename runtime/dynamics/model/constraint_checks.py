@@ -1,4 +1,4 @@
-"""What users pin, checked: objects, paths, targets and wrenches, and what their functions give."""
+"""Checks of pinned objects, paths, targets and wrenches, and of the values of their functions."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
-from ..multivector import Multivector
-from .functions import Asked, takes
-from .given import LARGEST_COEFFICIENT, check_coefficients, finite, shown
-from .layouts import moves
+from ...codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
+from ...common.callbacks import GuardedCallback, check_arity
+from ...common.validation import as_instance, finite_array, short_repr
+from ...core.multivector import Multivector
+from ...mechanics.arguments import LARGEST_COEFFICIENT, check_coefficients
+from ...mechanics.motion_closed_kinds import is_movable
 
 
 def check_object(x: Any, what: str) -> None:
-    if not isinstance(x, Multivector):
-        raise InputError(f"{what} is {shown(x)}; a multivector is needed.")
-    check_coefficients(x, what)
+    check_coefficients(as_instance(x, what, Multivector, "a multivector"), what)
     if not np.any(x.values):
         raise InputError(f"{what} is zero, and pins nothing.")
 
 
 def check_moving(x: Any, what: str) -> None:
-    """An object that motions move: not a scalar, nor the point at infinity."""
+    """Check that motions move an object, unlike scalars and the point at infinity."""
     check_object(x, what)
-    if not moves(x):
+    if not is_movable(x):
         raise InputError(f"{what} is a {x.kind.name} that no motion moves: it pins nothing.")
     largest = float(np.abs(x.values).max())
     if largest > LARGEST_COEFFICIENT:
@@ -35,7 +34,7 @@ def check_moving(x: Any, what: str) -> None:
 
 
 def check_alike(own: Multivector, world: Multivector) -> None:
-    """Objects of other grades never meet; those of other sizes are told by how far they are off."""
+    """Check that two objects have a grade in common; other differences are errors of the constraint."""
     if own.algebra is not world.algebra:
         raise AlgebraMismatchError(
             f"the body's object belongs to {own.algebra.name}, the world's to {world.algebra.name}."
@@ -50,7 +49,7 @@ def check_alike(own: Multivector, world: Multivector) -> None:
 
 def check_moving_or_path(x: Any, what: str) -> None:
     if callable(x):
-        takes(x, (1,), what, "an object or a function of time")
+        check_arity(x, (1,), what, "an object or a function of time")
     else:
         check_moving(x, what)
 
@@ -61,18 +60,18 @@ def check_point(x: Multivector) -> None:
         raise GradeError(f"the body's point is a {x.kind.name}; a point is needed.")
 
 
-# -- what functions give ---------------------------------------------------------------------------------------
+# -- values of functions ---------------------------------------------------------------------------------------
 
 
-def asked_path(x: Any, what: str) -> Any:
-    return Asked(x, what, _check_path) if callable(x) else x
+def guarded_path(x: Any, what: str) -> Any:
+    return GuardedCallback(x, what, _check_path) if callable(x) else x
 
 
 def _check_path(value: Any, what: str) -> None:
     parts = _with_derivatives(value, 3, what)
     for part in parts:
         if not isinstance(part, Multivector):
-            raise InputError(f"{what} is {shown(part)} where its function should give a multivector.")
+            raise InputError(f"{what} is {short_repr(part)} where its function should give a multivector.")
 
 
 def check_target(value: Any, what: str) -> None:
@@ -84,13 +83,13 @@ def check_wrenches(value: Any, what: str) -> None:
     for part in _with_derivatives(value, 2, what):
         if not isinstance(part, Multivector):
             raise InputError(
-                f"{what} are {shown(part)} where their function should give a multivector.",
+                f"{what} are {short_repr(part)} where their function should give a multivector.",
                 remedy="Several are one multivector of shape (n,), as wrench(forces, points) gives them",
             )
 
 
 def _with_derivatives(value: Any, count: int, what: str) -> tuple[Any, ...]:
-    """What a function gave: a value, or a tuple of it and its derivatives."""
+    """Value of a function and its derivatives, if there are any."""
     parts = value if isinstance(value, tuple) else (value,)
     if len(parts) not in (1, count) or (isinstance(value, tuple) and len(parts) == 1):
         raise InputError(
@@ -101,10 +100,10 @@ def _with_derivatives(value: Any, count: int, what: str) -> tuple[Any, ...]:
 
 
 def check_value(value: Any, what: str) -> None:
-    """A multivector or a number."""
+    """Check a target: a multivector or a number."""
     if not isinstance(value, Multivector):
-        found = finite(value, what)
-        if found.ndim:
-            raise ShapeError(f"{what} is an array of shape {found.shape}; a multivector or one number is needed.")
+        number = finite_array(value, what)
+        if number.ndim:
+            raise ShapeError(f"{what} has shape {number.shape}; a multivector or one number is needed.")
     else:
         check_coefficients(value, what)

@@ -1,7 +1,7 @@
-"""What holds bodies: objects pinned between two frames, paths, linear functions, incidences, virtual power.
+"""Constraints: objects pinned between two frames, paths, linear functions, incidences, virtual power.
 
 Each is A[~S V S] = H: V an object of the world (or of another body), S the motor of the body, A linear (thesis 6.7 to
-6.10). For virtual power, V is a wrench that must find no power.
+6.10). For virtual power, V is a wrench whose power is zero.
 """
 
 from __future__ import annotations
@@ -10,12 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from ..codegen.errors import InputError
-from ..multivector import Multivector
-from .functions import Asked, arity, takes
-from .given import body_number, check_body, shown
-from .pinned import (
-    asked_path,
+from ...codegen.errors import InputError
+from ...common.callbacks import GuardedCallback, check_arity
+from ...common.deprecation import renamed_attribute, renamed_keywords
+from ...common.validation import as_function, as_instance
+from ...core.multivector import Multivector
+from ...mechanics.arguments import body_number, check_body
+from ..assembly.callbacks import arity
+from .constraint_checks import (
     check_alike,
     check_moving,
     check_moving_or_path,
@@ -24,20 +26,21 @@ from .pinned import (
     check_target,
     check_value,
     check_wrenches,
+    guarded_path,
 )
 
 Function = Callable[..., Any]
 
 
 class Constraint:
-    """Anything that takes freedom from a body.
+    """Base class of constraints on the motion of a body.
 
     Attributes
     ----------
     body : int or str
-        Which body of a `System`.
+        Name or index of a body of a `System`.
     other : int, str or None
-        The body in whose frame the other object is; None: the world.
+        Body in whose frame the other object is; None: the world.
     """
 
     body: int | str = 0
@@ -45,11 +48,11 @@ class Constraint:
 
     @property
     def label(self) -> str:
-        """For messages."""
+        """Name of its type, for messages."""
         return type(self).__name__
 
-    def asked(self) -> Self:
-        """The same, with functions whose failures are told: see `functions.Asked`."""
+    def with_guarded_callbacks(self) -> Self:
+        """The same, with functions whose failures are told: see `GuardedCallback`."""
         return self
 
     def _check_bodies(self) -> None:
@@ -108,11 +111,12 @@ class PinPath(Constraint):
         check_moving_or_path(self.body_object, "the body's object")
         check_moving_or_path(self.world_object, "the world's object")
 
-    def asked(self) -> Self:
+    def with_guarded_callbacks(self) -> Self:
         objects = {"body_object": "the body's object", "world_object": "the world's object"}
-        return replace(self, **{name: asked_path(getattr(self, name), what) for name, what in objects.items()})
+        return replace(self, **{name: guarded_path(getattr(self, name), what) for name, what in objects.items()})
 
 
+@renamed_keywords(target="H")
 @dataclass(frozen=True)
 class PinLinear(Constraint):
     """A linear function of an object of the world, as the body sees it, that has a given value (thesis 6.10).
@@ -123,34 +127,34 @@ class PinLinear(Constraint):
         A[X], linear, of multivectors.
     world_object : Multivector or callable
         V: constant or a function of time, as for `PinPath`.
-    target : Multivector, float or callable
-        H with A[~R V R] = H(t): constant or a function of time that returns H or ``(H, dH, ddH)``.
+    H : Multivector, float or callable
+        A[~R V R] = H(t): constant or a function of time that returns H or ``(H, dH, ddH)``.
     body, other : int or str
         Bodies of a `System`; other None: the world.
     """
 
     function: Function
     world_object: Multivector | Function
-    target: Any = 0
+    H: Multivector | float | Function = 0
     body: int | str = 0
     other: int | str | None = None
+    target = renamed_attribute("H")
 
     def __post_init__(self) -> None:
-        if not callable(self.function):
-            raise InputError(f"the linear function is {shown(self.function)}; a function is needed.")
+        as_function(self.function, "the linear function")
         self._check_bodies()
-        takes(self.function, (1,), "the linear function", "a function of one multivector")
+        check_arity(self.function, (1,), "the linear function", "a function of one multivector")
         check_moving_or_path(self.world_object, "the world's object")
-        if callable(self.target):
-            takes(self.target, (1,), "the target", "a value or a function of time")
+        if callable(self.H):
+            check_arity(self.H, (1,), "the target", "a value or a function of time")
         else:
-            check_value(self.target, "the target")
+            check_value(self.H, "the target")
 
-    def asked(self) -> Self:
-        target = Asked(self.target, "the target", check_target) if callable(self.target) else self.target
-        function = Asked(self.function, f"the function of {self.label}")
+    def with_guarded_callbacks(self) -> Self:
+        target = GuardedCallback(self.H, "the target", check_target) if callable(self.H) else self.H
+        function = GuardedCallback(self.function, f"the function of {self.label}")
         return replace(
-            self, function=function, world_object=asked_path(self.world_object, "the world's object"), target=target
+            self, function=function, world_object=guarded_path(self.world_object, "the world's object"), H=target
         )
 
 
@@ -179,13 +183,13 @@ class Incidence(Constraint):
         check_point(self.body_point)
         check_moving_or_path(self.world_object, "the world's object")
 
-    def asked(self) -> Self:
-        return replace(self, world_object=asked_path(self.world_object, "the world's object"))
+    def with_guarded_callbacks(self) -> Self:
+        return replace(self, world_object=guarded_path(self.world_object, "the world's object"))
 
 
 @dataclass(frozen=True)
 class VirtualPower(Constraint):
-    """Wrenches that find no power on the body's motion (thesis 6.6): constraints on velocities.
+    """Wrenches without power on the body's motion (thesis 6.6): constraints on velocities.
 
     Parameters
     ----------
@@ -196,7 +200,7 @@ class VirtualPower(Constraint):
         Bodies of a `System`; other None: the world.
     """
 
-    wrenches: Any
+    wrenches: Multivector | Sequence[Multivector] | Function
     body: int | str = 0
     other: int | str | None = None
 
@@ -219,10 +223,10 @@ class VirtualPower(Constraint):
         if several:
             object.__setattr__(self, "wrenches", tuple(wrenches))
 
-    def asked(self) -> Self:
+    def with_guarded_callbacks(self) -> Self:
         if not callable(self.wrenches):
             return self
-        return replace(self, wrenches=Asked(self.wrenches, "the wrenches", check_wrenches))
+        return replace(self, wrenches=GuardedCallback(self.wrenches, "the wrenches", check_wrenches))
 
 
 def check_constraints(constraints: Sequence[Any], names: Sequence[str]) -> None:
@@ -231,12 +235,10 @@ def check_constraints(constraints: Sequence[Any], names: Sequence[str]) -> None:
     Raises
     ------
     InputError
-        If one is no constraint, or is between bodies that are not there, or are one: which.
+        If one is not a constraint, or its bodies do not exist or are the same.
     """
     for i, c in enumerate(constraints):
-        if not isinstance(c, Constraint):
-            known = "Pin, PinPath, PinLinear, Incidence, VirtualPower"
-            raise InputError(f"constraints[{i}] is {shown(c)}, no constraint; there are: {known}.")
+        as_instance(c, f"constraints[{i}]", Constraint, "a Pin, PinPath, PinLinear, Incidence or VirtualPower")
         what = f"constraints[{i}] ({c.label})"
         if body_number(c.body, names, what) == body_number(c.other, names, what):
             raise InputError(f"{what} is between a body and itself; it takes a body and something else.")

@@ -1,46 +1,56 @@
-"""What acts on bodies: gravity, wrenches that are constant or functions, springs, dampers."""
+"""Loads on bodies: gravity, wrenches that are constant or functions, springs, dampers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..codegen.errors import InputError
-from ..multivector import Multivector
-from .functions import arity
-from .given import body_number, check_body, check_coefficients, finite, kept, positive, shown, vectors
+from numpy.typing import ArrayLike, NDArray
 
+from ...codegen.errors import InputError
+from ...common.validation import as_function, as_instance, finite_array, positive_array
+from ...core.multivector import Multivector
+from ...mechanics.arguments import body_number, check_body, check_coefficients, frozen_copy, vectors
+from ..assembly.callbacks import arity
+
+Array = NDArray[Any]
 Wrench = Multivector | Callable[..., Any]
+#: Default of fields that are arrays once they are checked.
+ZERO: Any = 0.0
 
 
 class Load:
-    """Anything that acts on a body; ``body`` is its place in a `System`, 0 where there is but one."""
+    """Base class of loads; ``body`` is the name or index of a body of a `System`, 0 if there is one."""
 
     body: int | str = 0
 
     @property
     def label(self) -> str:
-        """For messages."""
+        """Name of its type, for messages."""
         return type(self).__name__
 
     def _keep(self, **values: Any) -> None:
-        """Fields as checked arrays; they do not change when the caller's do."""
+        """Set fields to read-only copies of arrays."""
         for name, value in values.items():
-            object.__setattr__(self, name, kept(value))
+            object.__setattr__(self, name, frozen_copy(value))
 
 
 @dataclass(frozen=True)
 class Gravity(Load):
-    """The same acceleration for all bodies, everywhere.
+    """Uniform acceleration of all bodies.
 
     Parameters
     ----------
     acceleration : array (3,)
-        In the world.
+        Acceleration in the world.
     """
 
-    acceleration: Any
+    acceleration: Array
+
+    if TYPE_CHECKING:  # what is an array later may be given as numbers
+
+        def __init__(self, acceleration: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         self._keep(acceleration=vectors(self.acceleration, "gravity's acceleration"))
@@ -48,7 +58,7 @@ class Gravity(Load):
 
 @dataclass(frozen=True)
 class BodyWrench(Load):
-    """A wrench in the body's frame (origin at the centre of mass), turning and moving with the body.
+    """A wrench in the body's frame (origin at the center of mass), which moves with the body.
 
     Parameters
     ----------
@@ -56,7 +66,7 @@ class BodyWrench(Load):
         A constant, or a function of ``(time)`` or ``(time, motor, twist)`` that returns one; the motor is the body's
         pose, the twist is in its frame. The function is called for every stage of every step.
     body : int or str
-        Which body of a `System`.
+        Name or index of a body of a `System`.
     """
 
     wrench: Wrench
@@ -68,7 +78,7 @@ class BodyWrench(Load):
 
 @dataclass(frozen=True)
 class WorldWrench(Load):
-    """A wrench of the world, moments about the world's origin; parameters as of `BodyWrench`."""
+    """A wrench of the world, moments about the world's origin; parameters as those of `BodyWrench`."""
 
     wrench: Wrench
     body: int | str = 0
@@ -84,26 +94,33 @@ class Spring(Load):
     Parameters
     ----------
     point : array (3,)
-        In the body's frame (origin at the centre of mass).
+        In the body's frame (origin at the center of mass).
     anchor : array (3,)
         In the world, or in the frame of the other body.
     stiffness : float
         Force per length.
     length : float
-        At rest.
+        Length at rest.
     damping : float
         Force per rate of its length.
     body, other : int or str
         Bodies of a `System`; other None: the world.
     """
 
-    point: Any
-    anchor: Any
-    stiffness: Any
-    length: Any = 0.0
-    damping: Any = 0.0
+    point: Array
+    anchor: Array
+    stiffness: Array
+    length: Array = ZERO
+    damping: Array = ZERO
     body: int | str = 0
     other: int | str | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, point: ArrayLike, anchor: ArrayLike, stiffness: ArrayLike, length: ArrayLike = 0.0,
+            damping: ArrayLike = 0.0, body: int | str = 0, other: int | str | None = None,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         check_body(self.body, "the spring's body")
@@ -111,15 +128,15 @@ class Spring(Load):
         self._keep(
             point=vectors(self.point, "the spring's point"),
             anchor=vectors(self.anchor, "the spring's anchor"),
-            stiffness=finite(self.stiffness, "the spring's stiffness"),
-            length=positive(self.length, "the spring's length", zero=True),
-            damping=positive(self.damping, "the spring's damping", zero=True),
+            stiffness=finite_array(self.stiffness, "the spring's stiffness"),
+            length=positive_array(self.length, "the spring's length", zero=True),
+            damping=positive_array(self.damping, "the spring's damping", zero=True),
         )
 
 
 @dataclass(frozen=True)
 class Damper(Load):
-    """Drag in proportion to the body's angular velocity and to the velocity of its centre of mass.
+    """Drag in proportion to the body's angular velocity and to the velocity of its center of mass.
 
     Parameters
     ----------
@@ -128,26 +145,28 @@ class Damper(Load):
     linear : float
         Force per velocity.
     body : int or str
-        Which body of a `System`.
+        Name or index of a body of a `System`.
     """
 
-    angular: Any = 0.0
-    linear: Any = 0.0
+    angular: Array = ZERO
+    linear: Array = ZERO
     body: int | str = 0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, angular: ArrayLike = 0.0, linear: ArrayLike = 0.0, body: int | str = 0) -> None: ...
 
     def __post_init__(self) -> None:
         check_body(self.body, "the damper's body")
         self._keep(
-            angular=positive(self.angular, "the angular damping", zero=True),
-            linear=positive(self.linear, "the linear damping", zero=True),
+            angular=positive_array(self.angular, "the angular damping", zero=True),
+            linear=positive_array(self.linear, "the linear damping", zero=True),
         )
 
 
 def _check(wrench: Any, what: str, body: Any) -> None:
-    if isinstance(wrench, type) or not (callable(wrench) or isinstance(wrench, Multivector)):
-        raise InputError(
-            f"{what} is {shown(wrench)}; a multivector or a function of time, or of time, motor and twist, is needed."
-        )
+    if not isinstance(wrench, Multivector):
+        as_function(wrench, what, "a multivector or a function of time, or of time, motor and twist,")
     check_body(body, f"the body of {what}")
     if callable(wrench):
         arity(wrench, what)
@@ -161,12 +180,10 @@ def check_loads(loads: Sequence[Any], names: Sequence[str]) -> None:
     Raises
     ------
     InputError
-        If one is no load, acts on a body that is not there, or on nothing: which.
+        If one is not a load, or acts on a body that does not exist, or on nothing.
     """
     for i, load in enumerate(loads):
-        if not isinstance(load, Load):
-            known = "Gravity, BodyWrench, WorldWrench, Spring, Damper"
-            raise InputError(f"loads[{i}] is {shown(load)}, no load; there are: {known}.")
+        as_instance(load, f"loads[{i}]", Load, "a Gravity, BodyWrench, WorldWrench, Spring or Damper")
         what = f"loads[{i}] ({load.label})"
         body = body_number(load.body, names, what)
         if isinstance(load, Spring) and body_number(load.other, names, what) == body:

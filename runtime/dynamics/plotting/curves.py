@@ -9,37 +9,39 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..plot import backend, pages, palette
-from ..plot.figures import check_suffix, dress_panel, plain, save, show_curve_names
-from .record import Record, recorded
-from .screws import moment_about, wrench_parts
-from .sketch import Sketch
+from ...errors import InputError
+from ...mechanics.screws import moment_about, wrench_parts
+from ...plot import axes_setup, matplotlib_import, palette
+from ...plot.style import check_suffix, dress_panel, plain, save, show_curve_names
+from ..results.figure_spec import Sketch
+from ..results.trajectory_data import TrajectoryData, TrajectorySource, data_of
 
 if TYPE_CHECKING:
-    from .trajectory import Trajectory
+    from ...plot.matplotlib_import import Figure
 
 Array = NDArray[Any]
 #: Curves over time, in the order of a page.
 PANELS = ("position", "velocity", "angular velocity", "force", "moment", "energy", "violation")
-#: What only constraints have.
-HELD = ("force", "moment", "violation")
-#: Inches of one panel, and columns of a page with so many panels.
-PANEL, COLUMNS = (5.4, 2.3), {1: 1, 2: 1, 3: 1}
-#: More states than this are not drawn: what is, is every so-manieth.
-MOST = 20_000
-#: The least of a logarithmic curve that is shown, as a share of its greatest value.
+#: Curves of constraints only.
+OF_CONSTRAINTS = ("force", "moment", "violation")
+#: Inches of one panel.
+PANEL = (5.4, 2.3)
+#: Columns of a page by the number of its panels; two by default.
+COLUMNS = {1: 1, 2: 1, 3: 1}
+#: Largest number of states that are drawn; longer trajectories are sampled.
+MAX_STATES = 20_000
+#: Smallest value of a logarithmic curve that is drawn, as a fraction of its largest one.
 DECADES = 1e-6
 
 
 def plot(
-    trajectory: Trajectory | Record,
+    trajectory: TrajectorySource,
     path: str | PathLike[str] | None = None,
     *,
     show: Sequence[str] | None = None,
     sketch: Sketch | None = None,
-    dpi: float = pages.DOTS_PER_INCH,
-) -> Any:
+    dpi: float = axes_setup.DOTS_PER_INCH,
+) -> Figure:
     """Curves over time.
 
     Parameters
@@ -48,8 +50,9 @@ def plot(
     path : optional
         Where to save it; the suffix says the format.
     show : sequence of str, optional
-        Of `PANELS`; default: all, those of constraints where there are any. Moments are about the centre of mass; the
-        energy is less its first value; the violation is the largest error of a constraint's coefficients.
+        Some of `PANELS`; default: all, those of constraints only if there are any. Moments are about the center of
+        mass; the energy is relative to its first value; the violation is the largest error of a constraint's
+        coefficients.
     sketch : Sketch, optional
         Its title and units are used.
     dpi : float
@@ -57,7 +60,7 @@ def plot(
     Returns
     -------
     Figure
-        Of matplotlib.
+        Figure of matplotlib.
 
     Raises
     ------
@@ -66,14 +69,16 @@ def plot(
     MissingExtraError
         If matplotlib is not installed (extra `plot`).
     """
-    record = single(recorded(trajectory, sketch))
+    record = single(data_of(trajectory, sketch))
     if path is not None:
         check_suffix(path)
     names = _panels(show, record)
-    curves = [made for name in names for made in _curves(name, record)]
+    curves = [curve for name in names for curve in _curves(name, record)]
     columns = COLUMNS.get(len(curves), 2)
     rows = -(-len(curves) // columns)
-    figure = backend.figure_class()(figsize=(columns * PANEL[0], rows * PANEL[1] + 0.5), dpi=dpi, layout="constrained")
+    figure = matplotlib_import.figure_class()(
+        figsize=(columns * PANEL[0], rows * PANEL[1] + 0.5), dpi=dpi, layout="constrained"
+    )
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
     for ax, curve in zip(axes, curves, strict=False):
         _draw_curve(ax, record, curve)
@@ -99,10 +104,10 @@ class Curve(NamedTuple):
     logarithmic: bool = False
 
 
-def _panels(show: Sequence[str] | None, record: Record) -> list[str]:
+def _panels(show: Sequence[str] | None, record: TrajectoryData) -> list[str]:
     if show is None:
-        held = any(np.nanmax(np.abs(own.reaction.values), initial=0) > 0 for own in record.bodies.values())
-        return [name for name in PANELS if held or name not in HELD]
+        constrained = any(np.nanmax(np.abs(data.reaction.values), initial=0) > 0 for data in record.bodies.values())
+        return [name for name in PANELS if constrained or name not in OF_CONSTRAINTS]
     names = [show] if isinstance(show, str) else list(show)
     for name in names:
         if name not in PANELS:
@@ -112,7 +117,7 @@ def _panels(show: Sequence[str] | None, record: Record) -> list[str]:
     return names
 
 
-def _curves(name: str, record: Record) -> list[Curve]:
+def _curves(name: str, record: TrajectoryData) -> list[Curve]:
     """One panel, or one for each body."""
     units = record.sketch.units
     if name == "energy":
@@ -121,34 +126,34 @@ def _curves(name: str, record: Record) -> list[Curve]:
         return [Curve(title, units.energy, (record.energy - first)[:, None], ("",))]
     if name == "violation":
         return [Curve("violation of the constraints", "", record.violation[:, None], ("",), True)]
-    made = []
-    for body, own in record.bodies.items():
+    curves_of_bodies = []
+    for body, data in record.bodies.items():
         of = f" of {plain(body)}" if len(record.rows) > 1 else ""
-        made.append(_of_body(name, own, of))
-    return made
+        curves_of_bodies.append(_body_curve(name, data, of))
+    return curves_of_bodies
 
 
-def _of_body(name: str, own: Record, of: str) -> Curve:
-    units = own.sketch.units
+def _body_curve(name: str, data: TrajectoryData, of: str) -> Curve:
+    units = data.sketch.units
     match name:
         case "position":
-            return Curve(f"centre of mass{of}", units.length, own.position, ("x", "y", "z"))
+            return Curve(f"centre of mass{of}", units.length, data.position, ("x", "y", "z"))
         case "velocity":
-            return Curve(f"velocity{of}", units.velocity, own.velocity, ("x", "y", "z"))
+            return Curve(f"velocity{of}", units.velocity, data.velocity, ("x", "y", "z"))
         case "angular velocity":
             axes = ("axis 1", "axis 2", "axis 3")
-            return Curve(f"angular velocity{of}, body axes", units.angular_velocity, own.angular_velocity, axes)
+            return Curve(f"angular velocity{of}, body axes", units.angular_velocity, data.angular_velocity, axes)
         case "force":
             return Curve(
-                f"force of the constraints{of}", units.force, wrench_parts(own.reaction).force, ("x", "y", "z")
+                f"force of the constraints{of}", units.force, wrench_parts(data.reaction).force, ("x", "y", "z")
             )
         case _:
-            moment = moment_about(own.reaction, own.position)
+            moment = moment_about(data.reaction, data.position)
             return Curve(f"their moment about the centre{of}", units.moment, moment, ("x", "y", "z"))
 
 
-def _draw_curve(ax: Any, record: Record, curve: Curve) -> None:
-    step = max(1, -(-len(record) // MOST))
+def _draw_curve(ax: Any, record: TrajectoryData, curve: Curve) -> None:
+    step = max(1, -(-len(record) // MAX_STATES))
     time, values = record.time[::step], curve.values[::step]
     colors = palette.AXES if len(curve.labels) > 1 else (palette.INK,)
     if curve.logarithmic and (values > 0).any():
@@ -162,18 +167,18 @@ def _draw_curve(ax: Any, record: Record, curve: Curve) -> None:
         show_curve_names(ax)
 
 
-def single(record: Record) -> Record:
-    """The record of one simulation.
+def single(record: TrajectoryData) -> TrajectoryData:
+    """Data of one simulation.
 
     Raises
     ------
     InputError
-        If there are several.
+        If it is a batch.
     """
     if record.batch:
         raise InputError(
             f"these are {record.batch[0]} simulations; a picture shows one.",
-            remedy="Choose one: dynamics.recorded(trajectory)[0]",
+            remedy="Choose one: dynamics.as_record(trajectory)[0]",
         )
     return record
 

@@ -2,54 +2,44 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
-import platform
-import zipfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError, InputError
-from ..codegen.version import __version__
-from ..files import failures_named, write_atomically
-from ..loading import stock_algebra
-from .given import output_file, shown
-from .record import OF_BODIES, Record, recorded
-from .screws import wrench_parts
-from .shapes import Shape
-from .sketch import Sketch, Trace, Units
-
-if TYPE_CHECKING:
-    from .trajectory import Trajectory
+from ...common.data_files import FORMATS, csv_text, made_by, npz_bytes, read_npz
+from ...common.deprecation import reordered
+from ...common.files import output_path, write_file
+from ...core.registry import stock_algebra
+from ...mechanics.screws import wrench_parts
+from ...mechanics.shapes import Shape
+from ...mechanics.units import Units
+from .figure_spec import Sketch, Trace
+from .trajectory_data import OF_BODIES, TrajectoryData, TrajectorySource, data_of, starts_with_trajectory
 
 Array = NDArray[Any]
+D = TypeVar("D", bound=TrajectoryData)
 VERSION = 1
-#: Name of the array that holds the header, and how long one may be.
-HEADER, LONGEST_HEADER = "bladesmith", 1_000_000
 #: Arrays of all bodies together.
 OF_ALL = ("energy", "violation")
-#: Formats, by the end of the name.
-FORMATS = (".npz", ".csv")
-_WRONG = "is no file that trajectory.save() wrote"
 
 
 # -- writing ---------------------------------------------------------------------------------------------------
 
 
-def save(trajectory: Trajectory | Record, path: str | os.PathLike[str], sketch: Sketch | None = None) -> None:
+@reordered("trajectory", "path", "sketch", when=starts_with_trajectory)
+def save(path: str | os.PathLike[str], trajectory: TrajectorySource, sketch: Sketch | None = None) -> None:
     """Write a trajectory, whole or not at all.
 
     Parameters
     ----------
-    trajectory : Trajectory or Record
     path
         ``.npz``: arrays, which `load_trajectory` reads; ``.csv``: a table with a header and units.
+    trajectory : Trajectory or Record
     sketch : Sketch, optional
         Shapes, traces and units to store with it.
 
@@ -59,25 +49,23 @@ def save(trajectory: Trajectory | Record, path: str | os.PathLike[str], sketch: 
         If the name ends in neither, or the file cannot be written.
     """
     file = checked_name(path)
-    record = recorded(trajectory, sketch)
-    data: str | bytes = table_text(record) if file.suffix.lower() == ".csv" else archive(record)
-    with failures_named(file):
-        write_atomically(file, data)
+    record = data_of(trajectory, sketch)
+    write_file(file, table_text(record) if file.suffix.lower() == ".csv" else archive(record))
 
 
 def checked_name(path: Any) -> Path:
-    """A path that a trajectory can be written to.
+    """Path of a trajectory to write.
 
     Raises
     ------
     InputError
-        If it is none, or ends in no known format.
+        If it is not a path, or its suffix is not known.
     """
-    return output_file(path, "a trajectory", "trajectories", FORMATS)
+    return output_path(path, "a trajectory", "trajectories", FORMATS)
 
 
-def archive(record: Record) -> bytes:
-    """The bytes of an NPZ file."""
+def archive(record: TrajectoryData) -> bytes:
+    """Bytes of an NPZ file."""
     names, sketch = list(record.rows), record.sketch
     single = len(names) == 1
     stored: dict[str, Array] = {"time": record.time, **{key: getattr(record, key) for key in OF_ALL}}
@@ -89,25 +77,22 @@ def archive(record: Record) -> bytes:
     for i, shape in enumerate(sketch.shapes.values()):
         for part in ("vertices", "faces", "gyration", "edges"):
             stored[f"shape.{i}.{part}"] = getattr(shape, part)
-    text = json.dumps(_header(record))
-    stored[HEADER] = np.frombuffer(text.encode(), np.uint8)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **stored)  # type: ignore[arg-type]  # numpy's stubs take ** for allow_pickle
-    return buffer.getvalue()
+    return npz_bytes(stored, _header(record))
 
 
-def _header(record: Record) -> dict[str, Any]:
+def _header(record: TrajectoryData) -> dict[str, Any]:
     home, sketch = stock_algebra(record.algebra), record.sketch
     blades = {kind: [home.blade_name(b) for b in home.kind(kind).blades] for kind in ("motor", "twist")}
     return {
         "format": "trajectory", "version": VERSION, "algebra": record.algebra, "blades": blades,
         "names": list(record.rows), "integrator": record.integrator, "message": record.message,
-        "status": np.asarray(record.status).tolist(), "steps": np.asarray(record.steps).tolist(),
-        "made_by": {"bladesmith": __version__, "numpy": np.__version__, "python": platform.python_version()},
+        "status": np.asarray(record.ending).tolist(), "steps": np.asarray(record.steps).tolist(),
+        "made_by": made_by(),
         "units": {"length": sketch.units.length, "mass": sketch.units.mass, "time": sketch.units.time},
         "title": sketch.title, "view": list(sketch.view), "shown": sketch.shown, "colors": dict(sketch.colors),
         "traces": [
-            {"point": t.point.tolist(), "label": t.label, "color": t.color, "body": t.body} for t in sketch.traces
+            {"point": np.asarray(t.point).tolist(), "label": t.label, "color": t.color, "body": t.body}
+            for t in sketch.traces
         ],
         "shapes": [{"body": name, "volume": shape.volume} for name, shape in sketch.shapes.items()],
         "objects": [
@@ -116,26 +101,25 @@ def _header(record: Record) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _trace_path(record: Record, trace: Trace) -> Array:
+def _trace_path(record: TrajectoryData, trace: Trace) -> Array:
     return record.bodies[trace.body or record.name].path(trace.point)
 
 
-def table_text(record: Record) -> str:
-    """The text of a CSV file: a row for each state; of several bodies or simulations, one for each of them."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+def table_text(record: TrajectoryData) -> str:
+    """Text of a CSV file: a row for each state of each body and simulation."""
     many, batch = len(record.rows) > 1, bool(record.batch)
-    lead = [*(["simulation"] if batch else []), *(["body"] if many else [])]
-    writer.writerow([*lead, *(f"{name} [{unit}]" if unit else name for name, unit in _columns(record))])
+    lead = [("simulation", "")] * batch + [("body", "")] * many
     parts = [(str(i), record[i]) for i in range(record.batch[0])] if batch else [("", record)]
-    for number, part in parts:
-        for name, own in part.bodies.items():
-            before = [*([number] if batch else []), *([name] if many else [])]
-            writer.writerows([*before, *map(repr, row)] for row in _rows(own).tolist())
-    return text.getvalue()
+    rows = (
+        [*[number] * batch, *[name] * many, *row]
+        for number, part in parts
+        for name, data in part.bodies.items()
+        for row in _rows(data).tolist()
+    )
+    return csv_text([*lead, *_columns(record)], rows)
 
 
-def _columns(record: Record) -> Iterator[tuple[str, str]]:
+def _columns(record: TrajectoryData) -> Iterator[tuple[str, str]]:
     units = record.sketch.units
     yield "t", units.time
     yield from ((c, units.length) for c in "xyz")
@@ -152,13 +136,13 @@ def _columns(record: Record) -> Iterator[tuple[str, str]]:
         yield from ((f"{trace.label or f'trace {i + 1}'} {c}", units.length) for c in "xyz")
 
 
-def _rows(own: Record) -> Array:
-    momentum, reaction = wrench_parts(own.momentum), wrench_parts(own.reaction)
-    traces = [_trace_path(own, trace) for trace in own.sketch.traces]
+def _rows(data: TrajectoryData) -> Array:
+    momentum, reaction = wrench_parts(data.momentum), wrench_parts(data.reaction)
+    traces = [_trace_path(data, trace) for trace in data.sketch.traces]
     columns = [
-        own.time[:, None], own.position, own.orientation.reshape(-1, 9), own.velocity, own.angular_velocity,
-        momentum.force, momentum.moment, own.energy[:, None], reaction.force, reaction.moment,
-        own.violation[:, None], *traces,
+        data.time[:, None], data.position, data.orientation.reshape(-1, 9), data.velocity, data.angular_velocity,
+        momentum.force, momentum.moment, data.energy[:, None], reaction.force, reaction.moment,
+        data.violation[:, None], *traces,
     ]  # fmt: skip
     return np.concatenate(columns, 1)
 
@@ -166,7 +150,7 @@ def _rows(own: Record) -> Array:
 # -- reading ---------------------------------------------------------------------------------------------------
 
 
-def load_trajectory(path: str | os.PathLike[str]) -> Record:
+def read_trajectory(path: str | os.PathLike[str], record_type: type[D]) -> D:
     """Read a trajectory that was saved as NPZ: the same arrays to the last bit.
 
     Raises
@@ -174,41 +158,11 @@ def load_trajectory(path: str | os.PathLike[str]) -> Record:
     InputError
         If the file cannot be read, is damaged, or holds something else.
     """
-    if not isinstance(path, str | bytes | os.PathLike):
-        raise InputError(f"a trajectory is read from a file, and {shown(path)} names none.")
-    try:
-        file = Path(os.fsdecode(path))
-        with np.load(file, allow_pickle=False) as archive_file:
-            stored = {name: archive_file[name] for name in archive_file.files}
-        return _restored(stored)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}.", where=str(path)) from None
-    except BladesmithError as error:
-        raise InputError(str(error), where=str(path)) from None
-    except (
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        IndexError,
-        EOFError,
-        RecursionError,
-        zipfile.BadZipFile,
-    ) as error:
-        detail = "" if "pickle" in str(error) else f" ({error})"  # NumPy advises what must not be done
-        raise InputError(f"{_WRONG}{detail}.", where=str(path)) from None
+    expected = {"format": "trajectory", "version": VERSION}
+    return read_npz(path, "a trajectory", "trajectory.save", expected, partial(_data_of_arrays, record_type))
 
 
-def _restored(stored: dict[str, Array]) -> Record:
-    raw = stored[HEADER]
-    if raw.dtype != np.uint8 or raw.ndim != 1 or raw.size > LONGEST_HEADER:
-        raise ValueError("its header is of another type")
-    header = json.loads(raw.tobytes())
-    if header["format"] != "trajectory" or header["version"] != VERSION:
-        raise InputError(
-            f"its format is {header['format']!r}, version {header['version']!r}; this release reads version {VERSION}.",
-            remedy="A newer release of bladesmith may read it",
-        )
+def _data_of_arrays(record_type: type[D], header: dict[str, Any], stored: dict[str, Array]) -> D:
     names = [str(x) for x in header["names"]]
     if header["algebra"] not in ("cga3d", "pga3d") or not names or len(set(names)) < len(names):
         raise ValueError("its header is damaged")
@@ -227,10 +181,10 @@ def _restored(stored: dict[str, Array]) -> Record:
         values = _numbers(stored, key, shape if len(names) == 1 else (len(names), *shape))
         for i, name in enumerate(names):
             rows[name][key] = values if len(names) == 1 else values[i]
-    status, steps = header["status"], header["steps"]
-    return Record(
+    ending, steps = header["status"], header["steps"]
+    return record_type(
         str(header["algebra"]), time, rows, common["energy"], common["violation"], str(header["integrator"]),
-        np.array(status) if isinstance(status, list) else str(status), str(header["message"]),
+        np.array(ending) if isinstance(ending, list) else str(ending), str(header["message"]),
         np.array(steps) if isinstance(steps, list) else int(steps), _sketch(header, stored, names),
     )  # fmt: skip
 
@@ -275,4 +229,4 @@ def _shape(stored: dict[str, Array], i: int, volume: float) -> Shape:
     return Shape(vertices, faces, volume, gyration, edges)
 
 
-__all__ = ["archive", "checked_name", "load_trajectory", "save", "table_text"]
+__all__ = ["archive", "checked_name", "read_trajectory", "save", "table_text"]

@@ -1,100 +1,94 @@
-"""Sensitivities that a user asks for by name, as directions for the compiled driver.
+"""Sensitivities to parameters by name, as directions for the compiled driver.
 
-It carries a tangent of the motion along each; all derivatives are exact, none is a difference.
+It integrates a tangent of the motion along each; all derivatives are exact, none is a difference.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..codegen.errors import InputError, suggest
-from .assembly import Assembly
-from .constraints import VirtualPower
-from .functions import arity
-from .given import several, shown
+from ...codegen.errors import InputError, suggest
+from ...common.validation import as_text, as_tuple
+from ..assembly.callbacks import arity
+from ..assembly.data import Assembly
+from ..model.constraints import VirtualPower
 from .parameters import Directions, Parameters
 
 _COMPONENT = re.compile(r"^(.*)\[(\d+)\]$")
 
 
-@dataclass
-class Asked:
-    """The parameters that a user named, and where each stands among the directions."""
-
-    places: dict[str, slice]
-    directions: Directions
-
-
-def given_names(value: Any) -> tuple[str, ...]:
-    """Names of parameters as a user gives them: one or several, each once.
+def as_names(value: Any) -> tuple[str, ...]:
+    """Names of parameters without repetition, from one or several.
 
     Raises
     ------
     InputError
-        If one is no name.
+        If one is not a string.
     """
-    names = several(value, str, "the sensitivities")
-    for i, name in enumerate(names):
-        if not isinstance(name, str):
-            raise InputError(f"sensitivities[{i}] is {shown(name)}; a parameter is asked for by name.")
-    return tuple(dict.fromkeys(names))
+    names = as_tuple(value, "the sensitivities", str)
+    return tuple(dict.fromkeys(as_text(name, f"sensitivities[{i}]") for i, name in enumerate(names)))
 
 
-def check_refused(**options: bool) -> None:
+def check_exclusive(**options: bool) -> None:
     """Raise `InputError` for options of a run that do not go with sensitivities."""
-    if given := [name for name, value in options.items() if value]:
+    if excluded := [name for name, value in options.items() if value]:
         raise InputError(
-            f"sensitivities do not go together with {' and '.join(given)}: they are those of a start that obeys its "
+            f"sensitivities do not go together with {' and '.join(excluded)}: they are those of a start that obeys its "
             "constraints, at fixed times, computed in this process.",
-            remedy=f"Leave out {' and '.join(f'{name}=' for name in given)}",
+            remedy=f"Leave out {' and '.join(f'{name}=' for name in excluded)}",
         )
 
 
-def directions_of(made: Assembly, loads: Sequence[Any], names: Sequence[str], duration: float) -> Asked:
-    """Directions of parameters by name.
+def directions_of(
+    assembly: Assembly, loads: Sequence[Any], names: Sequence[str], duration: float
+) -> tuple[dict[str, slice], Directions | None]:
+    """Directions of parameters by name: the slice of each, and all of them; without names there are none.
 
     Raises
     ------
     InputError
         If there is no such parameter, or the motion depends on what cannot be differentiated.
     """
-    _check_functions(made)
-    known = Parameters(made, loads, duration).by_name()
-    places: dict[str, slice] = {}
+    if not names:
+        return {}, None
+    _check_functions(assembly)
+    by_name = Parameters(assembly, loads, duration).by_name()
+    slices: dict[str, slice] = {}
     parts: list[Directions] = []
     for name in names:
-        part = _part(name, known)
+        part = _part(name, by_name)
         begin = sum(x.count for x in parts)
-        places[name] = slice(begin, begin + part.count)
+        slices[name] = slice(begin, begin + part.count)
         parts.append(part)
     joined = (np.concatenate([getattr(x, field) for x in parts], 1) for field in ("numbers", "start", "sizes"))
-    return Asked(places, Directions(*joined))
+    return slices, Directions(*joined)
 
 
-def _part(name: str, known: Mapping[str, Callable[[], Directions]]) -> Directions:
-    if name in known:
-        return known[name]()
+def _part(name: str, by_name: Mapping[str, Callable[[], Directions]]) -> Directions:
+    """Directions of a parameter, or of one of its components."""
+    if name in by_name:
+        return by_name[name]()
     match = _COMPONENT.match(name)
-    if match and match[1] in known:
-        part, j = known[match[1]](), int(match[2])
+    if match and match[1] in by_name:
+        part, j = by_name[match[1]](), int(match[2])
         if j < part.count:
             return part.component(j)
         count = f"{part.count} components, from 0" if part.count > 1 else "one component, 0"
         raise InputError(f"{match[1]} has {count}: {name!r} is none of them.")
     raise InputError(
-        f"{name!r} is no parameter of this simulation.{suggest(name, known)}", remedy=f"There are: {', '.join(known)}"
+        f"{name!r} is not a parameter of this simulation.{suggest(name, by_name)}",
+        remedy=f"There are: {', '.join(by_name)}",
     )
 
 
-def _check_functions(made: Assembly) -> None:
-    """Functions of time do not vary; of what functions of the state do nothing is known."""
-    asked = [c for c in made.constraints if isinstance(c, VirtualPower) and callable(c.wrenches)]
-    if made.functions_of_state or any(arity(c.wrenches, "the wrenches") == 3 for c in asked):
+def _check_functions(assembly: Assembly) -> None:
+    """Check that loads and constraints do not depend on the state; functions of time do not vary."""
+    powers = [c.wrenches for c in assembly.constraints if isinstance(c, VirtualPower) and callable(c.wrenches)]
+    if assembly.depends_on_state or any(arity(wrenches, "the wrenches") == 3 for wrenches in powers):
         raise InputError(
             "sensitivities go through loads and constraints that are constant or functions of time, not through "
             "functions of the state.",

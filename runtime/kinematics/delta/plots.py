@@ -9,34 +9,46 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import plot as drawn
-from ..codegen.errors import InputError, SingularError
-from ..objects.inputs import chosen
-from ..plot import backend, pages, palette
-from ..plot.figures import add_plate, check_suffix, dress_panel, faded, save, show_curve_names
+from ... import plot as drawn
+from ...codegen.errors import InputError, SingularError
+from ...common.validation import as_choice
+from ...plot import axes_setup, matplotlib_import, palette
+from ...plot.style import add_plate, check_suffix, dress_panel, save, show_curve_names, uniform_rows
+from ...plot.view_box import surrounding_box
 
 if TYPE_CHECKING:
-    from .delta import DeltaRobot
-    from .delta_geometry import Pose
-    from .delta_motion import Motion
-    from .delta_space import Workspace
+    from ...plot.matplotlib_import import Axes3D, Figure
+    from .geometry import Pose
+    from .robot import DeltaRobot
+    from .trajectory import Motion
+    from .workspace import Workspace, WorkspaceGrid
 
 Array = NDArray[Any]
-#: Widths in points: upper arms, rods, edges of the plates, a path of the platform.
-ARM, ROD, EDGE, PATH = 4.0, 1.5, 1.2, 1.2
-#: Opacity of the plates; of poses other than the last.
-PLATE, FAINT = 0.35, 0.3
-#: Inches of a picture, and of one panel.
-PAGE, PANEL = (7.2, 6.4), (3.9, 3.5)
-#: What a slice shows: its words, whether on a logarithmic scale, and the values at both ends of its colours.
+#: Width of upper arms, in points.
+ARM = 4.0
+#: Width of rods, in points.
+ROD = 1.5
+#: Width of the edges of plates, in points.
+EDGE = 1.2
+#: Width of a path of the platform, in points.
+PATH = 1.2
+#: Opacity of plates.
+PLATE = 0.35
+#: Opacity of poses other than the last.
+FAINT = 0.3
+#: Size of a picture, in inches.
+PAGE = (7.2, 6.4)
+#: Size of a panel, in inches.
+PANEL = (3.9, 3.5)
+#: Measures of slices: label, logarithmic scale, and values at both ends of the colors.
 MEASURES = {
     "condition": ("condition number of the Jacobian", True, (1.0, 100.0)),
     "inverse": ("least sine of an arm", False, (0.0, 1.0)),
     "forward": ("volume of the unit forearms", False, (0.0, 1.0)),
 }
-#: Panels of a page of slices.
+#: Panels of a page of slices, at most.
 MOST_SLICES = 24
-#: A side of the box around a robot is at least this share of the longest one.
+#: Margin around a robot, as a fraction of the longest side.
 MARGIN = 0.06
 
 
@@ -51,8 +63,8 @@ def picture(
     view: tuple[float, float] = (14.0, -62.0),
     size: tuple[float, float] = PAGE,
     frame: bool = True,
-    dpi: float = pages.DOTS_PER_INCH,
-) -> Any:
+    dpi: float = axes_setup.DOTS_PER_INCH,
+) -> Axes3D:
     """The robot at one pose, or at several: the last one strongest, with the path of the platform through all.
 
     Parameters
@@ -61,11 +73,11 @@ def picture(
     theta : array (3,) or (n, 3)
         Angles; or give ``y``.
     path : optional
-        Where to save it; the suffix says the format.
+        File to save it to; the suffix is the format.
     y : array (3,) or (n, 3), optional
         Positions of the platform.
     elbow, root
-        As of `DeltaRobot.inverse` and `forward`.
+        As in `DeltaRobot.inverse` and `forward`.
     view : (elevation, azimuth)
         Degrees. e3 points down the page.
     size : (width, height)
@@ -77,7 +89,7 @@ def picture(
     Returns
     -------
     Axes3D
-        Of matplotlib, to go on with.
+        Axes of matplotlib.
 
     Raises
     ------
@@ -92,33 +104,27 @@ def picture(
         raise InputError("a picture is of angles or of positions.", remedy="Give theta, or y=")
     if path is not None:
         check_suffix(path)
-    found = robot.pose(theta, root) if y is None else robot.pose_at(y, elbow)
-    rows = [np.reshape(x, (-1, *x.shape[found.position.ndim - 1 :])) for x in found]
-    known = [i for i in range(len(rows[0])) if all(np.isfinite(x[i]).all() for x in rows)]
-    if not known:
+    pose = robot.pose(theta, root) if y is None else robot.pose_at(y, elbow)
+    rows = [np.reshape(x, (-1, *x.shape[pose.position.ndim - 1 :])) for x in pose]
+    valid = [i for i in range(len(rows[0])) if all(np.isfinite(x[i]).all() for x in rows)]
+    if not valid:
         raise SingularError("the robot cannot take any of these poses.")
     ax = drawn.axes(view, size, frame)
-    base = -2 * rows[2][known[-1]][[2, 0, 1]]  # a triangle whose sides have the motors in their middles
-    box = _room([base, *(x[known] for x in rows[2:])])
+    base = -2 * rows[2][valid[-1]][[2, 0, 1]]  # a triangle whose sides have the motors in their middles
+    box = surrounding_box(
+        np.concatenate([x.reshape(-1, 3) for x in (base, *(x[valid] for x in rows[2:]))]), MARGIN, 0.0
+    )
     add_plate(ax, base, palette.GREY, PLATE, 1.0, EDGE, box)
-    for i in known:
-        _draw(ax, type(found)(*(x[i] for x in rows)), 1.0 if i == known[-1] else FAINT, box)
+    for i in valid:
+        _draw(ax, type(pose)(*(x[i] for x in rows)), 1.0 if i == valid[-1] else FAINT, box)
     if len(rows[0]) > 1:
         drawn.paths(rows[0], ax, palette.GREEN, PATH, box)
     low, high = box
     ax.set_zlim3d(float(high[2]), float(low[2]))
-    pages.fill_page(ax)
+    axes_setup.fill_page(ax)
     if path is not None:
         save(path, ax, dpi)
     return ax
-
-
-def _room(points: Sequence[Array]) -> tuple[Array, Array]:
-    """Corners of a box around all points."""
-    every = np.concatenate([x.reshape(-1, 3) for x in points])
-    low, high = every.min(0), every.max(0)
-    edge = MARGIN * float((high - low).max())
-    return low - edge, high + edge
 
 
 def _draw(ax: Any, pose: Pose, opacity: float, box: tuple[Array, Array]) -> None:
@@ -126,23 +132,23 @@ def _draw(ax: Any, pose: Pose, opacity: float, box: tuple[Array, Array]) -> None
     add_plate(ax, pose.corners, palette.BLUE, PLATE * opacity, opacity, EDGE, box)
     elbow_rods = np.stack([pose.tops[::2], pose.tops[1::2]], 1)
     upper = np.stack([pose.shoulders, pose.elbows], 1)
-    drawn.paths(elbow_rods, ax, faded(palette.AMBER, 3, opacity), EDGE, box)
-    drawn.paths(upper, ax, faded(palette.RED, 3, opacity), ARM, box)
-    drawn.paths(np.stack([pose.tops, pose.bottoms], 1), ax, faded(palette.INK, 6, opacity), ROD, box)
+    drawn.paths(elbow_rods, ax, uniform_rows(palette.AMBER, 3, opacity), EDGE, box)
+    drawn.paths(upper, ax, uniform_rows(palette.RED, 3, opacity), ARM, box)
+    drawn.paths(np.stack([pose.tops, pose.bottoms], 1), ax, uniform_rows(palette.INK, 6, opacity), ROD, box)
     drawn.draw(
         np.concatenate([pose.tops, pose.corners]), ax=ax, color=palette.INK, size=EDGE, opacity=opacity, extent=box
     )
 
 
 def slices(
-    workspace: Workspace,
+    workspace: Workspace | WorkspaceGrid,
     path: str | PathLike[str] | None = None,
     *,
     show: str = "condition",
     across: str = "z",
     at: Sequence[float] | None = None,
-    dpi: float = pages.DOTS_PER_INCH,
-) -> Any:
+    dpi: float = axes_setup.DOTS_PER_INCH,
+) -> Figure:
     """Slices of a workspace: a measure where the platform can be, nothing where it cannot.
 
     Parameters
@@ -151,11 +157,11 @@ def slices(
     path : optional
         Where to save it.
     show : "condition", "inverse" or "forward"
-        Which measure: see `Workspace`. Colours end at a condition number of 100.
+        Measure: see `Workspace`. Colors end at a condition number of 100.
     across : "x", "y" or "z"
         The coordinate that is constant in a slice.
     at : sequence of float, optional
-        Its values, of which the nearest samples are taken; default: six between the ends of what is reached.
+        Its values, rounded to the nearest samples; default: six within the reachable range.
     dpi : float
 
     Returns
@@ -166,30 +172,33 @@ def slices(
     Raises
     ------
     InputError
-        If nothing is reached, or an argument is none of its kind.
+        If nothing is reachable, or an argument is not valid.
     MissingExtraError
         If matplotlib is not installed (extra `plot`).
     """
-    words, logarithmic, ends = MEASURES[chosen(show, tuple(MEASURES), "show")]
-    axis = "xyz".index(chosen(across, ("x", "y", "z"), "across"))
+    words, logarithmic, ends = MEASURES[as_choice(show, "show", tuple(MEASURES))]
+    axis = "xyz".index(as_choice(across, "across", ("x", "y", "z")))
     if path is not None:
         check_suffix(path)
     numbers = _slice_numbers(workspace, axis, at)
     columns = min(len(numbers), 3)
     rows = -(-len(numbers) // columns)
-    figure = backend.figure_class()(figsize=(columns * PANEL[0], rows * PANEL[1]), dpi=dpi, layout="constrained")
+    figure = matplotlib_import.figure_class()(
+        figsize=(columns * PANEL[0], rows * PANEL[1]), dpi=dpi, layout="constrained"
+    )
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    colors = backend.imported("matplotlib.colors")
+    colors = matplotlib_import.load_module("matplotlib.colors")
     names = palette.RAMP if show == "condition" else palette.RAMP[::-1]
     ramp = colors.LinearSegmentedColormap.from_list("ramp", names)
     scale = (colors.LogNorm if logarithmic else colors.Normalize)(*ends)
     values = np.where(workspace.reachable, getattr(workspace, show), np.nan)
-    image = None
-    for ax, number in zip(panels, numbers, strict=False):
-        image = _slice(ax, workspace, values.take(number, axis), axis, number, ramp, scale)
+    images = [
+        _slice(ax, workspace, values.take(number, axis), axis, number, ramp, scale)
+        for ax, number in zip(panels, numbers, strict=False)
+    ]
     for ax in panels[len(numbers) :]:
         ax.set_visible(False)
-    bar = figure.colorbar(image, ax=list(panels), extend="max" if logarithmic else "neither", shrink=0.8, pad=0.01)
+    bar = figure.colorbar(images[-1], ax=list(panels), extend="max" if logarithmic else "neither", shrink=0.8, pad=0.01)
     bar.set_label(words, color=palette.INK, fontsize=9)
     bar.ax.tick_params(labelsize=8, colors=palette.GREY)
     bar.outline.set_visible(False)
@@ -198,8 +207,8 @@ def slices(
     return figure
 
 
-def _slice_numbers(workspace: Workspace, axis: int, at: Sequence[float] | None) -> list[int]:
-    """Numbers of the samples along an axis that are shown."""
+def _slice_numbers(workspace: Workspace | WorkspaceGrid, axis: int, at: Sequence[float] | None) -> list[int]:
+    """Indices of the samples along an axis that are drawn."""
     samples = (workspace.x, workspace.y, workspace.z)[axis]
     others = tuple(i for i in range(3) if i != axis)
     reached = np.flatnonzero(workspace.reachable.any(others))
@@ -213,7 +222,9 @@ def _slice_numbers(workspace: Workspace, axis: int, at: Sequence[float] | None) 
     return [int(np.abs(samples - v).argmin()) for v in values]
 
 
-def _slice(ax: Any, workspace: Workspace, values: Array, axis: int, number: int, ramp: Any, scale: Any) -> Any:
+def _slice(
+    ax: Any, workspace: Workspace | WorkspaceGrid, values: Array, axis: int, number: int, ramp: Any, scale: Any
+) -> Any:
     """One panel."""
     samples = (workspace.x, workspace.y, workspace.z)
     first, second = (i for i in range(3) if i != axis)
@@ -231,7 +242,7 @@ def _slice(ax: Any, workspace: Workspace, values: Array, axis: int, number: int,
     return image
 
 
-def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = pages.DOTS_PER_INCH) -> Any:
+def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Any:
     """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib."""
     if path is not None:
         check_suffix(path)
@@ -240,7 +251,7 @@ def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: floa
         ("speeds [rad per time]", motion.speed),
         ("accelerations [rad per time squared]", motion.angular_acceleration),
     )
-    figure = backend.figure_class()(figsize=(6.4, 6.6), dpi=dpi, layout="constrained")
+    figure = matplotlib_import.figure_class()(figsize=(6.4, 6.6), dpi=dpi, layout="constrained")
     for ax, (title, values) in zip(figure.subplots(3, 1, sharex=True), panels, strict=True):
         for column, color, label in zip(values.T, palette.AXES, ("arm 1", "arm 2", "arm 3"), strict=True):
             ax.plot(motion.time, column, color=color, linewidth=1.1, label=label)

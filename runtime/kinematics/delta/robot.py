@@ -6,45 +6,43 @@ The formulas are in `codegen.formulas`: `delta`, `delta_rates` and `delta_frame`
 
 from __future__ import annotations
 
-import math
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
-import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import truth
-from ..codegen.errors import InputError, ShapeError
-from ..objects.inputs import chosen
-from . import delta_calls as calls
-from .delta_answers import ELBOWS, answer, why, why_at
+from ...common.validation import as_bool, as_choice, real_array
+from ...core.multivector import Multivector
+from ...dispatch.multivector_data import Statuses
+from ...mechanics.system import System
+from . import geometry, solutions
+from .diagnostics import Answer, answer, explain_angles, explain_positions, forward_strictly
+from .geometry import BASE, BODIES, DeltaGeometry, JointObjects, Pose
+from .screw_jacobians import forward_jacobian, inverse_jacobian
+from .singularity import Singularity, singularity
+from .solutions import ELBOWS, ROOTS
+from .system import system
+from .trajectory import Motion, trajectory
+from .workspace import Workspace, workspace
 
 if TYPE_CHECKING:
-    from ..dynamics.system import System
-    from ..multivector import Multivector
-    from .delta_geometry import JointObjects, Pose
-    from .delta_motion import Motion
-    from .delta_singular import Singularity
-    from .delta_space import Workspace
-    from .mechanism import Mechanism
+    from ..mechanism.mechanism import Mechanism
 
 Array = NDArray[Any]
-#: Of a unit of length: its inverse is a number, too.
-LARGEST_EXPONENT = 1000
-ROOTS, METHODS = ("far", "near"), ("direct", "screw")
+#: Methods of the Jacobians.
+METHODS = ("direct", "screw")
 
 
-class DeltaRobot:
+class DeltaRobot(DeltaGeometry):
     """A Delta robot: three arms on a base, each an upper arm on a motor and two parallel forearm rods.
 
     Parameters
     ----------
     base_radius : float
-        From the centre of the base to the motors' axes.
+        From the center of the base to the motors' axes.
     effector_radius : float
-        From the centre of the platform to the middle between the lower ends of an arm's rods.
+        From the center of the platform to the middle between the lower ends of an arm's rods.
     upper_arm, forearm : float
-        Their lengths. Any unit of length serves, also 1e-6 or 1e3 of them.
+        Their lengths, in any unit.
 
     Raises
     ------
@@ -55,8 +53,15 @@ class DeltaRobot:
     -----
     Elbows are named by the platform's place on the e3 side of the base: "outer" is the elbow further from the e3 axis,
     the thesis's choice. It goes on being the same posture, into which the arm can move without being stretched, where
-    the platform is on the other side. So is "far" the position further along e3, the thesis's choice, as long as the
-    elbows run counter-clockwise about e3.
+    the platform is on the other side.
+
+    Angles have two positions, mirror images in the plane of the three elbows, each moved inwards by the platform's
+    radius. "far" is the one farther along e3 (7.7.1), on that plane's e3 side, and "near" the other: ``forward`` of
+    ``inverse`` of a position is that position with the root on whose side it is. Where the plane becomes parallel to
+    e3 both are equally far, and "far" passes from one to the other with a jump. "positive" and "negative" are named by
+    the sign of `Singularity.volume`, which changes at forward singularities only, where the two are one. Each is
+    continuous in the angles: the assembly mode that the robot stays in as its motors move. "far" is "positive" where
+    the moved elbows, seen along e3, run counter-clockwise or lie in one line.
 
     Examples
     --------
@@ -67,27 +72,18 @@ class DeltaRobot:
     array([ 0.1 , -0.05,  0.9 ])
     """
 
-    def __init__(self, base_radius: float, effector_radius: float, upper_arm: float, forearm: float) -> None:
-        self.base_radius = calls.length(base_radius, "base_radius")
-        self.effector_radius = calls.length(effector_radius, "effector_radius")
-        self.upper_arm = calls.length(upper_arm, "upper_arm")
-        self.forearm = calls.length(forearm, "forearm")
-        reach = abs(self.base_radius - self.effector_radius)
-        if reach > self.upper_arm + self.forearm:
-            raise InputError(
-                f"upper_arm and forearm are {self.upper_arm + self.forearm:.6g} long together; base and platform "
-                f"are {reach:.6g} apart everywhere.",
-                remedy="Make the arms longer, or the radii more alike",
-            )
-        exponent = min(max(math.frexp(self.forearm)[1], -LARGEST_EXPONENT), LARGEST_EXPONENT)
-        unit = math.ldexp(1.0, exponent)  # a power of two: nothing is rounded
-        lengths = (self.base_radius - self.effector_radius, self.upper_arm, self.forearm)
-        rest = Fraction(self.base_radius) - Fraction(self.effector_radius) - Fraction(lengths[0])
-        self._row = np.array([*(x / unit for x in lengths), 1 / unit, unit, float(rest) / unit])
-        self._plates = np.array([self.base_radius / unit, self.effector_radius / unit])
-
     # -- poses -------------------------------------------------------------------------------------------------
 
+    @overload
+    def inverse(
+        self, y: Any, elbow: Any = ..., *, precise: bool = ...,
+        status: Literal[False] = ..., strict: bool = ..., threads: int | None = ...,
+    ) -> Array: ...  # fmt: skip
+    @overload
+    def inverse(
+        self, y: Any, elbow: Any = ..., *, precise: bool = ...,
+        status: Literal[True], strict: bool = ..., threads: int | None = ...,
+    ) -> tuple[Array, Statuses]: ...  # fmt: skip
     def inverse(
         self,
         y: Any,
@@ -97,23 +93,23 @@ class DeltaRobot:
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Any:
+    ) -> Answer:
         """Angles of the motors for positions of the platform (7.7.2).
 
         Parameters
         ----------
         y : array (..., 3)
-            Centre of the platform.
+            Center of the platform.
         elbow : "outer", "inner", or three of them
-            Which elbow, of all arms or of each.
+            Posture of all arms, or of each.
         precise : bool
-            All digits next to singular poses, too, where angles otherwise have half of them; twice the time.
+            Full accuracy next to singular poses, too, where angles otherwise have half of the digits; twice the time.
         status : bool
             Return (theta, status).
         strict : bool
-            Raise for the first position that is not reached.
+            Raise for the first position that cannot be reached.
         threads : int, optional
-            Default: as `bladesmith.set_threads` says, at first one.
+            Default: the package's (`bladesmith.set_threads`).
 
         Returns
         -------
@@ -129,12 +125,20 @@ class DeltaRobot:
         SingularError
             With ``strict``, naming the position and the arm.
         """
-        places = calls.rows(y, "y")
-        sides = calls.signs(elbow, ELBOWS, "elbow")
-        formula = "delta.inverse_precise" if truth(precise, "precise") else "delta.inverse"
-        (theta,), codes = calls.evaluate(formula, [places, self._row, sides], threads)
-        return answer(theta, codes, status, strict, "inverse", why_at(self, places, sides))
+        positions, elbows = real_array(y, "y", (..., 3)), solutions.elbow_signs(elbow)
+        theta, codes = solutions.inverse(self, positions, elbows, as_bool(precise, "precise"), threads)
+        return answer(theta, codes, status, strict, "inverse", explain_positions(self, positions, elbows))
 
+    @overload
+    def forward(
+        self, theta: Any, root: str = ..., *, precise: bool = ...,
+        status: Literal[False] = ..., strict: bool = ..., threads: int | None = ...,
+    ) -> Array: ...  # fmt: skip
+    @overload
+    def forward(
+        self, theta: Any, root: str = ..., *, precise: bool = ...,
+        status: Literal[True], strict: bool = ..., threads: int | None = ...,
+    ) -> tuple[Array, Statuses]: ...  # fmt: skip
     def forward(
         self,
         theta: Any,
@@ -144,16 +148,17 @@ class DeltaRobot:
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Any:
+    ) -> Answer:
         """Positions of the platform for angles of the motors (7.7.2).
 
         Parameters
         ----------
         theta : array (..., 3)
-        root : "far" or "near"
-            Which of the two points where the forearms can meet.
+        root : "far", "near", "positive" or "negative"
+            The one of the two points where the forearms can meet that is farther along e3, or the other; or the one
+            with a positive or negative volume of the forearms, continuous in theta. See `DeltaRobot`.
         precise, status, strict, threads
-            As of `inverse`.
+            As in `inverse`.
 
         Returns
         -------
@@ -161,19 +166,26 @@ class DeltaRobot:
             NaN where there is none. `UNREACHABLE`: the forearms do not meet. `SINGULAR`: two of them start at one
             point.
         """
-        angles = calls.rows(theta, "theta")
-        formula = "delta.forward_precise" if truth(precise, "precise") else "delta.forward"
-        (y,), codes = calls.evaluate(formula, [angles, self._row, self._side(root)], threads)
-        return answer(y, codes, status, strict, "forward", why(self, angles, root))
+        angles = real_array(theta, "theta", (..., 3))
+        y, codes = solutions.forward(self, angles, root, as_bool(precise, "precise"), threads)
+        return answer(y, codes, status, strict, "forward", explain_angles(self, angles, root))
 
-    def arm_status(self, y: Any, elbow: Any = "outer") -> Any:
+    def arm_status(self, y: Any, elbow: Any = "outer") -> Array:
         """`Status` of each arm (..., 3): `OK`, `UNREACHABLE`, `SINGULAR` or `INVALID`; see `inverse`."""
-        operands = [calls.rows(y, "y"), self._row, calls.signs(elbow, ELBOWS, "elbow")]
-        (codes,), _ = calls.evaluate("delta.arm_codes", operands)
-        return codes.astype(np.uint8)
+        return solutions.arm_codes(self, real_array(y, "y", (..., 3)), solutions.elbow_signs(elbow))
 
     # -- Jacobians ---------------------------------------------------------------------------------------------
 
+    @overload
+    def forward_jacobian(
+        self, theta: Any, method: str = ..., root: str = ..., *,
+        status: Literal[False] = ..., strict: bool = ..., threads: int | None = ...,
+    ) -> Array: ...  # fmt: skip
+    @overload
+    def forward_jacobian(
+        self, theta: Any, method: str = ..., root: str = ..., *,
+        status: Literal[True], strict: bool = ..., threads: int | None = ...,
+    ) -> tuple[Array, Statuses]: ...  # fmt: skip
     def forward_jacobian(
         self,
         theta: Any,
@@ -183,7 +195,7 @@ class DeltaRobot:
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Any:
+    ) -> Answer:
         """J with dy = J dtheta (7.7.5).
 
         Parameters
@@ -192,22 +204,31 @@ class DeltaRobot:
         method : "direct" or "screw"
             The derivative of the solution, or the rods' forces on twists of arms and platform (7.7.4).
         root, status, strict, threads
-            As of `forward`.
+            As in `forward`.
 
         Returns
         -------
         array (..., 3, 3), or (array, status)
             `SINGULAR`: the forearms lie in one plane, and the platform is free across it; see `singularity`.
         """
-        angles, side = calls.rows(theta, "theta"), self._side(root)
-        if chosen(method, METHODS, "method") == "screw":
-            from .delta_screws import forward_jacobian
-
+        angles, weights = real_array(theta, "theta", (..., 3)), solutions.root_weights(root)
+        if as_choice(method, "method", METHODS) == "screw":
             jacobian, codes = forward_jacobian(self, angles, root)
         else:
-            jacobian, codes = self._matrices("delta_rates.forward_jacobian", [angles, self._row, side], threads)
-        return answer(jacobian, codes, status, strict, "forward_jacobian", why(self, angles, root))
+            operands = [angles, self.parameters, weights]
+            jacobian, codes = solutions.jacobians("delta_rates.forward_jacobian", operands, threads)
+        return answer(jacobian, codes, status, strict, "forward_jacobian", explain_angles(self, angles, root))
 
+    @overload
+    def inverse_jacobian(
+        self, y: Any, method: str = ..., elbow: Any = ..., *,
+        status: Literal[False] = ..., strict: bool = ..., threads: int | None = ...,
+    ) -> Array: ...  # fmt: skip
+    @overload
+    def inverse_jacobian(
+        self, y: Any, method: str = ..., elbow: Any = ..., *,
+        status: Literal[True], strict: bool = ..., threads: int | None = ...,
+    ) -> tuple[Array, Statuses]: ...  # fmt: skip
     def inverse_jacobian(
         self,
         y: Any,
@@ -217,52 +238,41 @@ class DeltaRobot:
         status: bool = False,
         strict: bool = False,
         threads: int | None = None,
-    ) -> Any:
-        """J* with dtheta = J* dy (7.7.5), the inverse of J; parameters as of `inverse` and `forward_jacobian`.
+    ) -> Answer:
+        """J* with dtheta = J* dy (7.7.5), the inverse of J; parameters as in `inverse` and `forward_jacobian`.
 
         `SINGULAR`: an arm is stretched or folded, and its forearm's direction is lost to the platform; see
         `singularity`.
         """
-        places, sides = calls.rows(y, "y"), calls.signs(elbow, ELBOWS, "elbow")
-        if chosen(method, METHODS, "method") == "screw":
-            from .delta_screws import inverse_jacobian
-
-            jacobian, codes = inverse_jacobian(self, places, elbow)
+        positions, elbows = real_array(y, "y", (..., 3)), solutions.elbow_signs(elbow)
+        if as_choice(method, "method", METHODS) == "screw":
+            jacobian, codes = inverse_jacobian(self, positions, elbows)
         else:
-            jacobian, codes = self._matrices("delta_rates.inverse_jacobian", [places, self._row, sides], threads)
-        return answer(jacobian, codes, status, strict, "inverse_jacobian", why_at(self, places, sides))
+            operands = [positions, self.parameters, elbows]
+            jacobian, codes = solutions.jacobians("delta_rates.inverse_jacobian", operands, threads)
+        return answer(jacobian, codes, status, strict, "inverse_jacobian", explain_positions(self, positions, elbows))
 
-    # -- the whole robot ---------------------------------------------------------------------------------------
+    # -- points, bodies and motions -------------------------------------------------------------------------------
 
     def pose(self, theta: Any, root: str = "far") -> Pose:
         """All points of the robot at some angles: shoulders, elbows, wrists, ends of the rods (7.7.3)."""
-        from .delta_geometry import pose
-
-        return pose(self, self.forward(theta, root, precise=True), calls.rows(theta, "theta"))
+        return geometry.pose(self, self.forward(theta, root, precise=True), real_array(theta, "theta", (..., 3)))
 
     def pose_at(self, y: Any, elbow: Any = "outer") -> Pose:
         """All points of the robot at some positions of the platform."""
-        from .delta_geometry import pose
-
-        return pose(self, calls.rows(y, "y"), self.inverse(y, elbow, precise=True))
+        return geometry.pose(self, real_array(y, "y", (..., 3)), self.inverse(y, elbow, precise=True))
 
     def joint_objects(self, theta: Any, root: str = "far") -> JointObjects:
-        """The geometry that its bodies share (7.7.3): the circles P_1, P_4, P_7 and the points of the ball joints."""
-        from .delta_geometry import joint_objects
-
-        return joint_objects(self, self.pose(theta, root))
+        """Objects that the bodies share (7.7.3): the circles P_1, P_4, P_7 and the points of the ball joints."""
+        return geometry.joint_objects(self, self.pose(theta, root))
 
     def joint_objects_at(self, y: Any, elbow: Any = "outer") -> JointObjects:
         """`joint_objects` for positions of the platform."""
-        from .delta_geometry import joint_objects
-
-        return joint_objects(self, self.pose_at(y, elbow))
+        return geometry.joint_objects(self, self.pose_at(y, elbow))
 
     def motor_twists(self) -> Multivector:
         """Unit twists (3,) of the upper arms about their motors' axes: theta_i' of them move arm i (7.7.4)."""
-        from .delta_geometry import motor_twists
-
-        return motor_twists(self)
+        return geometry.motor_twists(self)
 
     def mechanism(self, theta: Any, root: str = "far") -> Mechanism:
         """The robot at one pose as a mechanism: ten bodies and the base, fifteen joints (7.7.3).
@@ -272,65 +282,38 @@ class DeltaRobot:
         SingularError
             If there is no pose at these angles.
         ShapeError
-            For other than one pose.
+            If theta is not one pose.
         """
-        from .delta_geometry import BASE, BODIES
-        from .mechanism import Mechanism
+        from ..mechanism.mechanism import Mechanism
 
-        angles = calls.rows(theta, "theta")
-        if angles.shape != (3,):
-            raise ShapeError(f"theta has shape {angles.shape}; a mechanism is one pose, (3,).")
-        self.forward(angles, root, strict=True)
-        made = Mechanism(bodies=list(BODIES), fixed=BASE)
+        angles = real_array(theta, "theta", (3,))
+        forward_strictly(self, angles, root)
+        mechanism = Mechanism(bodies=list(BODIES), fixed=BASE)
         for joint in self.joint_objects(theta, root).joints():
-            made.add(joint)
-        return made
+            mechanism.add(joint)
+        return mechanism
 
     def singularity(self, theta: Any, root: str = "far") -> Singularity:
-        """How near poses are to singular ones, and the directions that are lost or left free there."""
-        from .delta_singular import singularity
-
-        return singularity(self, calls.rows(theta, "theta"), self.forward(theta, root))
+        """Singularity measures of poses, and the directions that are lost or free there; see `Singularity`."""
+        return singularity(self, real_array(theta, "theta", (..., 3)), self.forward(theta, root))
 
     def singularity_at(self, y: Any, elbow: Any = "outer") -> Singularity:
         """`singularity` for positions of the platform."""
-        from .delta_singular import singularity
-
-        return singularity(self, self.inverse(y, elbow), calls.rows(y, "y"))
+        return singularity(self, self.inverse(y, elbow), real_array(y, "y", (..., 3)))
 
     def workspace(
         self, bounds: Any = None, points: Any = 41, elbow: Any = "outer", threads: int | None = None
     ) -> Workspace:
-        """A box sampled: what is reached, and how well; see `Workspace`."""
-        from .delta_space import workspace
-
+        """Samples of a box: reachable positions and their conditioning; see `Workspace`."""
         return workspace(self, bounds, points, elbow, threads)
 
     def trajectory(self, path: Any, times: Any, elbow: Any = "outer") -> Motion:
         """Angles, speeds and accelerations of the motors for a path of the platform; see `Motion`."""
-        from .delta_motion import trajectory
-
         return trajectory(self, path, times, elbow)
 
     def system(self, theta: Any, masses: Any = (1.0, 0.3, 2.0), root: str = "far") -> System:
-        """The robot at one pose as bodies and joints, for `dynamics.Simulation`; see `delta_system.system`."""
-        from .delta_system import system
-
+        """The robot at one pose as rigid bodies and joints, for `dynamics.Simulation`; see `System`."""
         return system(self, theta, masses, root)
-
-    # -- inside ------------------------------------------------------------------------------------------------
-
-    def _side(self, root: str) -> Array:
-        return np.array(1.0 if chosen(root, ROOTS, "root") == ROOTS[0] else -1.0)
-
-    def _matrices(self, formula: str, given: list[Array], threads: int | None) -> tuple[Array, Array]:
-        (found,), codes = calls.evaluate(formula, given, threads)
-        assert codes is not None
-        return found.reshape(*found.shape[:-1], 3, 3), codes
-
-    def __repr__(self) -> str:
-        lengths = ("base_radius", "effector_radius", "upper_arm", "forearm")
-        return f"DeltaRobot({', '.join(f'{name}={getattr(self, name):.6g}' for name in lengths)})"
 
 
 __all__ = ["ELBOWS", "METHODS", "ROOTS", "DeltaRobot"]

@@ -1,16 +1,15 @@
-"""How near poses of the Delta robot are to singular ones, and what is lost there."""
+"""Singularity measures of the Delta robot, and the directions that are lost or free at singular poses."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import delta_calls as calls
-
-if TYPE_CHECKING:
-    from .delta import DeltaRobot
+from ...common.deprecation import renamed_attribute
+from . import evaluation as calls
+from .geometry import DeltaGeometry
 
 Array = NDArray[Any]
 
@@ -41,22 +40,25 @@ class Singularity(NamedTuple):
     hold: Array
 
     @property
-    def lost(self) -> Array:
+    def lost_direction(self) -> Array:
         """Direction (..., 3) of the arm whose sine is nearest zero: the worst to move along."""
         worst = np.abs(np.nan_to_num(self.sines, nan=np.inf)).argmin(-1)
         return np.take_along_axis(self.forearms, worst[..., None, None], -2)[..., 0, :]
 
 
-def singularity(robot: DeltaRobot, theta: Array, y: Array) -> Singularity:
-    """The measures of poses whose angles and positions belong together."""
-    (sines, volume, forearms), _ = calls.evaluate("delta_frame.singularities", [y, theta, robot._row])
-    known = np.asarray(np.isfinite(y).all(-1) & np.isfinite(theta).all(-1))
-    sines, forearms = (np.where(known[..., None], x, np.nan) for x in (sines, forearms))
+Singularity.lost = renamed_attribute("lost_direction")  # type: ignore[attr-defined]  # its body has fields only
+
+
+def singularity(geometry: DeltaGeometry, theta: Array, y: Array) -> Singularity:
+    """Measures of poses whose angles and positions belong together."""
+    (sines, volume, forearms), _ = calls.evaluate("delta_frame.singularities", [y, theta, geometry.parameters])
+    valid = np.asarray(np.isfinite(y).all(-1) & np.isfinite(theta).all(-1))
+    sines, forearms = (np.where(valid[..., None], x, np.nan) for x in (sines, forearms))
     forearms = forearms.reshape(*forearms.shape[:-1], 3, 3)
-    _, values, rows = np.linalg.svd(np.where(known[..., None, None], forearms, np.eye(3)))
-    free = np.where(known[..., None], rows[..., 2, :], np.nan)
-    volume = np.where(known, volume[..., 0], np.nan)
-    return Singularity(sines, volume, forearms, free, np.where(known, values[..., 2], np.nan))
+    _, values, rows = np.linalg.svd(np.where(valid[..., None, None], forearms, np.eye(3)))
+    free = np.where(valid[..., None], rows[..., 2, :], np.nan)
+    volume = np.where(valid, volume[..., 0], np.nan)
+    return Singularity(sines, volume, forearms, free, np.where(valid, values[..., 2], np.nan))
 
 
 __all__ = ["Singularity", "singularity"]

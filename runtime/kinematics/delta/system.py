@@ -1,36 +1,32 @@
-"""The Delta robot as bodies and joints, for simulations of its dynamics."""
+"""The Delta robot as rigid bodies and joints, for simulations."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import ShapeError
-from ..dynamics.bodies import RigidBody
-from ..dynamics.given import positive
-from ..dynamics.shapes import SLENDER, rod
-from ..dynamics.system import System
-from . import delta_calls as calls
-from .delta_geometry import FOREARMS, PLATFORM, UPPER_ARMS, joint_objects, pose
-
-if TYPE_CHECKING:
-    from .delta import DeltaRobot
+from ...common.validation import check_shape, positive_array, real_array
+from ...mechanics.rigid_body import RigidBody
+from ...mechanics.shapes import SLENDER, rod
+from ...mechanics.system import System
+from .diagnostics import forward_strictly
+from .geometry import FOREARMS, PLATFORM, UPPER_ARMS, DeltaGeometry, joint_objects, pose
 
 Array = NDArray[Any]
 
 
-def system(robot: DeltaRobot, theta: Any, masses: Any = (1.0, 0.3, 2.0), root: str = "far") -> System:
-    """The robot at rest at one pose: upper arms and rods uniform and slender, the platform a thin disc.
+def system(geometry: DeltaGeometry, theta: Any, masses: Any = (1.0, 0.3, 2.0), root: str = "far") -> System:
+    """System at rest at one pose: upper arms and rods uniform and slender, the platform a thin disc.
 
     Parameters
     ----------
     theta : array (3,)
     masses : (upper arm, rod, platform)
-        Of one upper arm, of one of the six rods, of the platform.
+        Masses of one upper arm, one of the six rods, the platform.
     root
-        As of `DeltaRobot.forward`.
+        As in `DeltaRobot.forward`.
 
     Returns
     -------
@@ -42,22 +38,19 @@ def system(robot: DeltaRobot, theta: Any, masses: Any = (1.0, 0.3, 2.0), root: s
     SingularError
         If there is no pose at these angles.
     InputError, ShapeError
-        For other than one pose, or masses that are not positive.
+        If theta is not one pose, or masses are not positive.
     """
-    angles = np.asarray(calls.rows(theta, "theta"), np.float64)
-    if angles.shape != (3,):
-        raise ShapeError(f"theta has shape {angles.shape}; a system is one pose, (3,).")
-    weights = positive(masses, "masses")
-    if weights.shape != (3,):
-        raise ShapeError(f"masses has shape {weights.shape}; they are three: upper arm, rod, platform.")
-    found = pose(robot, robot.forward(angles, root, strict=True), angles)
+    angles = np.asarray(real_array(theta, "theta", (3,)), np.float64)
+    weights = positive_array(masses, "masses")
+    check_shape(weights, "masses", (3,), remedy="They are those of upper arm, rod and platform")
+    at = pose(geometry, forward_strictly(geometry, angles, root), angles)
     bodies = {}
-    for name, ends in zip(UPPER_ARMS, zip(found.shoulders, found.elbows, strict=True), strict=True):
+    for name, ends in zip(UPPER_ARMS, zip(at.shoulders, at.elbows, strict=True), strict=True):
         bodies[name] = _bar(weights[0], *ends)
-    for name, ends in zip(FOREARMS, zip(found.tops, found.bottoms, strict=True), strict=True):
+    for name, ends in zip(FOREARMS, zip(at.tops, at.bottoms, strict=True), strict=True):
         bodies[name] = _bar(weights[1], *ends)
-    bodies[PLATFORM] = RigidBody(weights[2], _disc(weights[2], 2 * robot.effector_radius), found.position)
-    return System(bodies, joint_objects(robot, found).joints())
+    bodies[PLATFORM] = RigidBody(weights[2], _disc(weights[2], 2 * geometry.effector_radius), at.position)
+    return System(bodies, joint_objects(geometry, at).joints())
 
 
 def _bar(mass: float, begin: Array, end: Array) -> RigidBody:

@@ -1,21 +1,21 @@
-"""Motions of the Delta robot: what its motors do while the platform follows a path."""
+"""Motions of the Delta robot: angles, speeds and accelerations of its motors while the platform follows a path."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..codegen.errors import InputError, ShapeError
-from ..dynamics.functions import Asked, Differences
-from ..status import Status
-from . import delta_calls as calls
-
-if TYPE_CHECKING:
-    from .delta import DeltaRobot
+from ...codegen.errors import InputError, ShapeError
+from ...common.callbacks import GuardedCallback
+from ...common.finite_differences import Differences
+from ...common.validation import finite_array, real_array
+from ...status import Status
+from . import evaluation as calls
+from . import solutions
+from .geometry import DeltaGeometry
 
 Array = NDArray[Any]
 #: Degree of the spline through sampled points: its accelerations bend smoothly.
@@ -23,7 +23,7 @@ DEGREE = 5
 
 
 class Motion(NamedTuple):
-    """A path at some times and what the motors do; NaN where the platform cannot be, or an arm is stretched.
+    """A path at some times and the motion of the motors; NaN where the platform cannot be, or an arm is stretched.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class Motion(NamedTuple):
 
     @property
     def is_possible(self) -> bool:
-        """Whether the platform can follow the path at all of its times."""
+        """True if the platform can follow the path at all of its times."""
         return bool((self.status == Status.OK).all())
 
 
-def trajectory(robot: DeltaRobot, path: Any, times: Any, elbow: Any) -> Motion:
+def trajectory(geometry: DeltaGeometry, path: Any, times: Any, elbow: Any) -> Motion:
     """Angles, speeds and accelerations of the motors.
 
     Parameters
@@ -68,38 +68,37 @@ def trajectory(robot: DeltaRobot, path: Any, times: Any, elbow: Any) -> Motion:
     ------
     InputError, ShapeError
         If the times do not increase, or the path is neither.
-    MissingExtraError
-        For sampled positions without scipy.
     """
     t = _times(times)
-    y, dy, ddy = _called(path, t) if callable(path) else _sampled(path, t)
-    sides = calls.signs(elbow, ("outer", "inner"), "elbow")
-    (theta, speed, acceleration), codes = calls.evaluate("delta_rates.inverse_motion", [y, dy, ddy, robot._row, sides])
+    y, dy, ddy = _from_function(path, t) if callable(path) else _from_samples(path, t)
+    elbows = solutions.elbow_signs(elbow)
+    operands = [y, dy, ddy, geometry.parameters, elbows]
+    (theta, speed, acceleration), codes = calls.evaluate("delta_rates.inverse_motion", operands)
     assert codes is not None
-    return Motion(t, y, dy, ddy, _unwrapped(theta), speed, acceleration, codes)
+    return Motion(t, y, dy, ddy, _unwrap(theta), speed, acceleration, codes)
 
 
 def _times(times: Any) -> Array:
-    t = np.asarray(arrays.real(times, "times"), np.float64)
-    if t.ndim != 1 or not len(t):
-        raise ShapeError(f"times has shape {t.shape}; a row of at least one is needed.")
+    t = np.asarray(real_array(times, "times", ("n",)), np.float64)
+    if not len(t):
+        raise ShapeError("times is empty; at least one is needed.")
     if not np.isfinite(t).all() or (np.diff(t) <= 0).any():
         raise InputError("times are not finite and increasing.")
     return t
 
 
-def _called(path: Callable[..., Any], t: Array) -> tuple[Array, Array, Array]:
-    asked = Asked(path, "the path", _check)
-    first = asked(float(t[0]))
+def _from_function(path: Callable[..., Any], t: Array) -> tuple[Array, Array, Array]:
+    position_at = GuardedCallback(path, "the path", _check)
+    first = position_at(float(t[0]))
     if isinstance(first, tuple):
-        found = [first, *(asked(float(s)) for s in t[1:])]
-        y, dy, ddy = (np.array([np.asarray(each[k], np.float64) for each in found]) for k in range(3))
+        samples = [first, *(position_at(float(s)) for s in t[1:])]
+        y, dy, ddy = (np.array([np.asarray(each[k], np.float64) for each in samples]) for k in range(3))
         return y, dy, ddy
     if len(t) == 1:
         raise InputError("the path gives positions only, and there is one time.", remedy="Return (y, dy, ddy)")
 
     def position(time: float) -> Array:
-        return np.asarray(asked(float(time)), np.float64)
+        return np.asarray(position_at(float(time)), np.float64)
 
     smooth = Differences(position, (float(t[0]), float(t[-1])))
     y, dy, ddy = (np.array(x) for x in zip(*(smooth(float(s)) for s in t), strict=True))
@@ -113,25 +112,21 @@ def _check(value: Any, what: str) -> None:
             raise ShapeError(f"{what} gives shape {np.shape(each)}; a position (3,), or (y, dy, ddy), is needed.")
 
 
-def _sampled(path: Any, t: Array) -> tuple[Array, Array, Array]:
-    y = np.asarray(calls.rows(path, "path"), np.float64)
-    if y.shape != (len(t), 3):
-        raise ShapeError(f"path has shape {y.shape}; ({len(t)}, 3) goes with these times, or a function.")
+def _from_samples(path: Any, t: Array) -> tuple[Array, Array, Array]:
+    y = finite_array(path, "path", (len(t), 3))
     if len(t) <= DEGREE:
         raise InputError(f"path has {len(t)} positions; a spline needs {DEGREE + 1}.", remedy="Give a function of time")
-    if not np.isfinite(y).all():
-        raise InputError("path is not finite everywhere.")
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(t, y, k=DEGREE)
     return y, spline(t, 1), spline(t, 2)
 
 
-def _unwrapped(theta: Array) -> Array:
-    """Angles without jumps of a full turn, from each known state to the next."""
-    known = np.isfinite(theta).all(-1)
+def _unwrap(theta: Array) -> Array:
+    """Angles without jumps of a full rotation, from each valid state to the next."""
+    valid = np.isfinite(theta).all(-1)
     smooth = theta.copy()
-    smooth[known] = np.unwrap(theta[known], axis=0)
+    smooth[valid] = np.unwrap(theta[valid], axis=0)
     return smooth
 
 

@@ -9,9 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ..dynamics.schema import OrientationTable, UnitsTable
-from ..dynamics.schema_parts import AnyObject
-from ..dynamics.schema_values import (
+from ...common.documents import Table
+from ...mechanics.io.fields import (
     Direction,
     Name,
     Number,
@@ -19,16 +18,15 @@ from ..dynamics.schema_values import (
     Positive,
     Vector,
     exactly_one,
-    given,
-    one_at_most,
-)  # fmt: skip
-from ..tomlread import Table
-from .delta_space import MOST
+)
+from ...mechanics.io.geometry import OrientationTable, UnitsTable
+from ...mechanics.io.joints import AnyJoint
+from ..delta.workspace import MOST
 
 #: Samples of a path, at most.
 MOST_SAMPLES = 1_000_000
 
-# -- what a file describes -------------------------------------------------------------------------------------
+# -- robots -------------------------------------------------------------------------------------
 
 Elbow = Literal["outer", "inner"]
 
@@ -41,7 +39,7 @@ class DeltaTable(Table):
     upper_arm: Positive
     forearm: Positive
     elbow: Elbow | tuple[Elbow, Elbow, Elbow] = "outer"
-    root: Literal["far", "near"] = "far"
+    root: Literal["far", "near", "positive", "negative"] = "far"
 
 
 class UrdfTable(Table):
@@ -61,14 +59,14 @@ class UrdfTable(Table):
 
 
 class ToolTable(Table):
-    """A point that goes with a body: what a mechanism is there to move."""
+    """A point of a body: the end effector of a mechanism."""
 
     body: Name
     point: Place = (0.0, 0.0, 0.0)
 
 
 class MechanismTable(Table):
-    """Bodies by name, and which joints are driven, between which coordinates."""
+    """Bodies by name, actuated joints and their limits."""
 
     bodies: Annotated[list[Name], Field(min_length=2)]
     fixed: Name | None = None
@@ -78,121 +76,11 @@ class MechanismTable(Table):
     algebra: Literal["cga3d", "pga3d"] = "cga3d"
 
 
-# -- joints ----------------------------------------------------------------------------------------------------
-
-
-class JointTable(Table):
-    """A joint between two bodies, where they are at the start: by places and directions, or by shared objects."""
-
-    a: Name
-    b: Name
-    name: Name | None = None
-    objects: list[AnyObject] | None = None
-
-    @model_validator(mode="after")
-    def _one_way(self) -> JointTable:
-        own = [key for key in type(self).model_fields if key not in (*JointTable.model_fields, "kind", "product")]
-        own, needed = given(self, *own), self.needed()
-        if self.objects is not None and own:
-            raise ValueError(f"objects and {' and '.join(own)} say the same thing; give one of them")
-        if self.objects is None:
-            for key in needed:
-                if key == "objects":
-                    raise ValueError("has no objects; it is between two")
-                if getattr(self, key) is None:
-                    raise ValueError(f"has neither {key} nor objects; one is needed")
-        return self
-
-    def needed(self) -> tuple[str, ...]:
-        """Keys that are there where objects are not."""
-        return tuple(key for key in ("point", "axis", "normal", "axis_a", "axis_b") if key in type(self).model_fields)
-
-
-class SphericalTable(JointTable):
-    """Turning about a point; or a sphere."""
-
-    kind: Literal["spherical"]
-    point: Place | None = None
-
-
-class RevoluteTable(JointTable):
-    """Turning about an axis; or a circle, a point pair, a line and a point."""
-
-    kind: Literal["revolute"]
-    point: Place | None = None
-    axis: Direction | None = None
-
-
-class CylindricalTable(JointTable):
-    """Turning about an axis and sliding along it; or a line."""
-
-    kind: Literal["cylindrical"]
-    point: Place | None = None
-    axis: Direction | None = None
-
-
-class PrismaticTable(JointTable):
-    """Sliding along an axis; or two objects."""
-
-    kind: Literal["prismatic"]
-    point: Place | None = None
-    axis: Direction | None = None
-
-    def needed(self) -> tuple[str, ...]:
-        return ("axis",)
-
-
-class PlanarTable(JointTable):
-    """Sliding in a plane and turning about its normal; or a plane."""
-
-    kind: Literal["planar"]
-    point: Place | None = None
-    normal: Direction | None = None
-
-
-class UniversalTable(JointTable):
-    """Two axes at right angles, one of each body; or two circles."""
-
-    kind: Literal["universal"]
-    point: Place | None = None
-    axis_a: Direction | None = None
-    axis_b: Direction | None = None
-
-
-class RigidTable(JointTable):
-    """Two bodies as one."""
-
-    kind: Literal["rigid"]
-    point: Place | None = None
-
-    def needed(self) -> tuple[str, ...]:
-        if self.objects is not None:
-            raise ValueError("a rigid joint has no objects; its point says where the bodies meet")
-        return ()
-
-
-class BilinearTable(JointTable):
-    """A product of two objects, one of each body, that stays zero."""
-
-    kind: Literal["bilinear"]
-    product: Literal["outer", "inner", "meet", "anticommutator"] = "outer"
-
-    def needed(self) -> tuple[str, ...]:
-        return ("objects",)
-
-
-AnyJoint = Annotated[
-    SphericalTable | RevoluteTable | CylindricalTable | PrismaticTable | PlanarTable | UniversalTable | RigidTable
-    | BilinearTable,
-    Field(discriminator="kind"),
-]  # fmt: skip
-
-
-# -- what is asked of it ---------------------------------------------------------------------------------------
+# -- tasks ---------------------------------------------------------------------------------------
 
 
 class PoseTable(Table):
-    """Where it stands: joints, or the tool. With both, the tool's is looked for from these joints."""
+    """A pose by joints, or of the tool. With both, the tool's pose is searched from these joints."""
 
     joints: dict[Name, Number] = {}
     degrees: bool = False
@@ -218,14 +106,14 @@ class WorkspaceTable(Table):
 
 
 class LineTable(Table):
-    """Straight on; from where the tool is, unless said."""
+    """A straight path; default start: the position of the tool."""
 
     start: Place | None = None
     end: Place
 
 
 class CircleTable(Table):
-    """About an axis, counter-clockwise; it begins where the circle is nearest to the tool."""
+    """A circle, counter-clockwise about its normal, from its point nearest to the tool."""
 
     center: Place
     normal: Direction
@@ -252,7 +140,7 @@ class PathTable(Table):
 
 
 class PictureTable(Table):
-    """How pictures look; degrees."""
+    """Options of pictures; angles in degrees."""
 
     title: Name | None = None
     elevation: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
@@ -274,6 +162,3 @@ class FileTable(Table):
     path: PathTable | None = None
     picture: PictureTable = PictureTable()
     units: UnitsTable = UnitsTable()
-
-
-__all__ = ["FileTable", "PathTable", "PoseTable", "WorkspaceTable", "given", "one_at_most"]

@@ -1,4 +1,4 @@
-"""Bodies and joints as a graph: a spanning tree from the fixed body, and the joints that close loops."""
+"""Graph of bodies and joints: a spanning tree from the fixed body, and the joints that close loops."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
-from ..codegen.errors import InputError
-from .joints import Joint
+from ...codegen.errors import InputError
+from ...mechanics.joints.base import Joint
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Tree:
-    """A spanning tree: each body hangs on a parent by one joint.
+    """A spanning tree: one joint connects each body to its parent.
 
     Attributes
     ----------
     order : list of int
-        Bodies, parents first; the fixed body, -1, is not among them.
+        Bodies, parents first, without the fixed body, -1.
     parent, joint : list of int
-        Of each body: the parent (-1: the fixed one) and the joint between.
+        Parent of each body (-1: the fixed one), and the joint between.
     sign : list of int
-        1 where the body is the joint's second, else -1.
-    cuts : list of int
+        1 for bodies that are the second of their joint, else -1.
+    loop_joints : list of int
         Joints that close loops.
     ends : list of (int, int)
         First and second body of each joint.
@@ -41,61 +41,63 @@ class Tree:
     parent: list[int]
     joint: list[int]
     sign: list[int]
-    cuts: list[int]
+    loop_joints: list[int]
     ends: list[tuple[int, int]]
 
     @cached_property
-    def hung_by(self) -> dict[int, int]:
-        """The body that hangs by each joint of the tree."""
+    def child_of(self) -> dict[int, int]:
+        """The child body of each joint of the tree."""
         return {j: b for b, j in enumerate(self.joint)}
 
     @cached_property
     def depth(self) -> list[int]:
-        """Joints between each body and the fixed one."""
-        found = [0] * len(self.parent)
+        """Number of joints between each body and the fixed one."""
+        depths = [0] * len(self.parent)
         for b in self.order:
-            found[b] = 1 if self.parent[b] < 0 else found[self.parent[b]] + 1
-        return found
+            depths[b] = 1 if self.parent[b] < 0 else depths[self.parent[b]] + 1
+        return depths
 
-    def around(self, a: int, b: int) -> list[tuple[int, int]]:
-        """Bodies on the way from one body to another, with a sign: the twist of b against a is the sum of theirs
-        against their parents."""
-        found = []
+    def path_between(self, a: int, b: int) -> list[tuple[int, int]]:
+        """Bodies on the path from one body to another, with signs.
+
+        The twist of b relative to a is the signed sum of their twists relative to their parents.
+        """
+        path = []
         while a != b:
-            deep = [-1 if x < 0 else self.depth[x] for x in (a, b)]
-            if deep[0] > deep[1]:
-                found.append((a, -1))
+            depths = [-1 if x < 0 else self.depth[x] for x in (a, b)]
+            if depths[0] > depths[1]:
+                path.append((a, -1))
                 a = self.parent[a]
             else:
-                found.append((b, 1))
+                path.append((b, 1))
                 b = self.parent[b]
-        return found
+        return path
 
     @cached_property
     def solver(self) -> Any:
-        """Factors of 1 - (parent): what bodies have against their parents, summed to the root."""
+        """LU factors of 1 - (parent matrix): they sum values along the paths to the root."""
         n = len(self.parent)
         at = [(b, self.parent[b]) for b in self.order if self.parent[b] >= 0]
         rows, columns = (np.array(at, int).reshape(-1, 2)).T
         links = sparse.csc_array((np.ones(len(at)), (rows, columns)), shape=(n, n))
         return splu((sparse.eye_array(n, format="csc") - links).tocsc(), permc_spec="NATURAL")
 
-    def summed(self, own: Array) -> Array:
-        """Of what bodies (n, ...) have against their parents, what they have against the fixed body."""
-        return np.asarray(self.solver.solve(own.reshape(len(own), -1)).reshape(own.shape))
+    def accumulate_down(self, relative: Array) -> Array:
+        """Values (n, ...) of bodies relative to the fixed body, from those relative to their parents."""
+        return np.asarray(self.solver.solve(relative.reshape(len(relative), -1)).reshape(relative.shape))
 
-    def gathered(self, own: Array) -> Array:
-        """Of what bodies (n, ...) bear, what their joints towards the fixed body do: the sum over all that hangs on."""
-        return np.asarray(self.solver.solve(own.reshape(len(own), -1), trans="T").reshape(own.shape))
+    def accumulate_up(self, loads: Array) -> Array:
+        """Loads (n, ...) on the joints towards the fixed body, from those on bodies: sums over all descendants."""
+        return np.asarray(self.solver.solve(loads.reshape(len(loads), -1), trans="T").reshape(loads.shape))
 
 
 def spanning_tree(bodies: Sequence[str], fixed: str, joints: Sequence[Joint], freedoms: Sequence[int]) -> Tree:
-    """The tree whose joints leave least: loops then are few equations in few unknowns.
+    """The tree whose joints have the least freedom: loops are then few equations in few unknowns.
 
     Raises
     ------
     InputError
-        If bodies hang on nothing.
+        If bodies are not connected to the fixed one.
     """
     numbers = {name: i for i, name in enumerate(bodies)} | {fixed: -1}
     ends = [(numbers[joint.a], numbers[joint.b]) for joint in joints]
@@ -110,8 +112,8 @@ def spanning_tree(bodies: Sequence[str], fixed: str, joints: Sequence[Joint], fr
     graph = sparse.csr_array((weights, (pairs[:, 0], pairs[:, 1])), shape=(n + 1, n + 1))
     order, before = csgraph.breadth_first_order(csgraph.minimum_spanning_tree(graph), n, directed=False)
     if len(order) <= n:
-        lost = [bodies[i] for i in sorted(set(range(n)) - set(order.tolist()))]
-        shown = ", ".join(lost[:5]) + (" ..." if len(lost) > 5 else "")
+        isolated = [bodies[i] for i in sorted(set(range(n)) - set(order.tolist()))]
+        shown = ", ".join(isolated[:5]) + (" ..." if len(isolated) > 5 else "")
         raise InputError(
             f"no joints hold {shown} to {fixed!r}.", remedy="Add the joints that are missing, or take the bodies out"
         )

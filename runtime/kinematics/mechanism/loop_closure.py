@@ -1,8 +1,8 @@
-"""Loops of a mechanism: what its joints' coordinates must obey so that it stays closed.
+"""Loop-closure equations of a mechanism: linear constraints on the speeds at its joints.
 
-The twists of all bodies follow from the speeds at the joints of a spanning tree; each joint that the tree leaves out
-forbids some of them. The matrix of that is small, splits into parts that have nothing to do with one another, and is
-looked at densely, part by part: what the constraint matrix of 6 columns a body says, for less.
+The twists of all bodies follow from the speeds at the joints of a spanning tree; each joint outside of the tree forbids
+some of them. The matrix is block diagonal; each block is decomposed with a dense SVD. This gives the same rank and null
+space as the constraint matrix with 6 columns for each body, at lower cost.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...mechanics.joints.local_relations import Relation
 from .graph import Tree
-from .local import Relation
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Loops:
-    """Speeds at the joints of a tree, and the rows that close loops.
+    """Loop-closure equations in the speeds at the joints of a tree.
 
     Attributes
     ----------
@@ -37,49 +37,51 @@ class Loops:
     relations: Sequence[Relation]
 
     @cached_property
-    def starts(self) -> Array:
-        """Where the coordinates of each body's joint begin, and their number at the end."""
+    def offsets(self) -> Array:
+        """Offset of the coordinates of each body's joint, and their number at the end."""
         return np.cumsum([0, *(self.relations[j].free.shape[1] for j in self.tree.joint)])
 
     @property
     def size(self) -> int:
-        """Coordinates of all joints of the tree."""
-        return int(self.starts[-1])
+        """Number of coordinates of all joints of the tree."""
+        return int(self.offsets[-1])
 
     @cached_property
-    def cut_rows(self) -> Array:
-        """Where the rows of each cut joint begin, and their number at the end."""
-        return np.cumsum([0, *(len(self.relations[j].rows) for j in self.tree.cuts)])
+    def loop_rows(self) -> Array:
+        """Offset of the rows of each loop joint, and their number at the end."""
+        return np.cumsum([0, *(len(self.relations[j].rows) for j in self.tree.loop_joints)])
 
     @cached_property
     def matrix(self) -> Any:
-        """The rows of the cut joints on the coordinates (sparse)."""
+        """Rows of the loop joints in the coordinates (sparse)."""
         blocks = []
-        for k, j in enumerate(self.tree.cuts):
+        for k, j in enumerate(self.tree.loop_joints):
             rows = self.relations[j].rows
-            for body, sign in self.tree.around(*self.tree.ends[j]):
-                blocks.append((int(self.cut_rows[k]), int(self.starts[body]), sign * (rows @ self.step(body))))
-        return _assembled(blocks, (int(self.cut_rows[-1]), self.size))
+            for body, sign in self.tree.path_between(*self.tree.ends[j]):
+                blocks.append(
+                    (int(self.loop_rows[k]), int(self.offsets[body]), sign * (rows @ self.joint_subspace(body)))
+                )
+        return block_matrix(blocks, (int(self.loop_rows[-1]), self.size))
 
-    def step(self, body: int) -> Array:
-        """Twists (6, f) of a body against its parent, for unit speeds at the joint between."""
+    def joint_subspace(self, body: int) -> Array:
+        """Twists (6, f) of a body relative to its parent, for unit speeds at the joint between."""
         return self.tree.sign[body] * self.relations[self.tree.joint[body]].free
 
-    def way(self, body: int) -> Any:
+    def body_jacobian(self, body: int) -> Any:
         """Twists (6, size) of a body for unit speeds at all joints (sparse)."""
-        blocks = [(0, int(self.starts[b]), self.step(b)) for b, _ in self.tree.around(-1, body)]
-        return _assembled(blocks, (6, self.size))
+        blocks = [(0, int(self.offsets[b]), self.joint_subspace(b)) for b, _ in self.tree.path_between(-1, body)]
+        return block_matrix(blocks, (6, self.size))
 
     def twists(self, speeds: Array) -> Array:
         """Twists (bodies, 6, ...) of all bodies for speeds (size, ...) at the joints."""
-        own = np.zeros((len(self.tree.parent), 6, *speeds.shape[1:]))
-        for b in range(len(own)):
-            own[b] = self.step(b) @ speeds[self.starts[b] : self.starts[b + 1]]
-        return self.tree.summed(own)
+        relative = np.zeros((len(self.tree.parent), 6, *speeds.shape[1:]))
+        for b in range(len(relative)):
+            relative[b] = self.joint_subspace(b) @ speeds[self.offsets[b] : self.offsets[b + 1]]
+        return self.tree.accumulate_down(relative)
 
 
-def _assembled(blocks: list[tuple[int, int, Array]], shape: tuple[int, int]) -> Any:
-    """A sparse matrix of dense blocks, by their first row and column."""
+def block_matrix(blocks: list[tuple[int, int, Array]], shape: tuple[int, int]) -> Any:
+    """A sparse matrix of dense blocks at offsets (row, column)."""
     rows, columns, values = [], [], []
     for first, left, block in blocks:
         i, j = np.indices(block.shape)
@@ -93,16 +95,16 @@ def _assembled(blocks: list[tuple[int, int, Array]], shape: tuple[int, int]) -> 
 
 
 @dataclass(frozen=True)
-class Part:
-    """Rows and columns of a matrix that have nothing to do with the others.
+class Block:
+    """A diagonal block of a matrix, decomposed.
 
     Attributes
     ----------
     rows, columns : array of int
     left, sizes, right : array
-        Singular vectors and values of the block, those of rounding left out: left (rows, r), right (r, columns).
+        Singular vectors and values of the block without rounding errors: left (rows, r), right (r, columns).
     null, stress : array
-        Bases of what the block takes to nothing (columns, k), and of what takes its rows to nothing (rows, s).
+        Bases of the null space (columns, k) and of the left null space (rows, s).
     """
 
     rows: Array
@@ -115,18 +117,18 @@ class Part:
 
     @property
     def rank(self) -> int:
-        """Rows that say something new."""
+        """Number of independent rows."""
         return len(self.sizes)
 
 
-def parts(matrix: Any, tolerance: float) -> list[Part]:
-    """A sparse matrix, part by part; singular values below a share of the largest of a part are none."""
+def decompose(matrix: Any, tolerance: float) -> list[Block]:
+    """Diagonal blocks of a sparse matrix; singular values below a fraction of a block's largest are zero."""
     pattern = matrix.tocsr()
     m, n = pattern.shape
     graph = sparse.block_array([[None, pattern], [pattern.T, None]]) if m and n else sparse.csr_array((m + n, m + n))
     count, labels = csgraph.connected_components(graph, directed=False)
     of_rows, of_columns = _members(labels[:m], count), _members(labels[m:], count)
-    return [_part(pattern, rows, columns, tolerance) for rows, columns in zip(of_rows, of_columns, strict=True)]
+    return [_block(pattern, rows, columns, tolerance) for rows, columns in zip(of_rows, of_columns, strict=True)]
 
 
 def _members(labels: Array, count: int) -> list[Array]:
@@ -134,11 +136,11 @@ def _members(labels: Array, count: int) -> list[Array]:
     return np.split(order, np.searchsorted(labels[order], np.arange(1, count)))
 
 
-def _part(matrix: Any, rows: Array, columns: Array, tolerance: float) -> Part:
+def _block(matrix: Any, rows: Array, columns: Array, tolerance: float) -> Block:
     if not len(rows) or not len(columns):
-        nothing = np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, len(columns)))
-        return Part(rows, columns, *nothing, np.eye(len(columns)), np.eye(len(rows)))
+        empty = np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, len(columns)))
+        return Block(rows, columns, *empty, np.eye(len(columns)), np.eye(len(rows)))
     block = matrix[rows][:, columns].toarray()
     left, sizes, right = np.linalg.svd(block)
     rank = int((sizes > tolerance * sizes.max(initial=0)).sum()) if sizes.max(initial=0) > tolerance else 0
-    return Part(rows, columns, left[:, :rank], sizes[:rank], right[:rank], right[rank:].T, left[:, rank:])
+    return Block(rows, columns, left[:, :rank], sizes[:rank], right[:rank], right[rank:].T, left[:, rank:])

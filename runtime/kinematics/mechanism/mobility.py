@@ -1,10 +1,10 @@
-"""What a mechanism can still do, and what it asks for twice: free motions and self-stresses, each told in words."""
+"""Mobility (basis of free motions) and overconstraint (basis of self-stresses) of a mechanism."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,12 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.sparse import csgraph
 
-from .loops import Loops, Part, parts
-
-if TYPE_CHECKING:
-    from ..multivector import Multivector
-    from .mechanism import Mechanism
+from ...core.multivector import Multivector
+from .loop_closure import Block, Loops
+from .structure import Assembly
 
 Array = NDArray[Any]
-#: Share of the largest twist or wrench below which a body is at rest, and a joint bears nothing.
+#: Fraction of the largest twist or wrench below which a body is at rest, or a joint is unloaded.
 NOISE = 1e-9
 
 
@@ -30,14 +28,14 @@ class FreeMotion(Mapping[str, "Multivector"]):
     Attributes
     ----------
     speeds : array
-        At the joints of the mechanism's tree, in the mechanism's frame.
+        Speeds at the joints of the mechanism's tree, in the mechanism's frame.
     driver : str
-        The joint or body that it is named after: the coordinate that only this motion, of those in the list, has.
+        The joint or body that names the motion: the coordinate that only this motion of the basis has.
     idle : bool
-        Whether one body moves alone, as a rod between two balls spins.
+        True if one body moves alone (a passive degree of freedom), as a rod between two balls spins.
     """
 
-    mechanism: Mechanism
+    mechanism: Assembly
     speeds: Array
     driver: str
     idle: bool
@@ -53,7 +51,7 @@ class FreeMotion(Mapping[str, "Multivector"]):
 
     @property
     def bodies(self) -> list[str]:
-        """Those that move."""
+        """Names of the bodies that move."""
         sizes = np.abs(self.mechanism.loops.twists(self.speeds)).max(-1)
         moving = sizes > NOISE * sizes.max(initial=0)
         return [name for name, moves in zip(self.mechanism.moving, moving, strict=True) if moves]
@@ -66,9 +64,9 @@ class FreeMotion(Mapping[str, "Multivector"]):
 
 @dataclass(frozen=True, eq=False)
 class SelfStress(Mapping[str, "Multivector"]):
-    """Wrenches that joints can bear against each other with no load: a constraint that is there twice.
+    """Wrenches that joints can bear against each other with no load: a redundant constraint.
 
-    A mapping of joints, by label, to the wrench that the first body puts on the second, in the world.
+    A mapping of joints, by label, to the wrench of the first body on the second, in the world.
     """
 
     wrenches: dict[str, Multivector]
@@ -86,59 +84,59 @@ class SelfStress(Mapping[str, "Multivector"]):
         return f"<SelfStress: {', '.join(self)}>"
 
 
-def idle_speeds(loops: Loops, tolerance: float) -> list[tuple[int, Array]]:
-    """Motions in which one body moves alone: (body, speeds of the tree)."""
-    tree, found = loops.tree, []
+def passive_dof(loops: Loops, tolerance: float) -> list[tuple[int, Array]]:
+    """Passive degrees of freedom, where one body moves alone: (body, speeds of the tree)."""
+    tree, motions = loops.tree, []
     joints: list[list[int]] = [[] for _ in tree.parent]
     for j, ends in enumerate(tree.ends):
         for b in ends:
             if b >= 0:
                 joints[b].append(j)
-    hanging: list[list[int]] = [[] for _ in tree.parent]
+    children: list[list[int]] = [[] for _ in tree.parent]
     for b in tree.order:
         if tree.parent[b] >= 0:
-            hanging[tree.parent[b]].append(b)
-    for b, own in enumerate(joints):
-        rows = np.concatenate([loops.relations[j].rows for j in own])
-        if len(own) < 2 or len(rows) > 6 * len(own):
+            children[tree.parent[b]].append(b)
+    for b, adjacent in enumerate(joints):
+        rows = np.concatenate([loops.relations[j].rows for j in adjacent])
+        if len(adjacent) < 2 or len(rows) > 6 * len(adjacent):
             continue
         _, sizes, basis = np.linalg.svd(rows)
         for twist in basis[int((sizes > tolerance * sizes.max(initial=0)).sum()) :]:
             speeds = np.zeros(loops.size)
-            for child, sign in ((b, 1), *((c, -1) for c in hanging[b])):
-                at = slice(loops.starts[child], loops.starts[child + 1])
-                speeds[at] = sign * np.linalg.lstsq(loops.step(child), twist, rcond=None)[0]
-            found.append((b, speeds))
-    return found
+            for child, sign in ((b, 1), *((c, -1) for c in children[b])):
+                at = slice(loops.offsets[child], loops.offsets[child + 1])
+                speeds[at] = sign * np.linalg.lstsq(loops.joint_subspace(child), twist, rcond=None)[0]
+            motions.append((b, speeds))
+    return motions
 
 
-def free_basis(loops: Loops, split: list[Part], idle: list[Array]) -> list[tuple[int, Array]]:
-    """A basis of all motions, the idle ones first, then one for each coordinate that is free to choose, those near
+def free_basis(loops: Loops, split: list[Block], idle: list[Array]) -> list[tuple[int, Array]]:
+    """Complement of the passive motions in the space of all motions, one for each independent coordinate, those near
     the fixed body first: (coordinate, speeds)."""
-    made: list[tuple[int, Array]] = []
-    for columns, null in _together(split, idle):
-        own = [v[columns] for v in idle if np.any(v[columns])]
-        if own:
-            basis, _ = np.linalg.qr(np.stack(own, 1))
+    motions: list[tuple[int, Array]] = []
+    for columns, null in _merge_blocks(split, idle):
+        passive = [v[columns] for v in idle if np.any(v[columns])]
+        if passive:
+            basis, _ = np.linalg.qr(np.stack(passive, 1))
             null = null - basis @ (basis.T @ null)
             left, sizes, _ = np.linalg.svd(null, full_matrices=False)
-            null = left[:, sizes > 0.5]  # of an orthonormal basis less one of its subspaces: ones and zeros
-        for column, values in _reduced(null, np.argsort(_rank_of(loops)[columns], kind="stable")):
+            null = left[:, sizes > 0.5]  # of a projector: ones and zeros
+        for column, values in _echelon_basis(null, np.argsort(_depths(loops)[columns], kind="stable")):
             speeds = np.zeros(loops.size)
             speeds[columns] = values
-            made.append((int(columns[column]), speeds))
-    return made
+            motions.append((int(columns[column]), speeds))
+    return motions
 
 
-def _together(split: list[Part], idle: list[Array]) -> list[tuple[Array, Array]]:
-    """Columns and null spaces of parts, of those that an idle motion moves as one."""
+def _merge_blocks(split: list[Block], idle: list[Array]) -> list[tuple[Array, Array]]:
+    """Columns and null spaces of blocks, merged where a passive motion couples them."""
     of_column = {int(c): k for k, part in enumerate(split) for c in part.columns}
     links = np.array(
         [(of_column[int(v.nonzero()[0][0])], of_column[int(c)]) for v in idle for c in v.nonzero()[0]], int
     )
     rows, columns = links.reshape(-1, 2).T
     graph = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(split), len(split)))
-    groups: dict[int, list[Part]] = {}
+    groups: dict[int, list[Block]] = {}
     for part, label in zip(split, csgraph.connected_components(graph, directed=False)[1], strict=True):
         groups.setdefault(int(label), []).append(part)
     return [
@@ -147,54 +145,52 @@ def _together(split: list[Part], idle: list[Array]) -> list[tuple[Array, Array]]
     ]
 
 
-def _rank_of(loops: Loops) -> Array:
-    """How far from the fixed body each coordinate's joint is."""
-    counts = np.diff(loops.starts)
+def _depths(loops: Loops) -> Array:
+    """Depth in the tree of each coordinate's joint."""
+    counts = np.diff(loops.offsets)
     return np.repeat(np.array(loops.tree.depth, int), counts)
 
 
-def _reduced(null: Array, order: Array) -> list[tuple[int, Array]]:
-    """A basis in which each of some coordinates, the first ones in an order that will do, is one vector's alone."""
-    chosen: list[int] = []
+def _echelon_basis(null: Array, order: Array) -> list[tuple[int, Array]]:
+    """Reduced basis of ``null``: one pivot coordinate for each vector, chosen greedily in the given order."""
+    pivots: list[int] = []
     rest = null.copy()
     for row in order:
-        if len(chosen) == null.shape[1]:
+        if len(pivots) == null.shape[1]:
             break
         size = np.linalg.norm(rest[row])
-        if size > 1e-3:  # less is a poor one to name a motion after
-            way = rest[row] / size
-            rest = rest - np.outer(rest @ way, way)
-            chosen.append(int(row))
-    if len(chosen) < null.shape[1]:
+        if size > 1e-3:  # smaller pivots are ill conditioned
+            direction = rest[row] / size
+            rest = rest - np.outer(rest @ direction, direction)
+            pivots.append(int(row))
+    if len(pivots) < null.shape[1]:
         return [(int(np.argmax(np.abs(v))), v) for v in null.T]
-    basis = null @ np.linalg.inv(null[chosen])
-    return list(zip(chosen, basis.T, strict=True))
+    basis = null @ np.linalg.inv(null[pivots])
+    return list(zip(pivots, basis.T, strict=True))
 
 
-def self_stresses(loops: Loops, split: list[Part]) -> list[Array]:
-    """Wrenches (joints, 6), as rows on twists of the second body, that joints bear against each other."""
-    tree, found = loops.tree, []
+def self_stresses(loops: Loops, split: list[Block]) -> list[Array]:
+    """Basis of the self-stresses: wrenches (joints, 6) of joints, as rows on twists of the second body."""
+    stresses = []
     for part in split:
         for values in part.stress.T:
-            stress = np.zeros(int(loops.cut_rows[-1]))
+            stress = np.zeros(int(loops.loop_rows[-1]))
             stress[part.rows] = values
-            found.append(_borne(loops, stress))
-    return found if len(tree.cuts) else []
+            stresses.append(_propagate_self_stress(loops, stress))
+    return stresses
 
 
-def _borne(loops: Loops, stress: Array) -> Array:
+def _propagate_self_stress(loops: Loops, stress: Array) -> Array:
+    """Wrenches (joints, 6) of all joints that balance a self-stress of the loop joints."""
     tree = loops.tree
     wrenches, net = np.zeros((len(tree.ends), 6)), np.zeros((len(tree.parent), 6))
-    for k, j in enumerate(tree.cuts):
-        wrench = stress[loops.cut_rows[k] : loops.cut_rows[k + 1]] @ loops.relations[j].rows
+    for k, j in enumerate(tree.loop_joints):
+        wrench = stress[loops.loop_rows[k] : loops.loop_rows[k + 1]] @ loops.relations[j].rows
         wrenches[j] = wrench
         for body, sign in zip(tree.ends[j], (-1, 1), strict=True):
             if body >= 0:
                 net[body] += sign * wrench
-    through = tree.gathered(net)
+    through = tree.accumulate_up(net)
     for b, j in enumerate(tree.joint):
         wrenches[j] = -tree.sign[b] * through[b]
     return wrenches
-
-
-__all__ = ["FreeMotion", "SelfStress", "free_basis", "idle_speeds", "parts", "self_stresses"]

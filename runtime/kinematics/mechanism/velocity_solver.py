@@ -1,36 +1,35 @@
-"""Speeds of a mechanism that are known: coordinates of joints, and twists of bodies; the others follow (7.23, 7.24)."""
+"""Velocities of a mechanism from known ones: speeds of joints, twists of bodies (7.23, 7.24)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..codegen.errors import InputError
-from ..dynamics.given import finite, of_algebra
-from .loops import parts
-
-if TYPE_CHECKING:
-    from .mechanism import Mechanism
+from ...codegen.errors import InputError, ShapeError
+from ...common.validation import finite_array
+from ...mechanics.arguments import multivector_of
+from .loop_closure import decompose
+from .structure import Assembly
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Solved:
+class VelocitySolution:
     """Speeds that follow from known ones.
 
     Attributes
     ----------
     speeds : array (size, k)
-        At the joints of the tree, the least that do.
+        Least speeds at the joints of the tree.
     residual : array (k,)
-        Share of what is known that the joints do not allow.
+        Fraction of the known speeds that the joints do not allow.
     open : array (size, m)
-        Orthonormal speeds that are left when all that is known rests.
+        Orthonormal basis of the speeds that are possible when all known ones are zero.
     singular_values : array
     """
 
@@ -41,51 +40,51 @@ class Solved:
 
 
 @dataclass
-class Known:
-    """Known speeds of a mechanism, column by column: coordinates of the tree by number, all else as rows."""
+class KnownVelocities:
+    """Known velocities of a mechanism in columns: coordinates of the tree by index, all others as rows."""
 
-    mechanism: Mechanism
+    mechanism: Assembly
     count: int = 0
     _joints: set[int] = field(default_factory=set)
     _columns: list[tuple[Array, Array, int]] = field(default_factory=list)
     _rows: list[tuple[Any, Array, int]] = field(default_factory=list)
 
     def add_joint(self, joint: int, speeds: Any = None) -> None:
-        """Speeds at a joint, in the world's units; each by itself, if not given."""
+        """Add speeds at a joint, in the world's units; default: each unit speed."""
         loops = self.mechanism.loops
         relation = loops.relations[joint]
         values = np.diag(1 / relation.speeds)
         if speeds is not None:
-            given = np.atleast_1d(finite(speeds, f"the speed of {self.mechanism.joint_names[joint]}"))
-            if given.shape != relation.speeds.shape:
+            numbers = np.atleast_1d(finite_array(speeds, f"the speed of {self.mechanism.joint_names[joint]}"))
+            if numbers.shape != relation.speeds.shape:
                 raise InputError(
                     f"{self.mechanism.joint_names[joint]} takes {len(relation.speeds)} numbers for its speed; "
-                    f"{given.size} are given."
+                    f"{numbers.size} are given."
                 )
-            values = (given / relation.speeds)[:, None]
-        body = loops.tree.hung_by.get(joint)
+            values = (numbers / relation.speeds)[:, None]
+        body = loops.tree.child_of.get(joint)
         if body is not None:
             if joint in self._joints:
                 raise InputError(f"{self.mechanism.joint_names[joint]} is given twice.")
             self._joints.add(joint)
-            columns = np.arange(loops.starts[body], loops.starts[body + 1])
+            columns = np.arange(loops.offsets[body], loops.offsets[body + 1])
             self._columns.append((columns, values, self.count))
         else:
-            self._rows.append((self.mechanism.way_of(joint), relation.free @ values, self.count))
+            self._rows.append((self.mechanism.joint_jacobian(joint), relation.free @ values, self.count))
         self.count += values.shape[1]
 
     def add_body(self, name: str, twists: Any = None) -> None:
-        """Twists of a body, one or several, of which each is a column; its six unit twists, if not given."""
-        body, matrix = self.mechanism.number(name), np.eye(6)
+        """Add twists of a body, one or several, each a column; default: its six unit twists."""
+        body, matrix = self.mechanism.body_index(name), np.eye(6)
         if body < 0:
-            raise InputError(f"{name!r} is fixed, and can not be given a speed.")
+            raise InputError(f"{name!r} is fixed, and cannot be given a speed.")
         if twists is not None:
             matrix = twist_columns(self.mechanism, name, twists)
-        self._rows.append((self.mechanism.loops.way(body), self.mechanism.from_world @ matrix, self.count))
+        self._rows.append((self.mechanism.loops.body_jacobian(body), self.mechanism.from_world @ matrix, self.count))
         self.count += matrix.shape[1]
 
-    def solved(self, together: bool = False) -> Solved:
-        """All speeds, for each column by itself or for their sum."""
+    def solve(self, together: bool = False) -> VelocitySolution:
+        """All speeds, for each column separately or for their sum."""
         loops = self.mechanism.loops
         speeds, known = np.zeros((loops.size, self.count)), np.zeros(loops.size, bool)
         for columns, values, at in self._columns:
@@ -99,31 +98,33 @@ class Known:
             at += rows.shape[0]
         if together:
             speeds, right = speeds.sum(1, keepdims=True), right.sum(1, keepdims=True)
-        left = right - matrix @ speeds
-        asked = np.sqrt(np.maximum((right**2).sum(0) + (speeds**2).sum(0), (left**2).sum(0)))
-        return _least(matrix, left, speeds, np.flatnonzero(~known), asked, self.mechanism.share)
+        remaining = right - matrix @ speeds
+        sizes = np.sqrt(np.maximum((right**2).sum(0) + (speeds**2).sum(0), (remaining**2).sum(0)))
+        return _least_norm(matrix, remaining, speeds, np.flatnonzero(~known), sizes, self.mechanism.rank_rtol)
 
 
-def twist_columns(mechanism: Mechanism, name: str, twists: Any) -> Array:
-    """Coefficients (6, k) of one twist of a body, or of several."""
+def twist_columns(mechanism: Assembly, name: str, twists: Any) -> Array:
+    """Coefficients (6, k) of one twist or several of a body."""
     what = f"the twist of {name!r}"
-    x = of_algebra(twists, mechanism.algebra, what).as_kind("twist")
+    x = multivector_of(twists, mechanism.algebra, what).as_kind("twist")
     if x.ndim > 1:
-        raise InputError(f"{what} has shape {x.shape}; one twist, or (k,) of them, are needed.")
-    return finite(x.values, what).reshape(-1, 6).T
+        raise ShapeError(f"{what} has shape {x.shape}; one twist, or (k,) of them, is needed.")
+    return finite_array(x.values, what).reshape(-1, 6).T
 
 
-def _least(matrix: Any, right: Array, speeds: Array, free: Array, asked: Array, tolerance: float) -> Solved:
-    """The least speeds of the free coordinates, part by part, written into those that are known."""
-    missed, open_, sizes = np.zeros(right.shape[1]), [], [np.zeros(0)]
-    for part in parts(matrix[:, free], tolerance):
-        own, columns = right[part.rows], free[part.columns]
-        speeds[columns] = part.right.T @ ((part.left.T @ own) / part.sizes[:, None])
-        missed += ((part.stress.T @ own) ** 2).sum(0)
-        sizes.append(part.sizes)
-        full = np.zeros((len(speeds), part.null.shape[1]))
-        full[columns] = part.null
-        open_.append(full)
-    residual = np.divide(np.sqrt(missed), asked, out=np.zeros_like(asked), where=asked > 0)
-    left = np.concatenate(open_, 1) if open_ else np.zeros((len(speeds), 0))
-    return Solved(speeds, residual, left, np.concatenate(sizes))
+def _least_norm(
+    matrix: Any, right: Array, speeds: Array, free: Array, sizes: Array, tolerance: float
+) -> VelocitySolution:
+    """Solution of least norm in the free coordinates, block by block, written into the speeds."""
+    missed, null_spaces, singular = np.zeros(right.shape[1]), [], [np.zeros(0)]
+    for block in decompose(matrix[:, free], tolerance):
+        rows, columns = right[block.rows], free[block.columns]
+        speeds[columns] = block.right.T @ ((block.left.T @ rows) / block.sizes[:, None])
+        missed += ((block.stress.T @ rows) ** 2).sum(0)
+        singular.append(block.sizes)
+        basis = np.zeros((len(speeds), block.null.shape[1]))
+        basis[columns] = block.null
+        null_spaces.append(basis)
+    residual = np.divide(np.sqrt(missed), sizes, out=np.zeros_like(sizes), where=sizes > 0)
+    null = np.concatenate(null_spaces, 1) if null_spaces else np.zeros((len(speeds), 0))
+    return VelocitySolution(speeds, residual, null, np.concatenate(singular))

@@ -1,4 +1,4 @@
-"""What pictures show of a mechanism at a pose: where each joint is and which way, and the joints of each body.
+"""Sketch of a mechanism at a pose: position and axes of each joint, and the joints that each body connects.
 
 Plain data: no picture is made here.
 """
@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import BladesmithError
-from ..dynamics.screws import screw_coordinates
-from .joints import Joint, direction_of
-from .poses import Placed
+from ...codegen.errors import BladesmithError
+from ...mechanics.joints.base import Joint, direction_of
+from ...mechanics.joints.displaced import DisplacedJoint
+from ...mechanics.screws import screw_coordinates
 
 if TYPE_CHECKING:
-    from ..multivector import Multivector
-    from .mechanism import Mechanism
+    from ...core.multivector import Multivector
+    from ..mechanism.mechanism import Mechanism
 
 Array = NDArray[Any]
 #: Two directions whose cross product is shorter are one.
@@ -53,7 +53,7 @@ class Sketch:
     ----------
     marks : tuple of Mark
     bodies : dict of str to array (m, 3)
-        Places of each body's joints, and of the tool where that is its own.
+        Positions of each body's joints, and of its tool.
     fixed : str
     """
 
@@ -63,50 +63,50 @@ class Sketch:
 
     @property
     def span(self) -> float:
-        """Of all places, the longest side of a box around them; 1 if they are one."""
+        """Longest side of the box around all positions; 1 if they coincide."""
         points = np.concatenate(list(self.bodies.values()))
         side = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
         return side if side > 0 else 1.0
 
 
-def sketched(mechanism: Mechanism, tool: str = "", place: Any = None) -> Sketch:
-    """Where the joints of a mechanism are.
+def mechanism_sketch(mechanism: Mechanism, tool: str = "", place: Any = None) -> Sketch:
+    """Positions and axes of the joints of a mechanism.
 
     Parameters
     ----------
     mechanism : Mechanism
     tool : str, optional
-        A body, and ``place`` (3,) a point of it in the world, which its stick goes to.
+        A body, and ``place`` (3,) a point of it in the world, the end of its stick.
     """
-    parts = [_seen(joint) for joint in mechanism.joints]
-    own: dict[str, list[Array]] = {name: [] for name in mechanism.bodies}
+    parts = [_location(joint) for joint in mechanism.joints]
+    corners: dict[str, list[Array]] = {name: [] for name in mechanism.bodies}
     for joint, (at, _) in zip(mechanism.joints, parts, strict=True):
         if at is not None:
-            own[joint.a].append(at)
-            own[joint.b].append(at)
+            corners[joint.a].append(at)
+            corners[joint.b].append(at)
     if tool and place is not None:
-        own[tool].append(np.asarray(place, float))
-    every = [x for points in own.values() for x in points]
+        corners[tool].append(np.asarray(place, float))
+    every = [x for points in corners.values() for x in points]
     middle = np.mean(every, 0) if every else np.zeros(3)
     marks = []
     for name, joint, (at, flats) in zip(mechanism.joint_names, mechanism.joints, parts, strict=True):
-        found = at
-        if found is None:  # on a line or in a plane: beside what its bodies have
-            near = [np.mean(own[body], 0) for body in (joint.a, joint.b) if own[body]]
-            found = _nearest(np.mean(near, 0) if near else middle, flats)
-            own[joint.a].append(found)
-            own[joint.b].append(found)
-        marks.append(Mark(name, kind_of(joint), found, _axes(joint)))
-    return Sketch(tuple(marks), {n: np.array(p).reshape(-1, 3) for n, p in own.items()}, mechanism.fixed)
+        position = at
+        if position is None:  # on a line or in a plane: near the other joints of its bodies
+            near = [np.mean(corners[body], 0) for body in (joint.a, joint.b) if corners[body]]
+            position = _nearest(np.mean(near, 0) if near else middle, flats)
+            corners[joint.a].append(position)
+            corners[joint.b].append(position)
+        marks.append(Mark(name, kind_of(joint), position, _axes(joint)))
+    return Sketch(tuple(marks), {n: np.array(p).reshape(-1, 3) for n, p in corners.items()}, mechanism.fixed)
 
 
 def kind_of(joint: Joint) -> str:
     """The kind of a joint, in lower case."""
-    return type(joint.joint if isinstance(joint, Placed) else joint).__name__.lower()
+    return type(joint.joint if isinstance(joint, DisplacedJoint) else joint).__name__.lower()
 
 
-def _seen(joint: Joint) -> tuple[Array | None, list[tuple[Array, Array]]]:
-    """The place of a joint, if its objects have one; and else lines and planes, (point, projector) that they lie in."""
+def _location(joint: Joint) -> tuple[Array | None, list[tuple[Array, Array]]]:
+    """Position of a joint, if its objects have one; else the lines and planes (point, projector) that they lie in."""
     flats = []
     for c in joint.conditions():
         for x in (c.x, c.y):
@@ -118,15 +118,15 @@ def _seen(joint: Joint) -> tuple[Array | None, list[tuple[Array, Array]]]:
 
 
 def _where(x: Multivector) -> tuple[Array | None, tuple[Array, Array] | None]:
-    """The place of an object, or the line or plane that it is."""
+    """Position of an object, or the line or plane (point, projector) that it is."""
     try:
         p: Any = x.parameters()
     except BladesmithError:  # a screw, by its axis
         if not set(x.kind.blades) <= set(x.algebra.kind("twist").blades):
             return None, None
-        turn, way = np.split(np.asarray(screw_coordinates(x), float), 2)
-        square = float(turn @ turn)
-        return None, (np.cross(turn, way) / square, np.outer(turn, turn) / square) if square > 0 else None
+        angular, linear = np.split(np.asarray(screw_coordinates(x), float), 2)
+        square = float(angular @ angular)
+        return None, (np.cross(angular, linear) / square, np.outer(angular, angular) / square) if square > 0 else None
     for name in ("xyz", "center"):
         if hasattr(p, name):
             return np.asarray(getattr(p, name), float), None
@@ -138,7 +138,7 @@ def _where(x: Multivector) -> tuple[Array | None, tuple[Array, Array] | None]:
 
 
 def _nearest(place: Array, flats: Sequence[tuple[Array, Array]]) -> Array:
-    """The point of the first line or plane that is nearest to a place."""
+    """The point of the first line or plane that is nearest to a position."""
     if not flats:
         return place
     point, along = flats[0]
@@ -146,19 +146,19 @@ def _nearest(place: Array, flats: Sequence[tuple[Array, Array]]) -> Array:
 
 
 def _axes(joint: Joint) -> Array:
-    """Directions of a joint, unit vectors; that of its coordinate first."""
+    """Unit vectors (n, 3) along the axes of a joint; the direction of its coordinate first."""
     conditions = joint.conditions()
-    own = joint.axes([c.x for c in conditions])
-    if own is not None:
-        found = [own]
+    axis = joint.axes([c.x for c in conditions])
+    if axis is not None:
+        directions = [axis]
     elif kind_of(joint) == "universal":
-        found = [x for c in conditions[1:] for x in (direction_of(c.x), direction_of(c.y)) if x is not None]
+        directions = [x for c in conditions[1:] for x in (direction_of(c.x), direction_of(c.y)) if x is not None]
     else:
-        found = []
-    rows = np.array(found, float).reshape(-1, 3)
+        directions = []
+    rows = np.array(directions, float).reshape(-1, 3)
     sizes = np.linalg.norm(rows, axis=1, keepdims=True)
-    kept = sizes[:, 0] > PARALLEL
-    return np.asarray(rows[kept] / sizes[kept])
+    nonzero = sizes[:, 0] > PARALLEL
+    return np.asarray(rows[nonzero] / sizes[nonzero])
 
 
-__all__ = ["Mark", "Sketch", "kind_of", "sketched"]
+__all__ = ["Mark", "Sketch", "kind_of", "mechanism_sketch"]

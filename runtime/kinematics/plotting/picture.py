@@ -13,38 +13,57 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from .. import plot as drawn
-from ..errors import InputError
-from ..plot import backend, drawing, pages, palette
-from ..plot.figures import add_plate, add_surface, check_suffix, faded, plain, save, show_title
-from .sketch import Mark, Sketch, sketched
+from ... import plot as drawn
+from ...errors import InputError
+from ...plot import axes_setup, drawing, matplotlib_import, palette
+from ...plot.style import add_plate, add_surface, check_suffix, plain, save, show_title, uniform_rows
+from ...plot.tessellation import Box
+from ...plot.view_box import surrounding_box
+from .glyphs import Mark, Sketch, mechanism_sketch
 
 if TYPE_CHECKING:
-    from .mechanism import Mechanism
+    from ...plot.matplotlib_import import Axes3D
+    from ..mechanism.mechanism import Mechanism
 
 Array = NDArray[Any]
-#: Widths in points: of sticks, of a plate's edges, of marks, of the tool's path.
-STICK, EDGE, THIN, PATH = 3.2, 1.6, 1.1, 1.3
-#: Sizes of points: ball joints, other places.
-BALL, SPOT = 1.7, 1.0
-#: Opacity of plates; of poses other than the last.
-PLATE, FAINT = 0.3, 0.28
-#: Inches.
+#: Width of sticks, in points.
+STICK = 3.2
+#: Width of the edges of plates, in points.
+EDGE = 1.6
+#: Width of marks, in points.
+THIN = 1.1
+#: Width of the tool's path, in points.
+PATH = 1.3
+#: Size of ball joints.
+BALL = 1.7
+#: Size of other points.
+SPOT = 1.0
+#: Opacity of plates.
+PLATE = 0.3
+#: Opacity of poses other than the last.
+FAINT = 0.28
+#: Size of a picture, in inches.
 PAGE = (7.2, 6.0)
-#: Of a mark, as a share of the picture's longest side: radius of a ring, half an axis.
-RING, AXIS = 0.022, 0.045
-#: Half sides of the box of a sliding joint, across and along, in rings; half a side of a planar joint's square.
-SLEEVE, TILE = (0.55, 1.7), 1.8
-#: The same of the tile below a fixed body.
+#: Radius of a ring, as a fraction of the picture's longest side.
+RING = 0.022
+#: Half the length of an axis, as a fraction of the picture's longest side.
+AXIS = 0.045
+#: Half sides of the box of a prismatic joint, across and along, in radii of rings.
+SLEEVE = (0.55, 1.7)
+#: Half a side of the square of a planar joint, in radii of rings.
+TILE = 1.8
+#: Half a side of the tile below a fixed body, in radii of rings.
 GROUND = 2.5
-#: Length of the world's axes in the corner, as a share of the longest side.
+#: Length of the world's axes in the corner, as a fraction of the longest side.
 WORLD = 0.09
 #: Corners of a ring.
 CORNERS = 25
-#: More bodies than this have no legend.
+#: Bodies in a legend, at most.
 MOST_NAMES = 12
-#: Room around a picture's contents; the shortest side of a view as a share of the longest.
-MARGIN, LEAST_SIDE = 0.07, 0.22
+#: Margin around a picture's contents, as a fraction of the longest side.
+MARGIN = 0.07
+#: Shortest side of a view, as a fraction of the longest.
+LEAST_SIDE = 0.22
 #: Spread of points across a line or plane, relative to the widest, below which they are in it.
 FLAT = 1e-6
 
@@ -61,8 +80,8 @@ def picture(
     title: str = "",
     legend: bool = True,
     frame: bool = True,
-    dpi: float = pages.DOTS_PER_INCH,
-) -> Any:
+    dpi: float = axes_setup.DOTS_PER_INCH,
+) -> Axes3D:
     """A mechanism at its pose, or at several: the last one strongest.
 
     Parameters
@@ -70,9 +89,9 @@ def picture(
     mechanism : Mechanism, or several
         The same at several poses: see `Mechanism.at`.
     path : optional
-        Where to save it; the suffix says the format.
+        File to save it to; the suffix is the format.
     tool : str, optional
-        A body whose point ``place`` (3,), or (n, 3) for several poses, is shown, too.
+        A body whose point ``place`` (3,), or (n, 3) for several poses, is drawn, too.
     trace : array (m, 3), optional
         The path of that point.
     view : (elevation, azimuth)
@@ -81,7 +100,7 @@ def picture(
         Inches.
     title : str
     legend : bool
-        Say which colour is which body, of twelve at most.
+        Name the bodies by their colors, twelve at most.
     frame : bool
         Draw the box of coordinates.
     dpi : float
@@ -89,7 +108,7 @@ def picture(
     Returns
     -------
     Axes3D
-        Of matplotlib, to go on with.
+        Axes of matplotlib.
 
     Raises
     ------
@@ -104,9 +123,9 @@ def picture(
     if path is not None:
         check_suffix(path)
     places: list[Any] = [None] * len(several) if place is None else list(np.asarray(place, float).reshape(-1, 3))
-    poses = [sketched(m, tool, p) for m, p in zip(several, places, strict=True)]
+    poses = [mechanism_sketch(m, tool, p) for m, p in zip(several, places, strict=True)]
     line = np.zeros((0, 3)) if trace is None else np.asarray(trace, float)
-    box, span = _room(poses, line)
+    box, span = _bounding_box(poses, line)
     ax = drawn.axes(view, size, frame)
     colors = _colors(poses[-1])
     for pose in poses:
@@ -123,11 +142,11 @@ def picture(
     if frame:
         _axes(ax, box, span)
     if legend and len(colors) <= MOST_NAMES:
-        new = backend.line_class()
+        new = matplotlib_import.line_class()
         drawing.picture_of(ax).handles.extend(
             new([], [], color=color, linewidth=STICK, label=plain(name)) for name, color in colors.items()
         )
-        pages.show_legend(ax, drawing.picture_of(ax).handles)
+        axes_setup.show_legend(ax, drawing.picture_of(ax).handles)
     if title:
         show_title(ax, title)
     if path is not None:
@@ -136,23 +155,21 @@ def picture(
 
 
 def _colors(pose: Sketch) -> dict[str, str]:
-    """Of bodies: the fixed one grey, the others in turn."""
+    """Colors of bodies: grey for the fixed one, a series for the others."""
     moving = [name for name in pose.bodies if name != pose.fixed]
     series = palette.SERIES
     found = {pose.fixed: palette.GREY}
     return found | {name: series[i % len(series)] for i, name in enumerate(moving)}
 
 
-def _room(poses: Sequence[Sketch], line: Array) -> tuple[tuple[Array, Array], float]:
-    """Corners of a box around all poses, and its longest side."""
+def _bounding_box(poses: Sequence[Sketch], line: Array) -> tuple[Box, float]:
+    """Box around all poses, and its longest side."""
     every = [points for pose in poses for points in pose.bodies.values()]
     points = np.concatenate([*every, line[np.isfinite(line).all(-1)]])
     if not len(points):
         points = np.zeros((1, 3))
-    low, high = points.min(0), points.max(0)
-    span = max(float((high - low).max()), poses[-1].span if not (high > low).any() else 0.0)
-    middle, half = (low + high) / 2, np.maximum((high - low) / 2, span * LEAST_SIDE / 2) + span * MARGIN
-    return (middle - half, middle + half), span
+    span = float(np.ptp(points, axis=0).max()) or poses[-1].span
+    return surrounding_box(points, MARGIN, LEAST_SIDE, span), span
 
 
 def _bodies(ax: Any, pose: Sketch, colors: dict[str, str], opacity: float, box: tuple[Array, Array]) -> None:
@@ -161,7 +178,7 @@ def _bodies(ax: Any, pose: Sketch, colors: dict[str, str], opacity: float, box: 
         if flat:
             add_plate(ax, corners, colors[name], PLATE * opacity, opacity, EDGE, box)
         elif len(corners) > 1:
-            drawn.paths(corners, ax, faded(colors[name], 1, opacity), STICK, box)
+            drawn.paths(corners, ax, uniform_rows(colors[name], 1, opacity), STICK, box)
 
 
 def _axes(ax: Any, box: tuple[Array, Array], span: float) -> None:
@@ -243,7 +260,7 @@ def mark_lines(mark: Mark, span: float) -> list[Array]:
 
 
 def _across(way: Array) -> tuple[Array, Array]:
-    """Two unit vectors at right angles to a third, and to each other."""
+    """Two unit vectors perpendicular to a third and to each other."""
     one = np.cross(way, np.eye(3)[np.abs(way).argmin()])
     one = one / np.linalg.norm(one)
     return one, np.cross(way, one)

@@ -1,4 +1,4 @@
-"""Axes of chains: twists of joints from positions and directions, and what the driver keeps of them."""
+"""Axes of serial chains: twists of joints from positions and directions, and the parameters of the driver."""
 
 from __future__ import annotations
 
@@ -8,21 +8,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import rows
-from ..calls import Numbers as Operand
-from ..calls import call, finite, raise_first
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
-from ..dynamics.given import finite as finite_numbers
-from ..dynamics.given import kept
-from ..dynamics.screws import as_screw, geometry
-from ..euclidean import plain
-from ..multivector import Multivector
-from .chains_engine import Numbers
+from ...codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
+from ...common.validation import check_shape, finite_array, invalid, real_array
+from ...core.geometry.euclidean import plain
+from ...core.multivector import Multivector
+from ...dispatch.coefficients import embed
+from ...dispatch.formulas import ArrayOperand as Operand
+from ...dispatch.formulas import evaluate, invalidate_nonfinite, raise_first
+from ...mechanics.arguments import frozen_copy
+from ...mechanics.screws import as_screw, geometry
+from .driver import ChainParameters
 
 if TYPE_CHECKING:
-    from ..algebras import Algebra
+    from ...core.multivector import Algebra
 
 Array = NDArray[Any]
+#: An advance by a radian is a rounding error up to this fraction of the axis's distance from the origin.
+ROUNDING = 32 * np.finfo(float).eps
 
 
 # -- making ------------------------------------------------------------------------------------------------
@@ -31,7 +33,7 @@ Array = NDArray[Any]
 def revolute_axis(
     position: ArrayLike, direction: ArrayLike, algebra: Algebra | None = None, *, strict: bool = False
 ) -> Multivector:
-    """The twist a I3 + (p x a) n of a turn by one radian, counter-clockwise about a line.
+    """The twist a I3 + (p x a) n of a rotation by one radian, counter-clockwise about a line.
 
     Parameters
     ----------
@@ -43,13 +45,13 @@ def revolute_axis(
     Returns
     -------
     Multivector of twists (...)
-        Dually in CGA, and in PGA by itself, the unit line. INVALID: no direction.
+        In CGA the dual of the unit line, in PGA the unit line itself. INVALID: the direction is zero.
     """
     return _axis("axis_through", algebra, strict, position=position, direction=direction)
 
 
 def prismatic_axis(direction: ArrayLike, algebra: Algebra | None = None, *, strict: bool = False) -> Multivector:
-    """The twist a n of a slide by one unit of length along a direction (..., 3) of any length. INVALID: zero."""
+    """The twist a n of a translation by one unit of length along a direction (..., 3) of any length. INVALID: zero."""
     return _axis("slide_along", algebra, strict, direction=direction)
 
 
@@ -65,20 +67,18 @@ def screw_axis(
 
 def _axis(formula: str, algebra: Algebra | None, strict: bool, *more: Operand, **vectors: ArrayLike) -> Multivector:
     home = geometry(algebra)
-    given = [Operand(value, home.kind("euclidean"), name) for name, value in vectors.items()]
+    operands = [Operand(value, home.kind("euclidean"), name) for name, value in vectors.items()]
     with np.errstate(all="ignore"):
-        found = finite(call(home, f"chains.{formula}", *given, *more).value)
-    made = found._make(home.type_of(home.kind("twist"), found.dtype), _on_twist(found), found.shape, found._status)
+        raw = invalidate_nonfinite(evaluate(home, f"chains.{formula}", *operands, *more).value)
+    twists = raw._make(home.type_of(home.kind("twist"), raw.dtype), _on_twist(raw), raw.shape, raw._status)
     if strict:
-        raise_first(made._status, formula)
-    return made
+        raise_first(twists._status, formula)
+    return twists  # type: ignore[no-any-return]
 
 
 def _on_twist(x: Multivector) -> Array:
     """Coefficients on all blades of a twist; an item that is NaN is NaN all over."""
-    from ..rows import embedded
-
-    data = embedded(x, x.algebra.kind("twist"))
+    data = embed(x, x.algebra.kind("twist"))
     bad = ~np.isfinite(data).all(-1, keepdims=True)
     return np.where(bad, np.nan, data)
 
@@ -86,7 +86,7 @@ def _on_twist(x: Multivector) -> Array:
 # -- reading -----------------------------------------------------------------------------------------------
 
 
-def joined(axes: Any) -> Multivector:
+def join_axes(axes: Any) -> Multivector:
     """Twists (n,) of a batch or a list, lines of CGA among them.
 
     Raises
@@ -94,9 +94,8 @@ def joined(axes: Any) -> Multivector:
     InputError, GradeError, ShapeError, AlgebraMismatchError
     """
     if isinstance(axes, Multivector):
-        found = _twists(axes, "the axes")
-        if len(found.shape) != 1:
-            raise ShapeError(f"the axes have shape {found.shape}; (n,) is needed.")
+        twists = _twists(axes, "the axes")
+        check_shape(twists, "the axes", ("n",))
     elif isinstance(axes, (list, tuple)):
         parts = [_twists(x, f"axis {i}") for i, x in enumerate(axes)]
         if not parts:
@@ -104,32 +103,31 @@ def joined(axes: Any) -> Multivector:
         for i, x in enumerate(parts):
             if x.algebra is not parts[0].algebra:
                 raise AlgebraMismatchError(f"axis {i} belongs to {x.algebra.name}, axis 0 to {parts[0].algebra.name}.")
-            if x.shape:
-                raise ShapeError(f"axis {i} has shape {x.shape}; a list holds one axis for each joint.")
+            check_shape(x, f"axis {i}", ())
         data = np.stack([np.asarray(x._data, np.float64) for x in parts])
-        found = parts[0].algebra.wrap(parts[0].kind, data)
+        twists = parts[0].algebra.wrap(parts[0].kind, data)
     else:
-        raise InputError(
-            f"the axes are a {type(axes).__name__}; twists (n,) are needed.",
-            remedy="Make them with kinematics.revolute_axis and prismatic_axis",
-        )
-    if not len(found):
+        remedy = "Make them with kinematics.revolute_axis and prismatic_axis"
+        raise invalid(axes, "axes", "a batch (n,) or a list of twists", remedy=remedy)
+    if not len(twists):
         raise InputError("a chain has at least one joint.")
-    return found.astype(np.float64)
+    return twists.astype(np.float64)
 
 
 def _twists(x: Any, what: str) -> Multivector:
     if isinstance(x, Multivector) and x.grades == (3,) and "line" in x.algebra.kinds and not x.algebra.is_degenerate:
         if not set(x.kind.blades) <= set(x.algebra.kind("line").blades):
-            raise GradeError(f"{what}: a {x.kind.name} is no line.", remedy="Give its axis as a line or a twist")
-        x = call(x.algebra, "screws.twist_of", x).value
+            raise GradeError(f"{what}: a {x.kind.name} is not a line.", remedy="Give its axis as a line or a twist")
+        x = evaluate(x.algebra, "screws.twist_of", x).value
     return as_screw(x, what)
 
 
-def parts_of(axes: Multivector, tool: Multivector, frames: Multivector, names: Sequence[str]) -> tuple[Numbers, Array]:
-    """The chain in numbers, and the lengths of the ways from joint to joint to tool.
+def chain_parameters(
+    axes: Multivector, tool: Multivector, frames: Multivector, names: Sequence[str]
+) -> tuple[ChainParameters, Array]:
+    """Parameters of a chain, and the distances from joint to joint to tool.
 
-    Places on the joints' axes are those nearest to the tool.
+    A joint's position is the point of its axis nearest to the tool.
 
     Raises
     ------
@@ -138,48 +136,58 @@ def parts_of(axes: Multivector, tool: Multivector, frames: Multivector, names: S
     """
     algebra = axes.algebra
     vector, rotor = algebra.kind("euclidean"), algebra.kind("rotor")
-    turn, at = call(algebra, "motions.motor_parts", tool).values
-    end = plain(at)
+    rotation, translation = evaluate(algebra, "motions.motor_parts", tool).values
+    end = plain(translation)
     with np.errstate(all="ignore"):
-        found = call(algebra, "chains.joint", axes, Operand(end, vector, "the tool"))
-    bad = np.flatnonzero(np.asarray(found.status))
+        result = evaluate(algebra, "chains.joint", axes, Operand(end, vector, "the tool"))
+    bad = np.flatnonzero(np.asarray(result.status))
     if len(bad):
         what = "zero" if np.isfinite(axes.values[bad[0]]).all() else "not finite"
         raise InputError(f"the axis of {names[bad[0]]} (joint {bad[0]}) is {what}.")
-    direction, place, turns, advance = (plain(v) if isinstance(v, Multivector) else v for v in found.values)
+    direction, position, rotations, advance = (plain(v) if isinstance(v, Multivector) else v for v in result.values)
     count = len(axes)
-    offsets = np.diff(place, axis=0, prepend=place[:1])
-    joints = np.concatenate([offsets, direction, turns.reshape(count, 1), advance.reshape(count, 1)], -1)
-    frame_turn, frame_at = call(algebra, "motions.motor_parts", frames).values
-    links = np.concatenate([plain(frame_at) - place, frame_turn.as_kind(rotor, check=False).values], -1)
-    own = np.append(end - place[-1], turn.as_kind(rotor, check=False).values)
-    finite_numbers(joints, "the joints")
-    steps = np.linalg.norm(np.vstack([offsets[1:], own[None, :3]]), axis=-1)
-    return Numbers(joints, links, own, place[0]), steps
+    offsets = np.diff(position, axis=0, prepend=position[:1])
+    joints = np.concatenate([offsets, direction, rotations.reshape(count, 1), advance.reshape(count, 1)], -1)
+    frame_rotation, frame_position = evaluate(algebra, "motions.motor_parts", frames).values
+    links = np.concatenate([plain(frame_position) - position, frame_rotation.as_kind(rotor, check=False).values], -1)
+    hand = np.append(end - position[-1], rotation.as_kind(rotor, check=False).values)
+    finite_array(joints, "the joints")
+    steps = np.linalg.norm(np.vstack([offsets[1:], hand[None, :3]]), axis=-1)
+    return ChainParameters(joints, links, hand, position[0]), steps
 
 
-def names_of(given: Any, count: int) -> tuple[str, ...]:
-    """Names of joints, checked, or what they are called by number."""
-    if given is None:
+def joint_names(names: Any, count: int) -> tuple[str, ...]:
+    """Names of joints, checked; numbered ones by default."""
+    if names is None:
         return tuple(f"joint_{i + 1}" for i in range(count))
-    if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(x, str) and x for x in given):
+    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(x, str) and x for x in names):
         raise InputError("names are a list of words, one for each joint.")
-    if len(given) != count:
-        raise ShapeError(f"{len(given)} names for {count} joints.")
-    double = next((x for i, x in enumerate(given) if x in given[:i]), None)
+    if len(names) != count:
+        raise ShapeError(f"{len(names)} names for {count} joints.")
+    double = next((x for i, x in enumerate(names) if x in names[:i]), None)
     if double is not None:
         raise InputError(f"two joints are called {double!r}.")
-    return tuple(given)
+    return tuple(names)
 
 
-def limits_of(given: Any, names: tuple[str, ...]) -> Array:
-    """Limits (n, 2), checked; infinite where there are none."""
-    if given is None:
-        return kept(np.tile([-np.inf, np.inf], (len(names), 1)))
-    found = np.array(rows(given, 2, "limits"), np.float64)
-    if found.shape != (len(names), 2):
-        raise ShapeError(f"limits have shape {found.shape}; {(len(names), 2)} is needed.")
-    bad = np.flatnonzero(~(found[:, 0] <= found[:, 1]) | (found[:, 0] == np.inf) | (found[:, 1] == -np.inf))
+def joint_limits(limits: Any, names: tuple[str, ...]) -> Array:
+    """Limits (n, 2) of joints, checked; infinite by default."""
+    if limits is None:
+        return frozen_copy(np.tile([-np.inf, np.inf], (len(names), 1)))
+    values = np.array(real_array(limits, "limits", (len(names), 2)), np.float64)
+    bad = np.flatnonzero(~(values[:, 0] <= values[:, 1]) | (values[:, 0] == np.inf) | (values[:, 1] == -np.inf))
     if len(bad):
-        raise InputError(f"the limits of {names[bad[0]]} are {tuple(found[bad[0]].tolist())}: least, then greatest.")
-    return kept(found)
+        raise InputError(f"the limits of {names[bad[0]]} are {tuple(values[bad[0]].tolist())}: least, then greatest.")
+    return frozen_copy(values)
+
+
+def translation_ranges(parameters: ChainParameters, limits: Array) -> Array:
+    """Largest translation of each joint from zero (n,); infinite without limits.
+
+    The advance of a joint that rotates is computed from the moment of its axis; its rounding error counts as zero.
+    """
+    joints = parameters.joints
+    positions = parameters.base + np.cumsum(joints[:, :3], axis=0)
+    rounding = ROUNDING * np.linalg.norm(positions, axis=-1) * joints[:, 6]
+    advance, farthest = np.abs(joints[:, 7]), np.abs(limits).max(-1)
+    return np.asarray(advance * np.where(advance > rounding, farthest, 0))

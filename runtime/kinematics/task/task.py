@@ -1,61 +1,68 @@
-"""What a mechanism file asks for, done: the pose, the report, the motion along a path, slices of the workspace."""
+"""Tasks of a mechanism file: the pose, the report, the motion along a path, slices of the workspace."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..codegen.errors import InputError, SingularError, suggest
-from ..dynamics.sketch import Units
-from ..status import Status
-from .models import ChainModel, DeltaModel, Found
-from .models_general import MechanismModel
-from .paths import Way
-from .record import Motion
+from ...codegen.errors import InputError, SingularError, suggest
+from ...codegen.interrupts import keep_partial
+from ...common.deprecation import renamed_attribute
+from ...common.progress import ProgressOption, open_progress
+from ...core.multivector import Multivector
+from ...mechanics.units import Units
+from ...status import Status
+from ..delta.workspace import Workspace, WorkspaceGrid
+from .joint_trajectory import Motion
+from .mechanism_model import MechanismModel
+from .report import AnyModel, Report, build_report
+from .robot_model import ChainModel, DeltaModel, PoseBatch
+from .tool_path import ToolPath
 
 if TYPE_CHECKING:
-    from ..multivector import Multivector
-    from .report import Report
+    from ...plot.matplotlib_import import Axes3D, Figure
 
 Array = NDArray[Any]
-Tell = Callable[[int, int], None]
-AnyModel = DeltaModel | ChainModel | MechanismModel
-#: Samples along a side of a workspace, of a Delta robot and of others; along the axis across the slices of these.
-SAMPLES, FEW, SLICES = 41, 31, 7
-#: Positions of a workspace that are looked at in one go.
+#: Samples along a side of the workspace of a Delta robot.
+SAMPLES = 41
+#: Samples along a side of the workspace of other robots.
+FEW = 31
+#: Slices of the workspace of other robots.
+SLICES = 7
+#: Positions of a workspace that are evaluated at once.
 CHUNK = 2000
 #: Poses that are drawn of a path, at most.
 MOST_POSES = 24
 
 
 @dataclass(frozen=True)
-class Stand:
-    """A pose that is asked for: coordinates of inputs by name, and a place of the tool."""
+class PoseQuery:
+    """Requested pose: coordinates of inputs by name; position of the tool, and rotation from its orientation there."""
 
     joints: dict[str, float] = field(default_factory=dict)
-    position: Any = None
-    turn: Multivector | None = None
+    position: ArrayLike | None = None
+    rotor: Multivector | None = None
 
 
 @dataclass(frozen=True)
-class Box:
-    """A workspace that is asked for: see `DeltaRobot.workspace` and `delta_plots.slices`."""
+class WorkspaceQuery:
+    """Requested workspace: see `DeltaRobot.workspace` and `delta.plots.slices`."""
 
-    bounds: Any = None
-    samples: Any = None
+    bounds: ArrayLike | None = None
+    samples: int | Sequence[int] | None = None
     show: str = "condition"
     across: str = "z"
-    at: Any = None
+    at: Sequence[float] | None = None
 
 
 @dataclass(frozen=True)
-class Look:
-    """How pictures look; degrees."""
+class ViewOptions:
+    """Options of pictures; angles in degrees."""
 
     title: str = ""
     view: tuple[float, float] | None = None
@@ -64,57 +71,46 @@ class Look:
 
 
 @dataclass(frozen=True, eq=False)
-class Space:
-    """Positions of a tool sampled on a grid: x, y, z (each its own axis), what is reached, condition numbers."""
-
-    x: Array
-    y: Array
-    z: Array
-    reachable: NDArray[np.bool_]
-    condition: Array
-
-
-@dataclass(frozen=True, eq=False)
 class Setup:
-    """A mechanism file, or a URDF, ready to be asked.
+    """A mechanism file, or a URDF file, with its tasks.
 
     Attributes
     ----------
     model : DeltaModel, ChainModel or MechanismModel
-    stand : Stand
-    box : Box, optional
-    way : Way, optional
-    look : Look
+    stand : PoseQuery
+    box : WorkspaceQuery, optional
+    way : ToolPath, optional
+    look : ViewOptions
     units : Units
     name : str
-        Of the file.
+        Name of the file.
     """
 
     model: AnyModel
-    stand: Stand = Stand()
-    box: Box | None = None
-    way: Way | None = None
-    look: Look = Look()
+    stand: PoseQuery = PoseQuery()
+    box: WorkspaceQuery | None = None
+    way: ToolPath | None = None
+    look: ViewOptions = ViewOptions()
     units: Units = Units()
     name: str = ""
 
     # -- the pose ----------------------------------------------------------------------------------------------
 
     def home(self) -> Array:
-        """Coordinates of the inputs, where the file says nothing else."""
+        """Coordinates of the inputs: those of the file, or default ones."""
         values = self.model.home.copy()
         for name, value in self.stand.joints.items():
             if name not in self.model.inputs:
                 known = ", ".join(self.model.inputs) or "none"
                 raise InputError(
-                    f"{name!r} is no joint that is driven{suggest(name, self.model.inputs)}; there are: {known}.",
+                    f"{name!r} is not an actuated joint{suggest(name, self.model.inputs)}; there are: {known}.",
                     where=self.name,
                 )
             values[self.model.inputs.index(name)] = value
         return values
 
-    def found(self) -> Found:
-        """The pose, of one item.
+    def solve_pose(self) -> PoseBatch:
+        """The pose, as a batch of one item.
 
         Raises
         ------
@@ -124,22 +120,25 @@ class Setup:
         model, values = self.model, self.home()
         if not model.inputs:
             if self.stand.position is not None:
-                model.at_places(np.zeros((1, 3)), values)  # says what is missing
-            return _as_it_is(model)
+                model.inverse(np.zeros((1, 3)), values)  # raises: what is missing
+            return _initial_pose(model)
         if self.stand.position is None:
-            found = model.at_joints(values[None])
-            asked = ", ".join(f"{n} = {x:.6g}" for n, x in zip(model.inputs, values, strict=True))
+            poses = model.forward(values[None])
+            request = ", ".join(f"{n} = {x:.6g}" for n, x in zip(model.inputs, values, strict=True))
         else:
-            place = np.asarray(self.stand.position, float)
-            found = model.at_places(place[None], values, turn=self.stand.turn)
-            asked = f"the tool at ({', '.join(f'{x:.6g}' for x in place)})"
-        if not found.known[0]:
-            code = Status(int(found.status[0])).name
-            raise SingularError(f"no pose has {asked}: {code}{self._why()}.", where=self.name)
-        return found
+            position = np.asarray(self.stand.position, float)
+            poses = model.inverse(position[None], values, rotor=self.stand.rotor)
+            request = f"the tool at ({', '.join(f'{x:.6g}' for x in position)})"
+        if not poses.is_reached[0]:
+            code = Status(int(poses.status[0])).name
+            raise SingularError(f"no pose has {request}: {code}{self._unreached_arms()}.", where=self.name)
+        return poses
 
-    def _why(self) -> str:
-        """Which arms of a Delta robot do not reach."""
+    #: The older name of `solve_pose`.
+    found = solve_pose
+
+    def _unreached_arms(self) -> str:
+        """Text of the arms of a Delta robot that do not reach the position."""
         if not isinstance(self.model, DeltaModel) or self.stand.position is None:
             return ""
         codes = np.asarray(self.model.robot.arm_status(self.stand.position, self.model.elbow))
@@ -148,78 +147,95 @@ class Setup:
 
     def report(self) -> Report:
         """Bodies, joints, mobility, free motions, redundant constraints, and the Jacobian at the pose."""
-        from .report import reported
-
-        return reported(self)
+        return build_report(self.model, self.solve_pose(), self.units, self.name)
 
     # -- motions -----------------------------------------------------------------------------------------------
 
     def motion(self) -> Motion:
         """Coordinates and speeds of the inputs along the path; see `Motion`."""
-        return self.moved()[0]
+        return self.motion_with_poses()[0]
 
-    def moved(self) -> tuple[Motion, Found]:
-        """The motion, and its poses."""
+    def motion_with_poses(self) -> tuple[Motion, PoseBatch]:
+        """The motion along the path, and its poses."""
         way, model = self.way, self.model
         if way is None:
             raise InputError("has no path.", where=self.name, remedy="Describe one under [path]")
-        start = self.found()
+        start = self.solve_pose()
         if way.kind == "joints":
             for name in way.numbers:
                 if name not in model.inputs:
                     raise InputError(
-                        f"the path drives {name!r}, which is no joint that is driven"
+                        f"the path drives {name!r}, which is not an actuated joint"
                         f"{suggest(name, model.inputs)}; there are: {', '.join(model.inputs) or 'none'}.",
                         where=self.name,
                     )
             values, speeds = way.coordinates(model.inputs, start.coordinates[0])
-            found = model.at_joints(values, path=True)
+            poses = model.forward(values, path=True)
             velocity = np.full((len(values), 3), np.nan)
             if model.tool:
-                velocity = np.einsum("nrk,nk->nr", found.jacobian[:, -3:], speeds)
-            speeds = np.where(found.known[:, None], speeds, np.nan)
+                velocity = np.einsum("nrk,nk->nr", poses.jacobian[:, -3:], speeds)
+            speeds = np.where(poses.is_reached[:, None], speeds, np.nan)
         else:
-            places, velocity = way.places(start.position[0])
-            found = model.at_places(places, start.coordinates[0], path=True)
-            velocity = np.where(found.known[:, None], velocity, np.nan)
-            speeds = np.einsum("nkr,nr->nk", found.inverse[..., -3:], velocity)
-        position = found.position if model.tool else np.full_like(velocity, np.nan)
+            positions, velocity = way.positions(start.position[0])
+            poses = model.inverse(positions, start.coordinates[0], path=True)
+            velocity = np.where(poses.is_reached[:, None], velocity, np.nan)
+            speeds = np.einsum("nkr,nr->nk", poses.inverse[..., -3:], velocity)
+        position = poses.position if model.tool else np.full_like(velocity, np.nan)
         return Motion(
-            way.times, tuple(model.inputs), model.turning, found.coordinates, speeds, position, velocity,
-            found.condition, found.status, self.units,
-        ), found  # fmt: skip
+            way.times, tuple(model.inputs), model.is_revolute, poses.coordinates, speeds, position, velocity,
+            poses.condition, poses.status, self.units,
+        ), poses  # fmt: skip
+
+    moved = renamed_attribute("motion_with_poses")
 
     # -- the workspace -----------------------------------------------------------------------------------------
 
-    def workspace(self, tell: Tell | None = None) -> Any:
-        """Positions of the tool in a box: `delta_space.Workspace` of a Delta robot, `Space` of others."""
-        box = self.box or Box()
+    def workspace(self, progress: ProgressOption = False) -> Workspace | WorkspaceGrid:
+        """Positions of the tool in a box: `Workspace` of a Delta robot, `WorkspaceGrid` of others.
+
+        Parameters
+        ----------
+        progress : bool or callable
+            True: a bar on standard error. A callable gets a `bladesmith.Progress` of positions.
+
+        Raises
+        ------
+        Interrupted
+            On an interrupt; ``partial`` is a grid, not reachable and NaN where it was not looked at.
+        """
+        box = self.box or WorkspaceQuery()
         if isinstance(self.model, DeltaModel):
             return self.model.robot.workspace(box.bounds, box.samples or SAMPLES, self.model.elbow, None)
         self.check_workspace()
-        start = self.found().coordinates[0]
+        start = self.solve_pose().coordinates[0]
         axes = self._axes(box, start)
-        places = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
-        flat, conditions = places.reshape(-1, 3), []
-        for first in range(0, len(flat), CHUNK):
-            found = self.model.at_places(flat[first : first + CHUNK], start)
-            conditions.append(np.where(found.known, found.condition, np.nan))
-            if tell is not None:
-                tell(min(first + CHUNK, len(flat)), len(flat))
-        condition = np.concatenate(conditions).reshape(places.shape[:-1])
-        x, y, z = axes
-        return Space(x, y, z, np.isfinite(condition) | np.isposinf(condition), condition)
+        positions = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+        flat = positions.reshape(-1, 3)
+        condition = np.full(len(flat), np.nan)
+
+        def grid() -> WorkspaceGrid:
+            conditions = condition.reshape(positions.shape[:-1])
+            x, y, z = axes
+            return WorkspaceGrid(x, y, z, np.isfinite(conditions) | np.isposinf(conditions), conditions)
+
+        with open_progress(progress, "workspace", "positions", len(flat)) as report, keep_partial(grid):
+            for first in range(0, len(flat), CHUNK):
+                part = slice(first, first + CHUNK)
+                poses = self.model.inverse(flat[part], start)
+                condition[part] = np.where(poses.is_reached, poses.condition, np.nan)
+                report(min(part.stop, len(flat)))
+        return grid()
 
     def check_workspace(self) -> None:
-        """Raise for a workspace that cannot be looked for, before any work."""
-        box = self.box or Box()
+        """Raise for a workspace that cannot be computed, before any work."""
+        box = self.box or WorkspaceQuery()
         if isinstance(self.model, DeltaModel):
             return
         if box.show != "condition":
             raise InputError(f"the measure {box.show!r} is of Delta robots; others have 'condition'.", where=self.name)
         self._bounds(box, np.zeros(len(self.model.inputs)))
 
-    def _axes(self, box: Box, start: Array) -> list[Array]:
+    def _axes(self, box: WorkspaceQuery, start: Array) -> list[Array]:
         low, high = self._bounds(box, start)
         count: Any = box.samples
         if count is None:
@@ -230,7 +246,7 @@ class Setup:
             for a, b, n in zip(low, high, counts, strict=True)
         ]
 
-    def _bounds(self, box: Box, start: Array) -> tuple[Array, Array]:
+    def _bounds(self, box: WorkspaceQuery, start: Array) -> tuple[Array, Array]:
         if box.bounds is not None:
             low, high = np.asarray(box.bounds, float).T
             if (low > high).any():
@@ -245,34 +261,34 @@ class Setup:
 
     # -- pictures ----------------------------------------------------------------------------------------------
 
-    def picture(self, path: str | PathLike[str] | None = None, moved: tuple[Motion, Found] | None = None) -> Any:
+    def picture(self, path: str | PathLike[str] | None = None, moved: tuple[Motion, PoseBatch] | None = None) -> Axes3D:
         """The robot at its pose; with a motion, along its path, the last pose strongest."""
-        from . import pictures
+        from ..plotting import picture
 
-        look, found, trace = self.look, None, None
+        look, trace = self.look, None
         if moved is not None:
-            found, trace = moved[1], moved[1].position
-            known = np.flatnonzero(found.known)
-            if not len(known):
+            poses, trace = moved[1], moved[1].position
+            reached = np.flatnonzero(poses.is_reached)
+            if not len(reached):
                 raise SingularError("no pose of the path can be taken.", where=self.name)
             count = min(max(look.poses, 2), MOST_POSES)
-            rows = [int(known[i]) for i in np.unique(np.linspace(0, len(known) - 1, count).round().astype(int))]
+            rows = [int(reached[i]) for i in np.unique(np.linspace(0, len(reached) - 1, count).round().astype(int))]
         else:
-            found, rows = self.found(), [0]
+            poses, rows = self.solve_pose(), [0]
         if isinstance(self.model, DeltaModel):
-            return self._delta_picture(found, rows[-1], trace, path)
-        return pictures.picture(
-            [found.at(i) for i in rows], path, tool=self.model.tool,
-            place=found.position[rows] if self.model.tool else None, trace=trace if self.model.tool else None,
+            return self._delta_picture(poses, rows[-1], trace, path)
+        return picture.picture(
+            [poses.at(i) for i in rows], path, tool=self.model.tool,
+            place=poses.position[rows] if self.model.tool else None, trace=trace if self.model.tool else None,
             view=look.view or (20.0, -60.0), title=look.title, legend=look.legend,
         )  # fmt: skip
 
-    def _delta_picture(self, found: Found, row: int, trace: Any, path: Any) -> Any:
-        """A Delta robot has a picture of its own."""
-        from .. import plot as drawn
-        from ..plot import palette
-        from ..plot.figures import check_suffix, save
-        from . import delta_plots
+    def _delta_picture(self, poses: PoseBatch, row: int, trace: Any, path: Any) -> Axes3D:
+        """Picture of a Delta robot."""
+        from ... import plot as drawn
+        from ...plot import palette
+        from ...plot.style import check_suffix, save
+        from ..delta import plots
 
         assert isinstance(self.model, DeltaModel)
         if path is not None:
@@ -282,42 +298,42 @@ class Setup:
             view["view"] = self.look.view
         by_angles = self.stand.position is None and (trace is None or (self.way and self.way.kind == "joints"))
         if by_angles:
-            ax = delta_plots.picture(model.robot, found.coordinates[row], root=model.root, **view)
+            ax = plots.picture(model.robot, poses.coordinates[row], root=model.root, **view)
         else:
-            ax = delta_plots.picture(model.robot, y=found.position[row], elbow=model.elbow, **view)
+            ax = plots.picture(model.robot, y=poses.position[row], elbow=model.elbow, **view)
         if trace is not None:
             box = np.sort([ax.get_xlim3d(), ax.get_ylim3d(), ax.get_zlim3d()]).T
-            drawn.paths(trace, ax, palette.GREEN, delta_plots.PATH, box)
+            drawn.paths(trace, ax, palette.GREEN, plots.PATH, box)
             ax.set_zlim3d(*box[::-1, 2])  # e3 points down the page
         if path is not None:
             save(path, ax)
         return ax
 
-    def slices(self, path: str | PathLike[str] | None = None, space: Any = None) -> Any:
+    def slices(self, path: str | PathLike[str] | None = None, space: Workspace | WorkspaceGrid | None = None) -> Figure:
         """Slices of the workspace: condition numbers where the tool can be, nothing where it cannot."""
-        from ..plot.figures import check_suffix, save
-        from .delta_plots import slices
+        from ...plot.style import check_suffix, save
+        from ..delta.plots import slices
 
-        box = self.box or Box()
+        box = self.box or WorkspaceQuery()
         if path is not None:
             check_suffix(path)
-        found = self.workspace() if space is None else space
-        figure = slices(found, show=box.show, across=box.across, at=box.at)
-        if isinstance(found, Space) and box.across != "z" and figure.axes[0].yaxis_inverted():
+        grid = self.workspace() if space is None else space
+        figure = slices(grid, show=box.show, across=box.across, at=box.at)
+        if isinstance(grid, WorkspaceGrid) and box.across != "z" and figure.axes[0].yaxis_inverted():
             figure.axes[0].invert_yaxis()  # z points down the page for Delta robots only
         if path is not None:
             save(path, figure)
         return figure
 
 
-def _as_it_is(model: AnyModel) -> Found:
-    """A mechanism that nothing drives, where its file has it."""
+def _initial_pose(model: AnyModel) -> PoseBatch:
+    """Pose of a mechanism without inputs: that of its file."""
     assert isinstance(model, MechanismModel)
-    place = np.zeros((1, 3)) if not model.tool else model.point[None]
-    return Found(
-        np.zeros((1, 0)), place, np.zeros((1, 3, 0)), np.zeros((1, 0, 3)), np.full(1, np.nan), np.zeros(1, np.uint8),
+    position = np.zeros((1, 3)) if not model.tool else model.point[None]
+    return PoseBatch(
+        np.zeros((1, 0)), position, np.zeros((1, 3, 0)), np.zeros((1, 0, 3)), np.full(1, np.nan), np.zeros(1, np.uint8),
         lambda i: model.mechanism,
     )  # fmt: skip
 
 
-__all__ = ["Box", "Look", "Setup", "Space", "Stand"]
+__all__ = ["PoseQuery", "Setup", "ViewOptions", "WorkspaceGrid", "WorkspaceQuery"]

@@ -1,4 +1,4 @@
-"""Joints and inertias of checked URDF texts, as yourdfpy reads their numbers."""
+"""Joints and inertias of checked URDF texts; their numbers are read by yourdfpy."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import MissingExtraError
-from .urdf_text import Text
+from ...codegen.errors import MissingExtraError
+from .parser import Text
 
 Array = NDArray[Any]
-#: Joints with one coordinate; the others are welds, and those that a chain cannot have.
+#: Types of joints with one coordinate.
 MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -26,11 +26,11 @@ class UrdfJoint:
     ----------
     name, type, parent, child : str
     origin : array (4, 4)
-        Of the child's frame in the parent's, at zero.
+        Pose of the child's frame in the parent's, at zero.
     axis : array (3,)
-        A unit vector in the child's frame; of a planar joint the normal.
+        A unit vector in the child's frame; the normal of a planar joint.
     limits : array (2,)
-        Least and greatest coordinate; infinite where the file says nothing.
+        Least and greatest coordinate; infinite by default.
     """
 
     name: str
@@ -44,15 +44,15 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class UrdfInertia:
-    """Mass, and the tensor (3, 3) about the centre of mass along the axes of ``origin`` (4, 4) in the link's frame."""
+    """Mass, and the tensor (3, 3) about the center of mass along the axes of ``origin`` (4, 4) in the link's frame."""
 
     mass: float
     tensor: Array
     origin: Array
 
 
-def parsed(text: Text) -> Any:
-    """What yourdfpy makes of a checked text."""
+def parse_robot(text: Text) -> Any:
+    """The robot of a checked text, as parsed by yourdfpy."""
     try:
         from yourdfpy import URDF  # type: ignore[import-untyped, unused-ignore]
     except ImportError:

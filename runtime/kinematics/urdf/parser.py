@@ -1,7 +1,7 @@
-"""URDF texts made safe: XML without document types, checked tag by tag, down to what the parser is given.
+"""Checker of URDF texts: XML without document types, checked tag by tag and reduced to links and joints.
 
-Nothing is fetched, and nothing is expanded: a text that declares entities is refused. What a file says about looks,
-contacts, motors and simulators is left out; what would change how the robot moves and is not known is an error.
+Nothing is fetched, and nothing is expanded: a text that declares entities is refused. Visuals, contacts, motors and
+simulator tags are left out; an unknown tag that could change the motion of the robot is an error.
 """
 
 from __future__ import annotations
@@ -14,21 +14,22 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from ..codegen.errors import InputError, suggest
+from ...codegen.errors import InputError, suggest
 
 Element = ElementTree.Element
-#: No robot's text is longer: what is has something else in mind.
+#: Length of a robot's text at most.
 MOST_BYTES = 64 << 20
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-#: Of a robot, tags that say nothing about links and joints.
+#: Tags of a robot that are unrelated to links and joints.
 BESIDES = (
     "material", "transmission", "gazebo", "sensor", "ros2_control", "plugin", "link_state", "joint_state", "camera",
     "disable_collisions", "frame", "mujoco", "drake:diffuse_map", "capsule", "usd",
 )  # fmt: skip
-#: Tags of a joint that are read, and those that say nothing about its motion.
+#: Tags of a joint that are read.
 OF_JOINT = ("parent", "child", "origin", "axis", "limit", "mimic")
+#: Tags of a joint that are unrelated to its motion.
 BESIDE_JOINT = ("dynamics", "safety_controller", "calibration", "hardwareInterface", "gazebo", "sensor", "property")
-#: Attributes of what is read, by tag: what must be there, and what may.
+#: Required and optional attributes by tag.
 ATTRIBUTES = {
     "parent": (("link",), ()),
     "child": (("link",), ()),
@@ -51,7 +52,7 @@ class Text:
     path : str
         For messages.
     root : Element
-        Links and joints with what is known of them, and nothing else.
+        Links and joints with their known tags only.
     """
 
     def __init__(self, path: str, data: bytes, mimic: str, ignore: Iterable[str] = ()) -> None:
@@ -59,11 +60,11 @@ class Text:
         self._mimic, self._ignored = mimic, {*BESIDES, *ignore}
         self._beside_joint = {*BESIDE_JOINT, *ignore}
         self._lines: dict[Element, int] = {}
-        found = self._parsed(data)
-        if found.tag != "robot":
-            raise self.error(found, "this is no URDF: its root", "A URDF has <robot> around everything")
-        self.root = Element("robot", {"name": found.get("name", "robot")})
-        for child in found:
+        document = self._parse(data)
+        if document.tag != "robot":
+            raise self.error(document, "this is not a URDF: its root", "A URDF has <robot> around everything")
+        self.root = Element("robot", {"name": document.get("name", "robot")})
+        for child in document:
             if child.tag == "link":
                 self.root.append(self._link(child))
             elif child.tag == "joint":
@@ -80,12 +81,12 @@ class Text:
         return InputError(f"{what} <{at.tag}{name}>", where=f"{self.path}:{self._lines.get(at, 1)}", remedy=remedy)
 
     def line(self, at: Element) -> int:
-        """Where an element begins."""
+        """Line of an element."""
         return self._lines.get(at, 1)
 
     # -- XML -------------------------------------------------------------------------------------------------
 
-    def _parsed(self, data: bytes) -> Element:
+    def _parse(self, data: bytes) -> Element:
         parser, builder = expat.ParserCreate(), ElementTree.TreeBuilder()
 
         def doctype(*_: object) -> None:
@@ -105,35 +106,35 @@ class Text:
             parser.Parse(data, True)
         except expat.ExpatError as error:
             raise InputError(
-                f"this is no XML: {expat.ErrorString(error.code)}.", where=f"{self.path}:{error.lineno}"
+                f"this is not XML: {expat.ErrorString(error.code)}.", where=f"{self.path}:{error.lineno}"
             ) from None
         return builder.close()
 
     # -- elements --------------------------------------------------------------------------------------------
 
     def _link(self, element: Element) -> Element:
-        made = self._copied(element, {"name": self._name(element)})
+        copy = self._copy(element, {"name": self._name(element)})
         inertial = self._only(element, "inertial")
         if inertial is not None:
-            own = self._copied(inertial, {})
+            mass = self._copy(inertial, {})
             for tag in ("origin", "mass", "inertia"):
                 part = self._only(inertial, tag)
                 if part is not None:
-                    own.append(self._numbers(part))
+                    mass.append(self._numbers(part))
                 elif tag != "origin":
                     raise self.error(inertial, f"there is no <{tag}> in")
-            made.append(own)
-        return made
+            copy.append(mass)
+        return copy
 
     def _joint(self, element: Element) -> Element:
         kind = element.get("type")
         if kind not in JOINT_TYPES:
             raise self.error(
                 element,
-                f"{kind!r} is no type of joint{suggest(kind, JOINT_TYPES)} in",
+                f"{kind!r} is not a type of joint{suggest(kind, JOINT_TYPES)} in",
                 f"One of: {', '.join(JOINT_TYPES)}",
             )
-        made = self._copied(element, {"name": self._name(element), "type": kind})
+        copy = self._copy(element, {"name": self._name(element), "type": kind})
         for child in element:
             if child.tag not in OF_JOINT and child.tag not in self._beside_joint:
                 raise self._unknown(child, OF_JOINT)
@@ -147,13 +148,13 @@ class Text:
                     "Load it with mimic='free' to have it as a joint of its own",
                 )  # fmt: skip
             if part is not None and tag != "mimic":
-                made.append(self._numbers(part))
-        return made
+                copy.append(self._numbers(part))
+        return copy
 
-    def _copied(self, element: Element, attributes: dict[str, str]) -> Element:
-        made = Element(element.tag, attributes)
-        self._lines[made] = self.line(element)
-        return made
+    def _copy(self, element: Element, attributes: dict[str, str]) -> Element:
+        copy = Element(element.tag, attributes)
+        self._lines[copy] = self.line(element)
+        return copy
 
     def _name(self, element: Element) -> str:
         name = element.get("name", "")
@@ -164,7 +165,7 @@ class Text:
     def _only(self, element: Element, tag: str) -> Element | None:
         found = element.findall(tag)
         if len(found) > 1:
-            raise self.error(found[1], f"there is a second <{tag}> in {_called(element)}:")
+            raise self.error(found[1], f"there is a second <{tag}> in {_tag_text(element)}:")
         return found[0] if found else None
 
     def _numbers(self, element: Element) -> Element:
@@ -177,7 +178,7 @@ class Text:
                 raise self.error(element, f"{name}={value!r} is not known{suggest(name, (*needed, *more))} in")
             if name not in _WORDS:
                 self._check(element, name, value, 3 if name in _VECTORS else 1)
-        return self._copied(element, dict(element.attrib))
+        return self._copy(element, dict(element.attrib))
 
     def _check(self, element: Element, name: str, value: str, count: int) -> None:
         try:
@@ -212,7 +213,7 @@ class Text:
             raise InputError("there are no links.", where=self.path)
 
     def _ends(self) -> None:
-        """Whether joints make one tree of the links."""
+        """Check that the joints connect all links in one tree."""
         links = dict.fromkeys(str(x.get("name")) for x in self.root.findall("link"))
         above: dict[str, tuple[str, Element]] = {}
         for joint in self.root.findall("joint"):
@@ -245,7 +246,7 @@ class Text:
             reached.update(path)
 
 
-def _called(element: Element) -> str:
+def _tag_text(element: Element) -> str:
     return f"<{element.tag} name={element.get('name')!r}>" if element.get("name") else f"<{element.tag}>"
 
 
@@ -255,13 +256,13 @@ def bytes_of(path: str | os.PathLike[str]) -> bytes:
     Raises
     ------
     InputError
-        If there is no such file, or it is too long to be a robot.
+        If there is no such file, or it is too long.
     """
     try:
-        place = Path(path)
-        if place.stat().st_size > MOST_BYTES:
+        file = Path(path)
+        if file.stat().st_size > MOST_BYTES:
             raise InputError(f"the file has more than {MOST_BYTES >> 20} MiB.", where=str(path))
-        return place.read_bytes()
+        return file.read_bytes()
     except TypeError:
         raise InputError(f"a URDF is loaded by its path, not by a {type(path).__name__}.") from None
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What keys of simulation files may hold: numbers, vectors, names, colours, words of a list; faults as sentences."""
+"""Types of the values in files of mechanisms and simulations: numbers, vectors, names, units; faults as sentences."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from ..tomlread import Table
-from .given import LARGEST, SHORTEST
-from .methods import INTEGRATORS, MAPS, STABILIZATIONS
-from .sketch import COLORS
+from ...common.documents import Table
+from ..arguments import LARGEST, SHORTEST
 
 #: Letters of a name, of a label and of a unit.
 MOST_LETTERS, MOST_OF_UNIT = 60, 12
@@ -57,12 +55,7 @@ def _unit(text: str) -> str:
     return text
 
 
-def _color(text: str) -> str:
-    hexadecimal = len(text) == 7 and text[0] == "#" and all(c in "0123456789abcdefABCDEF" for c in text[1:])
-    return text if hexadecimal else _one_of(text, [*COLORS, "#rrggbb"])
-
-
-def _one_of(text: str, known: Sequence[str]) -> str:
+def one_of(text: str, known: Sequence[str]) -> str:
     if text not in known or text == "#rrggbb":
         raise PydanticCustomError("literal_error", "unknown", {"expected": ", ".join(f"'{x}'" for x in known)})
     return text
@@ -73,25 +66,21 @@ Place = Annotated[Any, AfterValidator(_place)]
 Name = Annotated[str, AfterValidator(_name)]
 Label = Annotated[str, AfterValidator(_label)]  # may be empty
 Unit = Annotated[str, AfterValidator(_unit)]
-Color = Annotated[str, AfterValidator(_color)]
-Integrator = Annotated[str, AfterValidator(lambda x: _one_of(x, ("auto", *INTEGRATORS)))]
-Chart = Annotated[str, AfterValidator(lambda x: _one_of(x, MAPS))]
-Stabilization = Annotated[str, AfterValidator(lambda x: _one_of(x, STABILIZATIONS))]
 
 
-def given(table: Table, *keys: str) -> list[str]:
-    """Those of the keys that a table has."""
+def present_keys(table: Table, *keys: str) -> list[str]:
+    """Keys of a list that a table has."""
     return [key for key in keys if getattr(table, key) is not None]
 
 
 def exactly_one(table: Table, *keys: str) -> None:
-    found = given(table, *keys)
+    found = present_keys(table, *keys)
     if not found:
         raise ValueError(f"has neither {' nor '.join(keys)}; one is needed")
     one_at_most(table, *keys)
 
 
 def one_at_most(table: Table, *keys: str) -> None:
-    found = given(table, *keys)
+    found = present_keys(table, *keys)
     if len(found) > 1:
         raise ValueError(f"{' and '.join(found)} say the same thing; give one of them")

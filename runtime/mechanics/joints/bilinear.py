@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..codegen.errors import BladesmithError, InputError, ShapeError, suggest
-from ..dynamics.given import finite, of_algebra, shown
-from ..multivector import Multivector
-from .joints import Condition, Joint, check_kind, check_named, check_one_algebra
+from ...codegen.errors import BladesmithError, InputError, ShapeError, suggest
+from ...common.validation import finite_array
+from ...core.multivector import Multivector
+from ..arguments import multivector_of
+from .base import Condition, Joint, check_kind, check_named, check_one_algebra
+from .local_relations import relations
 
 #: Products of `Bilinear` by name.
 PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
@@ -24,9 +26,9 @@ PRODUCTS: dict[str, Callable[[Multivector, Multivector], Multivector]] = {
 
 @dataclass(frozen=True, eq=False)
 class Universal(Joint):
-    """Two circles about one centre, one in each body, whose planes stay at right angles (7.5.6). Mobility 2.
+    """Two circles about one center, one in each body, whose planes stay at right angles (7.5.6). Mobility 2.
 
-    The printed condition, that <X Y>_4 = 0, only keeps them on one sphere: here the centre is shared, and
+    The printed condition, that <X Y>_4 = 0, only keeps them on one sphere: here the center is shared, and
     (X ^ n_inf) . (Y ^ n_inf) = 0.
     """
 
@@ -43,13 +45,13 @@ class Universal(Joint):
         circles = []
         for what, x in given.items():
             check_kind(self, x, ("circle",), what)
-            found = x.parameters()
-            if not hasattr(found, "radius"):
-                raise InputError(f"{self.label}: {what} is a {type(found).__name__.lower()}, and has no centre.")
-            circles.append(found)
+            circle = x.parameters()
+            if not hasattr(circle, "radius"):
+                raise InputError(f"{self.label}: {what} is a {type(circle).__name__.lower()}, and has no center.")
+            circles.append(circle)
         gap = float(np.linalg.norm(circles[0].center - circles[1].center))
         if gap > 1e-9 * (float(np.abs(circles[0].center).max()) + float(circles[0].radius)):
-            raise InputError(f"{self.label}: the centres of the circles are {gap:.3g} apart; they are one.")
+            raise InputError(f"{self.label}: the centers of the circles are {gap:.3g} apart; they must coincide.")
         cosine = float(circles[0].normal @ circles[1].normal)
         if abs(cosine) > 1e-9:
             raise InputError(f"{self.label}: the circles' planes are not at right angles; the cosine is {cosine:.3g}.")
@@ -85,7 +87,7 @@ class Bilinear(Joint):
     x: Multivector
     y: Multivector
     product: str | Callable[[Multivector, Multivector], Any] = "outer"
-    H: Any = 0
+    H: Multivector | float | None = 0
     mobility = -1
 
     def __post_init__(self) -> None:
@@ -93,31 +95,27 @@ class Bilinear(Joint):
         check_one_algebra(self, [self.x, self.y])
         if not callable(self.product) and self.product not in PRODUCTS:
             raise InputError(
-                f"{self.label}: {self.product!r} is no product; there are: {', '.join(PRODUCTS)}, and functions of two "
-                f"objects.{suggest(str(self.product), PRODUCTS)}"
+                f"{self.label}: {self.product!r} is not a product; there are: {', '.join(PRODUCTS)}, and functions of "
+                f"two objects.{suggest(str(self.product), PRODUCTS)}"
             )
         if self.H is None:
-            object.__setattr__(self, "H", self._applied(self.x, self.y))
+            object.__setattr__(self, "H", self._apply(self.x, self.y))
         elif isinstance(self.H, Multivector):
-            of_algebra(self.H, self.x.algebra, f"{self.label}: H")
-        elif finite(self.H, f"{self.label}: H").shape:
+            multivector_of(self.H, self.x.algebra, f"{self.label}: H")
+        elif finite_array(self.H, f"{self.label}: H").shape:
             raise ShapeError(f"{self.label}: H has shape {np.shape(self.H)}; one multivector or number is needed.")
-        from .local import relations
-
         relations(self.x.algebra, [self])
 
-    def _applied(self, x: Multivector, y: Multivector) -> Multivector:
-        """B(x, y), of what may be anybody's function."""
+    def _apply(self, x: Multivector, y: Multivector) -> Multivector:
+        """B(x, y), with errors of a user's function as InputError."""
         function = self.product if callable(self.product) else PRODUCTS[self.product]
         try:
-            found = function(x, y)
+            value = function(x, y)
         except BladesmithError:
             raise
         except Exception as error:
             raise InputError(f"{self.label}: its product raises {type(error).__name__}: {error}.") from error
-        if not isinstance(found, Multivector):
-            raise InputError(f"{self.label}: its product gives {shown(found)}; a multivector is needed.")
-        return of_algebra(found, x.algebra, f"{self.label}: its product")
+        return multivector_of(value, x.algebra, f"{self.label}: its product")
 
     def conditions(self) -> list[Condition]:
-        return [Condition(self.x, self.y, self._applied, self.H, equivariant=not callable(self.product))]
+        return [Condition(self.x, self.y, self._apply, self.H, equivariant=not callable(self.product))]

@@ -1,4 +1,4 @@
-"""Poses of a mechanism: joints that are moved with their bodies, and how far they are from closed."""
+"""Joints displaced with their bodies, and their closure errors."""
 
 from __future__ import annotations
 
@@ -9,25 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebras import Algebra
-from ..lengths import in_units
-from ..multivector import Multivector
-from .joints import Condition, Joint
-from .places import places_of, spread_of, units_of
+from ...core.geometry.scaling import in_units
+from ...core.multivector import Algebra, Multivector
+from .base import Condition, Joint
+from .joint_locations import extent, joint_locations, length_scales
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Placed(Joint):
-    """A joint whose bodies have moved.
+class DisplacedJoint(Joint):
+    """A joint after displacements of its bodies.
 
     Attributes
     ----------
     joint : Joint
-        As it was at first.
+        Before the displacements.
     motor_a, motor_b : Multivector
-        Of its bodies, from there.
+        Displacements of its bodies.
     """
 
     joint: Joint
@@ -35,7 +34,7 @@ class Placed(Joint):
     motor_b: Multivector
 
     def __post_init__(self) -> None:
-        if isinstance(self.joint, Placed):
+        if isinstance(self.joint, DisplacedJoint):
             inner = self.joint
             object.__setattr__(self, "joint", inner.joint)
             object.__setattr__(self, "motor_a", self.motor_a * inner.motor_a)
@@ -69,9 +68,9 @@ class Placed(Joint):
         return self.joint.axes(objects)
 
     def conditions(self) -> list[Condition]:
-        return [self._moved(c) for c in self.joint.conditions()]
+        return [self._displaced_condition(c) for c in self.joint.conditions()]
 
-    def _moved(self, c: Condition) -> Condition:
+    def _displaced_condition(self, c: Condition) -> Condition:
         x, y, back = self.motor_a >> c.x, self.motor_b >> c.y, ~self.motor_a
         product = c.product
         if product is None or c.equivariant:
@@ -80,40 +79,40 @@ class Placed(Joint):
         return replace(c, x=x, y=y, product=lambda u, v: product(back >> u, back >> v))
 
 
-def misfit(algebra: Algebra, joints: Sequence[Joint]) -> list[float]:
-    """How far each joint is from holding, in its own length, or, of those that have none, in that of all."""
+def closure_errors(algebra: Algebra, joints: Sequence[Joint]) -> list[float]:
+    """Closure error of each joint, relative to its length scale or, if it has none, to the extent of the mechanism."""
     conditions = [joint.conditions() for joint in joints]
-    moved = [c for own in conditions for c in own if not _as_it_was(c)]
-    if not moved:
+    displaced = [c for each in conditions for c in each if not _is_undisplaced(c)]
+    if not displaced:
         return [0.0] * len(joints)
-    ends = np.concatenate([places_of([x[None]], 1) for c in moved for x in (c.x, c.y)])
-    spread = spread_of(ends, (ends.min(0) + ends.max(0)) / 2) or 1.0
-    return [max((_gap(algebra, c, spread) for c in own), default=0.0) for own in conditions]
+    ends = np.concatenate([joint_locations([x[None]], 1) for c in displaced for x in (c.x, c.y)])
+    size = extent(ends, (ends.min(0) + ends.max(0)) / 2) or 1.0
+    return [max((_closure_error(algebra, c, size) for c in each), default=0.0) for each in conditions]
 
 
-def _as_it_was(c: Condition) -> bool:
+def _is_undisplaced(c: Condition) -> bool:
     return c.x is c.y and c.product is None
 
 
-def _gap(algebra: Algebra, c: Condition, spread: float) -> float:
-    if _as_it_was(c):
+def _closure_error(algebra: Algebra, c: Condition, extent_of_all: float) -> float:
+    if _is_undisplaced(c):
         return 0.0
     x, y = c.x, c.y
-    zero = not isinstance(c.target, Multivector) and not c.target  # any other value is one of these places and lengths
+    zero = not isinstance(c.target, Multivector) and not c.target  # others hold only for these positions
     if c.product is None or (c.equivariant and zero):
-        seen = [x] if c.product is None else [x, y]
-        place = places_of([v[None] for v in seen], 1)
-        away = ~algebra.translator(place[0])
-        unit = units_of([(away >> v)[None] for v in seen], place, spread)[0]
+        objects = [x] if c.product is None else [x, y]
+        position = joint_locations([v[None] for v in objects], 1)
+        away = ~algebra.translator(position[0])
+        unit = length_scales([(away >> v)[None] for v in objects], position, extent_of_all)[0]
         x, y = (in_units(away >> v, unit) for v in (x, y))
     if c.product is None:
-        return _size(x - y) / max(_size(x), np.finfo(float).tiny)
+        return _magnitude(x - y) / max(_magnitude(x), np.finfo(float).tiny)
     value = c.product(x, y)
     if c.target is not None:
         value = value - c.target
-    size = _size(x) * _size(y)
-    return _size(value) / size if size > 0 else 0.0
+    scale = _magnitude(x) * _magnitude(y)
+    return _magnitude(value) / scale if scale > 0 else 0.0
 
 
-def _size(x: Any) -> float:
+def _magnitude(x: Any) -> float:
     return float(np.abs(x.values if isinstance(x, Multivector) else x).max(initial=0))

@@ -6,21 +6,23 @@ Arguments are checked here, and results named; the loop is compiled (`greedy`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import parallel
-from ..arrays import real, truth
-from ..calls import call, raise_first
-from ..codegen.errors import InputError, ShapeError
-from ..multivector import Multivector
-from .greedy import Greedy
-from .inputs import as_objects, gathered, number
-from .local import Frame
+from ...codegen.errors import InputError
+from ...codegen.interrupts import keep_partial
+from ...common import parallel
+from ...common.deprecation import renamed_attribute
+from ...common.progress import ProgressOption, open_progress
+from ...common.validation import as_bool, as_float, broadcast_to, finite_array, positive_array
+from ...core.multivector import Multivector
+from ...dispatch.formulas import evaluate, raise_first
+from ..arguments import as_objects, concatenate_objects
+from ..rotors.local_origin import Frame
+from .agglomerative_driver import Greedy
 
 Array = NDArray[Any]
 #: Weights differ at most by this factor: means of point pairs and circles have fourth powers of them.
@@ -28,10 +30,13 @@ WEIGHT_RANGE = 1e60
 #: The algebra that the driver is compiled for.
 ALGEBRA = "cga3d"
 
+#: An array, or one for each grade of a list of objects.
+Arrays: TypeAlias = NDArray[Any] | tuple[NDArray[Any], ...]
+
 
 @dataclass(frozen=True)
-class Merged:
-    """What is left of objects after merging. Unpacks as two: ``Y, groups = merge_similar(X, threshold)``.
+class MergeResult:
+    """Result of merging. Unpacks as two: ``Y, groups = merge_similar(X, threshold)``.
 
     Attributes
     ----------
@@ -41,7 +46,7 @@ class Merged:
         For each input object the place of its mean in ``objects``.
     counts : array (m,)
         Members of each mean.
-    merges : array (k,)
+    merge_costs : array (k,)
         Cost of each merge, in order. It may fall now and then: a mean can be nearer to others than its parents.
     pairs : array (k, 2)
         The groups that each merge joined, by the place of their first member among the input objects.
@@ -49,12 +54,14 @@ class Merged:
         Costs that were computed.
     """
 
-    objects: Any
-    groups: Any
-    counts: Any
-    merges: Any
-    pairs: Any
+    objects: Multivector | tuple[Multivector, ...]
+    groups: Arrays
+    counts: Arrays
+    merge_costs: Arrays
+    pairs: Arrays
     evaluations: int
+
+    merges = renamed_attribute("merge_costs")
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.objects, self.groups))
@@ -65,12 +72,12 @@ def merge_similar(
     threshold: float,
     weights: ArrayLike | None = None,
     align: bool = True,
-    progress: bool = False,
+    progress: ProgressOption = False,
     *,
     origin: ArrayLike | None = None,
     strict: bool = False,
     threads: int | None = None,
-) -> Merged:
+) -> MergeResult:
     """Merge objects near each other: of all pairs the one of least cost is replaced by its mean, again and again.
 
     Parameters
@@ -87,8 +94,8 @@ def merge_similar(
     align : bool
         X and -X are one object: the second of two is turned like the first, whose orientation the mean has. Otherwise
         opposite ones are far apart.
-    progress : bool
-        Show a bar.
+    progress : bool or callable
+        True: a bar on standard error. A callable gets a `bladesmith.Progress` of merges.
     origin : array (3,), optional
         Where costs are measured from, since the cost of a rotation grows with the distance of its axis from the
         origin. Default: the mean of the objects' positions (of flats the points next to the world's origin).
@@ -96,11 +103,12 @@ def merge_similar(
     strict : bool
         Raise for an item that is no object, instead of leaving it alone.
     threads : int, optional
-        For the first search; merging itself is one thread. The result is the same for any number.
+        For the first search; merging itself is one thread. Default: the package's (`bladesmith.set_threads`). The
+        result is the same for any number.
 
     Returns
     -------
-    Merged
+    MergeResult
         ``objects, groups``, and more by name. Items that are no objects stay, as NaN of status `INVALID`. For several
         grades ``objects`` is a tuple with one batch per grade, in order of appearance, and ``groups`` has an array
         for each entry of the list, with places in the batch of its grade; the other fields are tuples by grade.
@@ -112,6 +120,8 @@ def merge_similar(
         another, or X is not made of objects.
     SingularError
         With ``strict``.
+    Interrupted
+        On an interrupt; its ``partial`` holds the objects that were merged until then (of the grade at work).
 
     Notes
     -----
@@ -129,22 +139,34 @@ def merge_similar(
     >>> merged.shape, groups.tolist()
     ((2,), [0, 0, 1])
     """
-    limit, align, strict = _threshold(threshold), truth(align, "align"), truth(strict, "strict")
-    progress = truth(progress, "progress")
+    limit, align, strict = (
+        as_float(threshold, "the threshold", 0, np.inf),
+        as_bool(align, "align"),
+        as_bool(strict, "strict"),
+    )
     entries = [as_objects(x, f"the objects: entry {i}") for i, x in enumerate(X)] if _is_list(X) else None
     if entries and len({x.grades for x in entries}) > 1:
         return _by_grade(entries, limit, weights, align, progress, origin, strict, threads)
-    x = gathered(entries) if entries else as_objects(X)
+    x = concatenate_objects(entries) if entries else as_objects(X)
     if x.algebra.name != ALGEBRA:
         raise InputError(f"the objects belong to {x.algebra.name}; merging is for those of {ALGEBRA}.")
-    if truth(strict, "strict"):
+    if as_bool(strict, "strict"):
         raise_first(x._status, "merge_similar")
     flat = x.reshape(x.size).astype(np.float64)
     counted = _weights(weights, x.shape).reshape(x.size)
     counted = counted / counted.max(initial=np.finfo(float).smallest_subnormal)
     frame = _frame(flat, origin)
-    greedy = Greedy(x.kind.name, frame.inward(flat)._data, counted, limit, align)
-    _run(greedy, threads, progress)
+    parallel.thread_count(threads)  # checked before any work
+    greedy = Greedy(x.kind.name, frame.to_local(flat)._data, counted, limit, align)
+    with (
+        open_progress(progress, "merge", "merges") as report,
+        keep_partial(lambda: _result(x, flat, frame, greedy)),
+    ):
+        merged = 0
+        greedy.find(threads)
+        while done := greedy.step():
+            merged += done
+            report(merged)
     return _result(x, flat, frame, greedy)
 
 
@@ -152,25 +174,10 @@ def _is_list(X: Any) -> bool:
     return isinstance(X, (list, tuple)) and len(X) > 0
 
 
-def _threshold(threshold: float) -> float:
-    value = number(threshold, "the threshold")
-    if not value >= 0:
-        raise InputError(f"the threshold is {value}; costs are not negative, and a pair merges up to it.")
-    return value
-
-
 def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> Array:
     if weights is None:
         return np.ones(shape)
-    given = real(weights, "weights").astype(np.float64)
-    try:
-        found = np.broadcast_to(given, shape)
-    except ValueError:
-        raise ShapeError(f"weights of shape {given.shape} do not fit objects of shape {shape}.") from None
-    bad = ~(np.isfinite(found) & (found > 0))
-    if bad.any():
-        place = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise InputError(f"the weight of object {place} is {found[place]}; weights are positive.")
+    found = broadcast_to(positive_array(weights, "weights"), shape, "weights")
     heaviest = found.max(initial=0.0)
     light = found < heaviest / WEIGHT_RANGE
     if light.any():
@@ -183,33 +190,17 @@ def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> Array:
 
 
 def _frame(x: Multivector, origin: ArrayLike | None) -> Frame:
-    """Where costs are measured from."""
+    """Local frame in which costs are measured."""
     if origin is None:
-        position = call(x.algebra, "local.anchor", x).value._data
+        position = evaluate(x.algebra, "local.anchor", x).value._data
         good = np.isfinite(position).all(-1)
         position = position[good].mean(0) if good.any() else np.zeros(3)
     else:
-        position = x.algebra.vector(origin, "origin").rows()
-        if position.shape != (3,) or not np.isfinite(position).all():
-            raise InputError(f"origin is {origin!r}; one point of three finite numbers is needed.")
+        position = finite_array(x.algebra.vector(origin, "origin").rows(), "origin", (3,))
     return Frame(position, x.algebra.translator(position))
 
 
-def _run(greedy: Greedy, threads: int | None, progress: bool) -> None:
-    parallel.thread_count(threads)  # checked before any work
-    with ExitStack() as stack:
-        bar = None
-        if progress:
-            from tqdm import tqdm
-
-            bar = stack.enter_context(tqdm(desc="merge", unit=" merges"))
-        greedy.find(threads)
-        while done := greedy.step():
-            if bar is not None:
-                bar.update(done)
-
-
-def _result(x: Multivector, flat: Multivector, frame: Frame, greedy: Greedy) -> Merged:
+def _result(x: Multivector, flat: Multivector, frame: Frame, greedy: Greedy) -> MergeResult:
     costs, kept, gone = greedy.history
     parent = np.arange(flat.size)
     parent[gone] = kept
@@ -219,16 +210,16 @@ def _result(x: Multivector, flat: Multivector, frame: Frame, greedy: Greedy) -> 
     data = flat._data[first]
     moved = counts > 1
     means = flat._make(flat._type, greedy.rows[first[moved]], (int(moved.sum()),))
-    data[moved] = frame.outward(means)._data
+    data[moved] = frame.to_world(means)._data
     status = None if flat._status is None else flat._status[first]
     objects = flat._make(flat._type, data, first.shape, status).astype(x.dtype)
     pairs = np.stack([kept, gone], -1).astype(np.int64)
-    return Merged(objects, groups.reshape(x.shape), counts, costs, pairs, greedy.evaluations)
+    return MergeResult(objects, groups.reshape(x.shape), counts, costs, pairs, greedy.evaluations)
 
 
 def _by_grade(
-    entries: Sequence[Multivector], threshold: float, weights: Any, align: bool, progress: bool, *rest: Any
-) -> Merged:
+    entries: Sequence[Multivector], threshold: float, weights: Any, align: bool, progress: ProgressOption, *rest: Any
+) -> MergeResult:
     """Each grade on its own."""
     if weights is not None and (not _is_list(weights) or len(weights) != len(entries)):
         raise InputError(f"weights for {len(entries)} batches of several grades are a list of {len(entries)} arrays.")
@@ -238,13 +229,13 @@ def _by_grade(
         own = [i for i, x in enumerate(entries) if x.grades == grades]
         parts = [_weights(None if weights is None else weights[i], entries[i].shape).ravel() for i in own]
         merged = merge_similar(
-            gathered([entries[i] for i in own]), threshold, np.concatenate(parts), align, progress,
+            concatenate_objects([entries[i] for i in own]), threshold, np.concatenate(parts), align, progress,
             origin=origin, strict=strict, threads=threads,
         )  # fmt: skip
         ends = np.cumsum([entries[i].size for i in own])
         for i, part in zip(own, np.split(merged.groups, ends[:-1]), strict=True):
             groups[i] = part.reshape(entries[i].shape)
         found.append(merged)
-    fields = ("objects", "counts", "merges", "pairs")
+    fields = ("objects", "counts", "merge_costs", "pairs")
     objects, counts, merges, pairs = (tuple(getattr(m, name) for m in found) for name in fields)
-    return Merged(objects, tuple(groups), counts, merges, pairs, sum(m.evaluations for m in found))
+    return MergeResult(objects, tuple(groups), counts, merges, pairs, sum(m.evaluations for m in found))

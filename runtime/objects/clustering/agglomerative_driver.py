@@ -1,6 +1,6 @@
 """The compiled merging driver: found or compiled once, its state in arrays that Python owns, run in steps.
 
-The only module that knows the layout of the driver's structure (templates/c/merge_types.h).
+The only module that knows the layout of the driver's structure (templates/c/programs/merging/merge_types.h).
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import parallel
-from ..codegen.build import load
-from ..installed import installed_program
+from ...codegen.build.extension import load
+from ...codegen.build.toolchain import REMEDY_OF_PROGRAMS, required_compiler
+from ...common import parallel
+from ...dispatch.installed import installed_program
 
 Array = NDArray[Any]
-#: Objects of a tree's leaf, at most, as in templates/c/merge_tree.h.
+#: Objects of a tree's leaf, at most, as in templates/c/programs/merging/merge_tree.h.
 LEAF = 12
 #: Objects whose neighbours one thread looks up at a time, and merges between two looks at an interrupt.
 CHUNK = 512
@@ -29,8 +30,9 @@ def _module() -> Any:
     module = installed_program("merge")
     if module is not None:
         return module
-    from ..codegen.programs.merge import merge_program
+    from ...codegen.programs.merging import merge_program
 
+    required_compiler("merging is compiled at its first use", REMEDY_OF_PROGRAMS)
     return load(merge_program().extension())
 
 
@@ -47,7 +49,7 @@ class Greedy:
     Parameters
     ----------
     kind : str
-        Of `codegen.programs.merge.KINDS`.
+        Of `codegen.programs.merging.KINDS`.
     rows : array (n, k)
         Coefficients; NaN rows take no part.
     weights : array (n,)
@@ -112,7 +114,7 @@ class Greedy:
 
     @property
     def history(self) -> tuple[Array, Array, Array]:
-        """Of each merge, in order: its cost, the slot that kept the mean, the slot that was given up."""
+        """Merges in order: the cost, the slot that stores the mean, and the slot that was freed."""
         done = self._state.merges
         return self._costs[:done].copy(), self._kept[:done].copy(), self._gone[:done].copy()
 

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from collections.abc import Iterator
 from dataclasses import dataclass
-from operator import index
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import real, truth
-from ..codegen.errors import InputError, ShapeError
-from ..multivector import Multivector
-from ..status import Status
-from . import local
-from .costs import KINDS, is_far
-from .inputs import as_objects, chosen, number
+from ...codegen.errors import InputError
+from ...codegen.interrupts import keep_partial
+from ...common.deprecation import renamed_keywords
+from ...common.progress import ProgressOption, open_progress
+from ...common.validation import as_bool, as_choice, as_float, as_int, check_shape, positive_array
+from ...core.multivector import Multivector
+from ...status import Status
+from ..arguments import as_objects
+from ..rotors import local_origin
+from ..rotors.costs import COSTS, is_far
 from .lloyd import Clustering, Labels
 
 #: Ways to choose the first centroids.
@@ -30,7 +31,7 @@ TOLERANCE = 1e-4
 
 @dataclass(frozen=True)
 class Clusters:
-    """What `kmeans` found. Unpacks as two: ``labels, centroids = kmeans(X, k)``.
+    """Result of `kmeans`. Unpacks as two: ``labels, centroids = kmeans(X, k)``.
 
     Attributes
     ----------
@@ -56,13 +57,19 @@ class Clusters:
 
     @property
     def status(self) -> Status:
-        """Whether the iterations led to an end."""
+        """OK if the iterations converged, else NOT_CONVERGED."""
         return Status.OK if self.converged else Status.NOT_CONVERGED
+
+    @property
+    def message(self) -> str:
+        """Why it has not converged; else empty."""
+        return "" if self.converged else f"the {self.iterations} iterations ran out"
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.labels, self.centroids))
 
 
+@renamed_keywords(kind="cost")
 def kmeans(
     X: Any,
     k: int,
@@ -71,10 +78,10 @@ def kmeans(
     weights: Any = None,
     max_iterations: int = MAX_ITERATIONS,
     tolerance: float = TOLERANCE,
-    kind: str = "positive",
+    cost: str = "positive",
     align: bool = True,
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: ProgressOption = False,
 ) -> Clusters:
     """Clusters of objects around k centroids.
 
@@ -97,15 +104,15 @@ def kmeans(
         The status is `NOT_CONVERGED` where they ran out.
     tolerance : float
         Stop when the cost falls by less than this part of itself. 0: only when no centroid moves.
-    kind : str
+    cost : str
         "positive" or "thesis"; see `rotor_cost`.
     align : bool
         Orientation does not matter: L and -L are one line. Members are added in the orientation of their centroid.
         Otherwise L and -L are as different as lines can be.
     threads : int, optional
-        Default: all processors of this process.
+        Default: the package's (`bladesmith.set_threads`).
     progress : bool or callable
-        True: a bar on standard error. A callable gets (iterations done, iterations at most).
+        True: a bar on standard error. A callable gets a `bladesmith.Progress` of iterations.
 
     Returns
     -------
@@ -119,6 +126,8 @@ def kmeans(
         iterations are none.
     GradeError, AlgebraMismatchError
         If the objects are not of one grade and algebra.
+    Interrupted
+        On an interrupt; its ``partial`` holds the clusters of the last iteration.
 
     Notes
     -----
@@ -132,61 +141,41 @@ def kmeans(
     """
     objects = as_objects(X, "the objects")
     rows = objects.reshape(-1)
-    frame = local.frame(rows, shared=True) if is_far(rows, rows) else None
-    rows = rows if frame is None else frame.inward(rows)
-    kind, init = chosen(kind, tuple(KINDS), "kind"), chosen(init, STARTS, "init")
-    most = _count(max_iterations, "max_iterations")
+    frame = local_origin.frame(rows, shared=True) if is_far(rows, rows) else None
+    rows = rows if frame is None else frame.to_local(rows)
+    cost, init = as_choice(cost, "cost", tuple(COSTS)), as_choice(init, "init", STARTS)
+    most = as_int(max_iterations, "max_iterations")
     counted, unit = _weights(weights, objects.shape)
-    run = Clustering(rows, _count(k, "k"), counted, kind, truth(align, "align"), threads)
-    tolerance = number(tolerance, "tolerance")
-    if not 0 <= tolerance < 1:
-        raise InputError(f"tolerance is {tolerance}; a number from 0 to 1 is needed.")
-    random = np.random.default_rng(_count(seed, "seed", least=0))
-    with ExitStack() as stack, np.errstate(over="ignore"):  # a total cost beyond all numbers is infinite
+    run = Clustering(rows, as_int(k, "k"), counted, cost, as_bool(align, "align"), threads)
+    tolerance = as_float(tolerance, "tolerance", 0, below=1)
+    random = np.random.default_rng(as_int(seed, "seed", 0))
+
+    def result(labels: Labels, centroids: Multivector, total: float, iterations: int, converged: bool) -> Clusters:
+        centroids = centroids if frame is None else frame.to_world(centroids)
+        return Clusters(labels.reshape(objects.shape), centroids, total * unit, iterations, converged)
+
+    with open_progress(progress, "kmeans", "iterations", most) as report, np.errstate(over="ignore"):  # infinite costs
         first = run.spread_start(random) if init == STARTS[0] else run.random_start(random)
-        found = run.to_the_end(first, most, tolerance, _teller(progress, most, stack))
-    labels, centroids, cost, iterations, converged = found
-    centroids = centroids if frame is None else frame.outward(centroids)
-    return Clusters(labels.reshape(objects.shape), centroids, cost * unit, iterations, converged)
+        steps = run.iterations(first, most, tolerance)
+        latest = next(steps)
+        with keep_partial(lambda: result(*latest)):
+            for step in steps:
+                latest = step
+                report(step[3])
+    return result(*latest)
 
 
 # -- arguments ---------------------------------------------------------------------------------------------
-
-
-def _count(value: Any, name: str, least: int = 1) -> int:
-    try:
-        count = index(value)
-    except TypeError:
-        raise InputError(f"{name} is {value!r}; a whole number is needed.") from None
-    if count < least:
-        raise InputError(f"{name} is {count}; at least {least} is needed.")
-    return count
 
 
 def _weights(weights: Any, shape: tuple[int, ...]) -> tuple[NDArray[np.float64] | None, float]:
     """Weights below 2, and their unit, a power of two: sums of great ones do not overflow."""
     if weights is None:
         return None, 1.0
-    given = real(weights, "weights").astype(np.float64)
-    if given.shape != shape:
-        raise ShapeError(f"weights have shape {given.shape}, the objects {shape}; each object needs one.")
+    given = positive_array(weights, "weights", zero=True)
+    check_shape(given, "weights", shape, remedy="Give one for each object")
     given = given.ravel()
-    bad = ~(np.isfinite(given) & (given >= 0))
-    if bad.any():
-        raise InputError(f"weight {int(bad.argmax())} is {given[bad.argmax()]}; weights are not negative, and finite.")
     if given.size and not given.any():
         raise InputError("all weights are zero.")
     exponent = int(np.frexp(given.max(initial=0))[1]) - 1
     return np.ldexp(given, -exponent), 2.0**exponent
-
-
-def _teller(wanted: bool | Callable[[int, int], None], most: int, stack: ExitStack) -> Callable[[int], None]:
-    """What is told after each iteration."""
-    if callable(wanted):
-        return lambda done: wanted(done, most)
-    if not truth(wanted, "progress"):
-        return lambda done: None
-    from tqdm import tqdm
-
-    bar = stack.enter_context(tqdm(total=None, desc="kmeans", unit="iteration"))
-    return lambda done: bar.update(1) and None

@@ -5,18 +5,18 @@ Costs come from compiled loops over all pairs, sums from `numpy.bincount`: nothi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calls import call
-from ..codegen.errors import InputError
-from ..multivector import Multivector
-from ..rows import embedded
-from .costs import KINDS, careful_cost
-from .pairwise import nearest, pair_values
+from ...codegen.errors import InputError
+from ...core.multivector import Multivector
+from ...dispatch.coefficients import embed
+from ...dispatch.formulas import evaluate
+from ..rotors.costs import COSTS, cost_via_rotors
+from ..rotors.pairwise import nearest, pair_values
 
 Labels = NDArray[np.int64]
 Costs = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Clustering:
         Objects as `inputs.as_objects` gives them.
     k : int
     weights : array (n,), optional
-    kind : str
+    cost : str
         Of the cost.
     align : bool
         Whether orientations do not matter.
@@ -44,7 +44,7 @@ class Clustering:
     """
 
     def __init__(
-        self, x: Multivector, k: int, weights: NDArray[Any] | None, kind: str, align: bool, threads: int | None
+        self, x: Multivector, k: int, weights: NDArray[Any] | None, cost: str, align: bool, threads: int | None
     ) -> None:
         if not len(x):
             raise InputError("there are no objects to cluster.")
@@ -54,8 +54,8 @@ class Clustering:
         if k > len(x):
             raise InputError(f"{k} clusters of {len(x)} objects: k is at most the number of objects.")
         self.x, self.k, self.weights, self.threads = x, k, weights, threads
-        self.kind, self.align = kind, align
-        self.formula = f"costs.{'aligned' if align else 'pair'}_cost{KINDS[kind]}"
+        self.cost, self.align = cost, align
+        self.formula = f"costs.{'aligned' if align else 'pair'}_cost{COSTS[cost]}"
 
     # -- starts --------------------------------------------------------------------------------------------
 
@@ -67,7 +67,7 @@ class Clustering:
         """k-means++: objects drawn by their cost to those before; of a few draws the one that saves most."""
         n, draws = len(self.x), 2 + int(np.log(self.k))
         weights = np.ones(n) if self.weights is None else self.weights
-        chosen = [int(_drawn(weights, 1, random)[0])]
+        chosen = [int(_draw_indices(weights, 1, random)[0])]
         cost = self._to(chosen)[0]
         while len(chosen) < self.k:
             mass = weights * cost
@@ -75,7 +75,7 @@ class Clustering:
                 rest = np.setdiff1d(np.arange(n), chosen)
                 chosen.extend(int(i) for i in rest[: self.k - len(chosen)])
                 break
-            candidates = _drawn(mass, draws, random)
+            candidates = _draw_indices(mass, draws, random)
             costs = np.minimum(cost, self._to(candidates))
             best = int((costs * weights).sum(1).argmin())  # not @: its bits may depend on the machine's threads
             chosen.append(int(candidates[best]))
@@ -94,57 +94,58 @@ class Clustering:
 
     # -- iterations ----------------------------------------------------------------------------------------
 
-    def to_the_end(
-        self, centroids: Multivector, most: int, tolerance: float, tell: Callable[[int], None]
-    ) -> tuple[Labels, Multivector, float, int, bool]:
-        """Labels, centroids, cost, iterations and whether they converged."""
-        labels, cost = self._assigned(self.x, centroids)
+    def iterations(
+        self, centroids: Multivector, most: int, tolerance: float
+    ) -> Iterator[tuple[Labels, Multivector, float, int, bool]]:
+        """Labels, centroids, cost, iterations and whether they converged: at the start, and after each iteration."""
+        labels, cost = self._assign(self.x, centroids)
         total = self._total(cost)
+        yield labels, centroids, total, 0, False
         for iteration in range(most):
-            new = self._moved(centroids, labels, cost)
+            new = self._update_centroids(centroids, labels, cost)
             moved = (new._data != centroids._data).any(-1)
             if not moved.any():
-                return labels, centroids, total, iteration, True
-            new_labels, new_cost = self._reassigned(new, moved, labels, cost)
+                yield labels, centroids, total, iteration, True
+                return
+            new_labels, new_cost = self._reassign(new, moved, labels, cost)
             new_total = self._total(new_cost)
-            tell(iteration + 1)
             has_settled = tolerance > 0 and total - new_total <= tolerance * abs(total)
             labels, centroids, cost, total = new_labels, new, new_cost, new_total
+            yield labels, centroids, total, iteration + 1, has_settled
             if has_settled:
-                return labels, centroids, total, iteration + 1, True
-        return labels, centroids, total, most, False
+                return
 
     def _total(self, cost: Costs) -> float:
-        return float(self._weighted(cost).sum())
+        return float(self._weigh(cost).sum())
 
-    def _weighted(self, cost: Costs) -> Costs:
+    def _weigh(self, cost: Costs) -> Costs:
         """Cost times weight: nothing where the weight is zero, also of what is infinite."""
         if self.weights is None:
             return cost
         return np.asarray(np.multiply(cost, self.weights, out=np.zeros_like(cost), where=self.weights > 0))
 
-    def _assigned(self, x: Multivector, centroids: Multivector) -> tuple[Labels, Costs]:
+    def _assign(self, x: Multivector, centroids: Multivector) -> tuple[Labels, Costs]:
         """Nearest centroid of each object, and the cost; the careful way for what has only unusual rotors."""
         labels, cost = nearest(self.formula, x, centroids, self.threads)
         cost = cost.astype(np.float64)
         lost = np.flatnonzero(labels < 0)
         if len(lost):
             i, j = np.repeat(lost, len(centroids)), np.tile(np.arange(len(centroids)), len(lost))
-            careful, _ = careful_cost(x[i], centroids[j], self.kind, self.align)
+            careful, _ = cost_via_rotors(x[i], centroids[j], self.cost, self.align)
             table = careful.reshape(len(lost), -1)
             labels[lost], cost[lost] = table.argmin(1), table.min(1)
         return labels, cost
 
-    def _reassigned(
+    def _reassign(
         self, centroids: Multivector, moved: NDArray[np.bool_], labels: Labels, cost: Costs
     ) -> tuple[Labels, Costs]:
-        """The same as `_assigned`, where only some centroids moved: the others' objects look at those alone."""
+        """`_assign` after only some centroids moved: objects of the others are compared with those alone."""
         if moved.all():
-            return self._assigned(self.x, centroids)
+            return self._assign(self.x, centroids)
         labels, cost = labels.copy(), cost.copy()
         left = moved[labels]
         if left.any():
-            labels[left], cost[left] = self._assigned(self.x[left], centroids)
+            labels[left], cost[left] = self._assign(self.x[left], centroids)
         names, stay = np.flatnonzero(moved), np.flatnonzero(~left)
         found, least = nearest(self.formula, self.x[stay], centroids[names], self.threads)
         names_found = names[found]
@@ -153,19 +154,19 @@ class Clustering:
         labels[stay[better]], cost[stay[better]] = names_found[better], least[better]
         return labels, cost
 
-    def _moved(self, centroids: Multivector, labels: Labels, cost: Costs) -> Multivector:
-        """Centroids of the clusters: sums of members projected; the farthest objects where there are none."""
+    def _update_centroids(self, centroids: Multivector, labels: Labels, cost: Costs) -> Multivector:
+        """Centroids of the clusters: projected sums of members; for empty clusters the farthest objects."""
         data = self.x._data
         factors = np.ones(len(data)) if self.weights is None else self.weights
         if self.align:
             own = centroids[labels]
-            turned = call(own.algebra, "costs.agreement", self.x, own).value._data[..., 0] < 0
+            turned = evaluate(own.algebra, "costs.agreement", self.x, own).value._data[..., 0] < 0
             factors = np.where(turned, -factors, factors)
         sums = _sums(data, labels, factors, self.k)
         written = _sums(np.abs(data), labels, np.abs(factors), self.k)
         layout = self.x.algebra.type_of(self.x.kind.layout, np.dtype(np.float64))
         total, size = (self.x._make(layout, s, (self.k,)) for s in (sums, written))
-        projected = embedded(call(self.x.algebra, "blades.project_sum", total, size).value, self.x.kind)
+        projected = embed(evaluate(self.x.algebra, "blades.project_sum", total, size).value, self.x.kind)
         found = np.isfinite(projected).all(-1)
         new = np.where(found[:, None], projected, centroids._data).astype(data.dtype)
         worse = self._of_clusters(self._to_own(self._centroids(new), labels), labels) > self._of_clusters(cost, labels)
@@ -178,12 +179,12 @@ class Clustering:
 
     def _to_own(self, centroids: Multivector, labels: Labels) -> Costs:
         """Cost of each object to the centroid of its cluster; infinite where no rotor is unique."""
-        cost = call(self.x.algebra, self.formula, self.x, centroids[labels]).value._data[..., 0].astype(np.float64)
+        cost = evaluate(self.x.algebra, self.formula, self.x, centroids[labels]).value._data[..., 0].astype(np.float64)
         return np.where(np.isnan(cost), np.inf, cost)
 
     def _of_clusters(self, cost: Costs, labels: Labels) -> Costs:
         """Total cost of each cluster."""
-        return np.asarray(np.bincount(labels, self._weighted(cost), self.k), np.float64)
+        return np.asarray(np.bincount(labels, self._weigh(cost), self.k), np.float64)
 
     def _reseed(self, new: NDArray[Any], labels: Labels, cost: Costs) -> None:
         """Each empty cluster takes one of the objects that cost most, unless that costs nothing."""
@@ -201,7 +202,7 @@ def _sums(data: NDArray[Any], labels: Labels, factors: NDArray[Any], k: int) -> 
     return np.stack(columns, -1)
 
 
-def _drawn(mass: NDArray[Any], count: int, random: np.random.Generator) -> Labels:
+def _draw_indices(mass: NDArray[Any], count: int, random: np.random.Generator) -> Labels:
     """Indices drawn with these masses."""
     total = np.cumsum(mass)
     found = np.searchsorted(total, random.random(count) * total[-1], side="right")

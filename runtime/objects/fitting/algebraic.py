@@ -1,4 +1,4 @@
-"""What fits start from: points in local coordinates, their principal axes, and algebraic spheres through them.
+"""Initial values of fits: points in local coordinates, their principal axes, and algebraic spheres.
 
 Coordinates are local to each set: about a point near its mean, in a power of two for a unit, so that neither size nor
 distance from the origin costs digits. Sets are rows of arrays.
@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..algebras import Algebra
-from ..calls import Numbers, call
-from ..codegen.errors import ShapeError
-from ..codegen.formulas.outcome import NOISE
-from ..loading import stock_algebra
-from ..multivector import Multivector
-from .inputs import as_objects
-from .spans import on_grades
+from ...codegen.errors import ShapeError
+from ...codegen.formulas.products.outcome import NOISE
+from ...common.validation import broadcast_to, real_array
+from ...core.multivector import Algebra, Multivector
+from ...core.registry import stock_algebra
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ..arguments import as_objects
+from ..subspaces.spanning_vectors import on_grades
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(np.float64).eps)
@@ -82,10 +81,10 @@ def as_sets(points: Any, weights: Any) -> Sets:
     if isinstance(points, (Multivector, list, tuple)) and _holds_multivectors(points):
         known = as_objects(points, "the points", (1,))
         algebra = known.algebra
-        xyz: Any = call(algebra, "conformal.point_parameters", known).value._data
+        xyz: Any = evaluate(algebra, "conformal.point_parameters", known).value._data
     else:
         algebra = stock_algebra("cga3d")
-        xyz = arrays.rows(points, 3, "the points")
+        xyz = real_array(points, "the points", (..., 3))
     if xyz.ndim < 2 or xyz.shape[-1] != 3 or not xyz.shape[-2]:
         raise ShapeError(f"the points have shape {xyz.shape}; sets of n points have shape (..., n, 3), n at least 1.")
     lead, n = xyz.shape[:-2], xyz.shape[-2]
@@ -112,11 +111,7 @@ def _weights(weights: Any, lead: tuple[int, ...], n: int) -> tuple[Array, NDArra
     if weights is None:
         given: Array = np.full((*lead, n), 1.0 / n)
     else:
-        array = arrays.real(weights, "the weights").astype(float)
-        try:
-            given = np.broadcast_to(array, (*lead, n))
-        except ValueError:
-            raise ShapeError(f"weights of shape {array.shape} do not fit points of shape {(*lead, n, 3)}.") from None
+        given = broadcast_to(real_array(weights, "the weights").astype(float), (*lead, n), "weights")
     given = given.reshape(-1, n)
     with np.errstate(all="ignore"):
         usable = (given >= 0).all(-1) & np.isfinite(given).all(-1) & (given.max(-1, initial=0.0) > 0)
@@ -139,8 +134,8 @@ def vectors(algebra: Algebra, rows: Array) -> Multivector:
     return on_grades(algebra, (1,), rows, None, rows.shape[:-1])
 
 
-def positions(algebra: Algebra, xyz: Array) -> Numbers:
-    return Numbers(np.ascontiguousarray(xyz), algebra.kind("euclidean"), "the points")
+def positions(algebra: Algebra, xyz: Array) -> ArrayOperand:
+    return ArrayOperand(np.ascontiguousarray(xyz), algebra.kind("euclidean"), "the points")
 
 
 def algebraic_sphere(algebra: Algebra, xyz: Array, weight: Array, basis: Array) -> Array:
@@ -150,7 +145,7 @@ def algebraic_sphere(algebra: Algebra, xyz: Array, weight: Array, basis: Array) 
     their sum of products under the condition s^2 = 1.
     """
     g = metric(algebra)
-    conformal = call(algebra, "conformal.point", positions(algebra, xyz)).value._data
+    conformal = evaluate(algebra, "conformal.point", positions(algebra, xyz)).value._data
     rows = (conformal @ g * weight[..., None]) @ basis
     m = basis.shape[-1]
     triangle: Any = np.linalg.qr(rows, mode="r")
@@ -162,10 +157,10 @@ def algebraic_sphere(algebra: Algebra, xyz: Array, weight: Array, basis: Array) 
     form = np.swapaxes(basis @ scaled, -1, -2) @ g @ (basis @ scaled)
     _, modes = np.linalg.eigh((form + np.swapaxes(form, -1, -2)) / 2)
     s = (basis @ (scaled @ modes[..., -1:]))[..., 0]
-    return normalised(algebra, s)
+    return normalize_vectors(algebra, s)
 
 
-def normalised(algebra: Algebra, s: Array) -> Array:
+def normalize_vectors(algebra: Algebra, s: Array) -> Array:
     """Rows over the root of their squares; NaN where those are not positive."""
     with np.errstate(all="ignore"):
         square = products(algebra, s, s)
@@ -177,4 +172,14 @@ def products(algebra: Algebra, a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("...i,ij,...j->...", a, metric(algebra), b))
 
 
-__all__ = ["EPS", "Sets", "algebraic_sphere", "as_sets", "metric", "normalised", "positions", "products", "vectors"]
+__all__ = [
+    "EPS",
+    "Sets",
+    "algebraic_sphere",
+    "as_sets",
+    "metric",
+    "normalize_vectors",
+    "positions",
+    "products",
+    "vectors",
+]

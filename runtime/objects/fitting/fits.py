@@ -1,28 +1,38 @@
 """Lines, circles, planes and spheres through many points: least squares of the distances, batched, with statuses.
 
 Lines and planes come from principal axes; circles and spheres start from the algebraic fit in conformal coordinates and
-are refined to the geometric one. The machinery is in `fitting` and `descent`, the formulas in `codegen.formulas.fits`.
+are refined to the geometric one. The machinery is in `fitting` and `descent`, the formulas in `formulas.objects.fits`.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import truth
-from ..calls import Numbers, call, finite, raise_first
-from ..multivector import Multivector
-from ..status import Status
-from .descent import CircleModel, SphereModel, refined
-from .fitting import Sets, algebraic_sphere, as_sets, vectors
+from ...common.validation import as_bool
+from ...core.multivector import Multivector
+from ...dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
+from ...status import Status
+from .algebraic import Sets, algebraic_sphere, as_sets, vectors
+from .geometric import CircleModel, SphereModel, refine
 
 Array = NDArray[np.float64]
 Codes = NDArray[np.uint8]
+#: Objects, and the root of the mean of the squared distances of each.
+WithResidual: TypeAlias = tuple[Multivector, Array]
 
 
-def fit_line(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
+@overload
+def fit_line(points: Any, weights: Any = None, rms: Literal[False] = False, strict: bool = False) -> Multivector: ...
+
+
+@overload
+def fit_line(points: Any, weights: Any = None, *, rms: Literal[True], strict: bool = False) -> WithResidual: ...
+
+
+def fit_line(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Multivector | WithResidual:
     """The line with the least sum of squared distances from points.
 
     Parameters
@@ -49,18 +59,33 @@ def fit_line(points: Any, weights: Any = None, rms: bool = False, strict: bool =
     """
     sets = as_sets(points, weights)
     sigma, axes = sets.axes()
-    direction = _signed(axes[:, 0], sets.local[:, -1] - sets.local[:, 0])
+    direction = _orient(axes[:, 0], sets.local[:, -1] - sets.local[:, 0])
     position = sets.origin + sets.unit[:, None] * sets.middle
     kind = sets.algebra.kind("euclidean")
-    line = call(sets.algebra, "conformal.line", Numbers(position, kind, "point"), Numbers(direction, kind, "direction"))
+    line = evaluate(
+        sets.algebra,
+        "conformal.line",
+        ArrayOperand(position, kind, "point"),
+        ArrayOperand(direction, kind, "direction"),
+    )
     status = _status(
-        sets, (sigma[:, 0] <= sets.floor, Status.SINGULAR), (_tied(sigma, 0) | _near(sets, sigma, 0), Status.NOT_UNIQUE)
+        sets,
+        (sigma[:, 0] <= sets.floor, Status.SINGULAR),
+        (_is_tied(sigma, 0) | _is_near_tie(sets, sigma, 0), Status.NOT_UNIQUE),
     )
     residual = np.sqrt(sigma[:, 1] ** 2 + sigma[:, 2] ** 2) * sets.unit
-    return _finished(sets, line.value, status, residual, rms, strict, "fit_line")
+    return _assemble(sets, line.value, status, residual, rms, strict, "fit_line")
 
 
-def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
+@overload
+def fit_plane(points: Any, weights: Any = None, rms: Literal[False] = False, strict: bool = False) -> Multivector: ...
+
+
+@overload
+def fit_plane(points: Any, weights: Any = None, *, rms: Literal[True], strict: bool = False) -> WithResidual: ...
+
+
+def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Multivector | WithResidual:
     """The plane with the least sum of squared distances from points.
 
     Parameters as for `fit_line`.
@@ -76,7 +101,7 @@ def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool 
     sigma, axes = sets.axes()
     straight = (sigma[:, 1] <= sets.floor) & (sigma[:, 0] > sets.floor)
     normal = np.where(straight[:, None], _across(axes[:, 0]), axes[:, 2])
-    normal = _signed(normal, _turning(sets.local))
+    normal = _orient(normal, _turning(sets.local))
     # the dual plane about the local origin, then moved: offsets far away keep their digits
     local = np.zeros((len(normal), 5))
     local[:, :3] = normal
@@ -84,13 +109,21 @@ def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool 
     status = _status(
         sets,
         (sigma[:, 0] <= sets.floor, Status.SINGULAR),
-        (straight | _tied(sigma, 1) | _near(sets, sigma, 1), Status.NOT_UNIQUE),
+        (straight | _is_tied(sigma, 1) | _is_near_tie(sets, sigma, 1), Status.NOT_UNIQUE),
     )
-    plane = call(sets.algebra, "fits.placed_plane", vectors(sets.algebra, local), *_place(sets))
-    return _finished(sets, plane.value, status, sigma[:, 2] * sets.unit, rms, strict, "fit_plane")
+    plane = evaluate(sets.algebra, "fits.placed_plane", vectors(sets.algebra, local), *_place(sets))
+    return _assemble(sets, plane.value, status, sigma[:, 2] * sets.unit, rms, strict, "fit_plane")
 
 
-def fit_circle(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
+@overload
+def fit_circle(points: Any, weights: Any = None, rms: Literal[False] = False, strict: bool = False) -> Multivector: ...
+
+
+@overload
+def fit_circle(points: Any, weights: Any = None, *, rms: Literal[True], strict: bool = False) -> WithResidual: ...
+
+
+def fit_circle(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Multivector | WithResidual:
     """The circle with the least sum of squared distances from points in space.
 
     Parameters as for `fit_line`.
@@ -112,12 +145,20 @@ def fit_circle(points: Any, weights: Any = None, rms: bool = False, strict: bool
     unknowns, cost, converged = _circle(sets, axes, ~straight)
     flip = _side(unknowns[:, 5:8], _turning(sets.local))
     s, p = vectors(sets.algebra, unknowns[:, :5]), vectors(sets.algebra, unknowns[:, 5:] * flip)
-    circle = call(sets.algebra, "fits.placed_circle", s, p, *_place(sets))
+    circle = evaluate(sets.algebra, "fits.placed_circle", s, p, *_place(sets))
     status = _status(sets, (straight, Status.SINGULAR), (~converged, Status.NOT_CONVERGED))
-    return _finished(sets, circle.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_circle")
+    return _assemble(sets, circle.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_circle")
 
 
-def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Any:
+@overload
+def fit_sphere(points: Any, weights: Any = None, rms: Literal[False] = False, strict: bool = False) -> Multivector: ...
+
+
+@overload
+def fit_sphere(points: Any, weights: Any = None, *, rms: Literal[True], strict: bool = False) -> WithResidual: ...
+
+
+def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool = False) -> Multivector | WithResidual:
     """The sphere with the least sum of squared distances from points.
 
     Parameters as for `fit_line`.
@@ -143,7 +184,7 @@ def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool
     if len(solid):
         xyz, weight = sets.local[solid], sets.weight[solid]
         start = algebraic_sphere(algebra, xyz, weight, np.broadcast_to(np.eye(5), (len(solid), 5, 5)))
-        unknowns[solid], cost[solid], converged[solid] = refined(SphereModel(algebra), start, xyz, weight)
+        unknowns[solid], cost[solid], converged[solid] = refine(SphereModel(algebra), start, xyz, weight)
     if (flat & ~straight).any():  # the sphere about a circle's centre, if there is a circle
         circles, circle_cost, found = _circle(sets, axes, flat & ~straight)
         round_ = flat & ~straight & found & (np.sqrt(circle_cost) <= sets.floor)
@@ -154,8 +195,8 @@ def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool
         (~converged, Status.NOT_CONVERGED),
         (round_, Status.NOT_UNIQUE),
     )
-    sphere = call(algebra, "fits.placed_sphere", vectors(algebra, unknowns), *_place(sets))
-    return _finished(sets, sphere.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_sphere")
+    sphere = evaluate(algebra, "fits.placed_sphere", vectors(algebra, unknowns), *_place(sets))
+    return _assemble(sets, sphere.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_sphere")
 
 
 # -- pieces ------------------------------------------------------------------------------------------------
@@ -180,16 +221,18 @@ def _circle(sets: Sets, axes: Array, wanted: NDArray[np.bool_]) -> tuple[Array, 
     basis[:, 3, 2] = basis[:, 4, 3] = 1.0
     shifted = flat - middle[:, None]
     s = algebraic_sphere(sets.algebra, shifted, weight, basis)
-    moved = call(sets.algebra, "fits.moved", vectors(sets.algebra, s), _place(sets)[0]._replace(value=middle))
+    moved = evaluate(sets.algebra, "fits.moved", vectors(sets.algebra, s), _place(sets)[0]._replace(value=middle))
     model = CircleModel(sets.algebra)
-    start = model.repaired(np.concatenate([moved.value._data, plane], -1))
-    unknowns[some], cost[some], converged[some] = refined(model, start, xyz, weight)
+    start = model.project(np.concatenate([moved.value._data, plane], -1))
+    unknowns[some], cost[some], converged[some] = refine(model, start, xyz, weight)
     return unknowns, cost, converged
 
 
-def _place(sets: Sets) -> tuple[Numbers, Numbers]:
-    """Where local coordinates stand, and their unit."""
-    return Numbers(sets.origin, sets.algebra.kind("euclidean"), "the origin"), Numbers(sets.unit, 0, "the unit")
+def _place(sets: Sets) -> tuple[ArrayOperand, ArrayOperand]:
+    """Origin and unit of local coordinates."""
+    return ArrayOperand(sets.origin, sets.algebra.kind("euclidean"), "the origin"), ArrayOperand(
+        sets.unit, 0, "the unit"
+    )
 
 
 def _turning(local: Array) -> Array:
@@ -207,7 +250,7 @@ def _side(direction: Array, guide: Array) -> Array:
     return np.where(np.where(unclear, tie, dot) < 0, -1.0, 1.0)[:, None]
 
 
-def _signed(direction: Array, guide: Array) -> Array:
+def _orient(direction: Array, guide: Array) -> Array:
     return direction * _side(direction, guide)
 
 
@@ -218,13 +261,13 @@ def _across(direction: Array) -> Array:
     return np.asarray(rest / np.linalg.norm(rest, axis=-1, keepdims=True))
 
 
-def _tied(sigma: Array, i: int) -> NDArray[np.bool_]:
-    """Whether two singular values are one to rounding."""
+def _is_tied(sigma: Array, i: int) -> NDArray[np.bool_]:
+    """Test whether two singular values are equal to rounding."""
     return np.asarray(sigma[:, i] - sigma[:, i + 1] <= 64 * np.finfo(float).eps * sigma[:, 0])
 
 
-def _near(sets: Sets, sigma: Array, i: int) -> NDArray[np.bool_]:
-    """Whether they differ by less than rounding of the points."""
+def _is_near_tie(sets: Sets, sigma: Array, i: int) -> NDArray[np.bool_]:
+    """Test whether they differ by less than the rounding of the points."""
     return np.asarray(sigma[:, i] - sigma[:, i + 1] <= sets.floor)
 
 
@@ -237,15 +280,17 @@ def _status(sets: Sets, *cases: tuple[NDArray[np.bool_], Status]) -> Codes:
     return status
 
 
-def _finished(sets: Sets, x: Multivector, status: Codes, residual: Array, rms: bool, strict: bool, name: str) -> Any:
+def _assemble(
+    sets: Sets, x: Multivector, status: Codes, residual: Array, rms: bool, strict: bool, name: str
+) -> Multivector | WithResidual:
     """The fitted objects in the shape of the batch, with their statuses, and their residuals if asked for."""
     answered = (status == Status.OK) | (status == Status.NOT_UNIQUE)
     data = np.where(answered[:, None], x._data, np.nan).astype(sets.dtype)
     fitted = x._make(sets.algebra.type_of(x.kind, data.dtype), data, status.shape, status if status.any() else None)
-    fitted = finite(fitted).reshape(sets.lead)
-    if truth(strict, "strict"):
+    fitted = invalidate_nonfinite(fitted).reshape(sets.lead)
+    if as_bool(strict, "strict"):
         raise_first(fitted._status, name)
-    if not truth(rms, "rms"):
+    if not as_bool(rms, "rms"):
         return fitted
     return fitted, np.where(answered, residual, np.nan).astype(sets.dtype).reshape(sets.lead)[()]
 

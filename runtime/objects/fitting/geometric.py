@@ -1,6 +1,6 @@
 """Spheres and circles at the least sum of squared distances: unknowns under conditions, and damped steps for many sets.
 
-Distances and their derivatives are `codegen.formulas.fits`; here is how to descend with them.
+Distances and their derivatives are `codegen.formulas.objects.fits`; here is how to descend with them.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebras import Algebra
-from ..calls import call
-from .fitting import EPS, metric, normalised, positions, products, vectors
+from ...core.multivector import Algebra
+from ...dispatch.formulas import evaluate
+from .algebraic import EPS, metric, normalize_vectors, positions, products, vectors
 
 Array = NDArray[np.float64]
 #: Gauss-Newton steps, of which ordinary sets take 3 to 10; sets whose distances stay large go on with Newton's, and
@@ -36,7 +36,7 @@ class SphereModel:
     def residuals(self, unknowns: Array, xyz: Array) -> tuple[Array, Array]:
         """Distances (k, n, 1) and their derivatives (k, n, 1, 5)."""
         s = vectors(self.algebra, unknowns[:, None])
-        outcome = call(self.algebra, "fits.sphere_distance", s, positions(self.algebra, xyz))
+        outcome = evaluate(self.algebra, "fits.sphere_distance", s, positions(self.algebra, xyz))
         distance, gradient = outcome.values
         return distance, gradient[..., None, :]
 
@@ -44,9 +44,9 @@ class SphereModel:
         """Derivatives of s^2, as columns (k, 5, 1)."""
         return (unknowns @ metric(self.algebra))[..., None]
 
-    def repaired(self, unknowns: Array) -> Array:
+    def project(self, unknowns: Array) -> Array:
         """Unknowns that hold the conditions."""
-        return normalised(self.algebra, unknowns)
+        return normalize_vectors(self.algebra, unknowns)
 
 
 class CircleModel:
@@ -60,7 +60,7 @@ class CircleModel:
     def residuals(self, unknowns: Array, xyz: Array) -> tuple[Array, Array]:
         """Heights and distances in the plane (k, n, 2) and their derivatives (k, n, 2, 10)."""
         s, p = (vectors(self.algebra, part[:, None]) for part in (unknowns[:, :5], unknowns[:, 5:]))
-        outcome = call(self.algebra, "fits.circle_distances", s, p, positions(self.algebra, xyz))
+        outcome = evaluate(self.algebra, "fits.circle_distances", s, p, positions(self.algebra, xyz))
         distances, gradient = outcome.values
         by = np.zeros((*distances.shape, 10))
         by[..., 0, 5:] = gradient[..., :5]
@@ -76,20 +76,20 @@ class CircleModel:
         found[:, 5:, 3] = self.infinity @ metric(self.algebra)
         return found
 
-    def repaired(self, unknowns: Array) -> Array:
+    def project(self, unknowns: Array) -> Array:
         """Unknowns that hold the conditions."""
         s, p = unknowns[:, :5], unknowns[:, 5:].copy()
         lowered = self.infinity @ metric(self.algebra)
         p -= (p @ lowered / (lowered @ lowered))[:, None] * lowered
-        p = normalised(self.algebra, p)
-        s = normalised(self.algebra, s - products(self.algebra, s, p)[:, None] * p)
+        p = normalize_vectors(self.algebra, p)
+        s = normalize_vectors(self.algebra, s - products(self.algebra, s, p)[:, None] * p)
         return np.concatenate([s, p], -1)
 
 
 # -- steps -------------------------------------------------------------------------------------------------
 
 
-def refined(
+def refine(
     model: SphereModel | CircleModel, start: Array, xyz: Array, weight: Array
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Unknowns at the nearest minimum of the sum of weighted squared distances, its value, and whether they converged.
@@ -108,7 +108,7 @@ def refined(
         now = here.some(live)
         matrix = now.curvature if count < GAUSS_STEPS else _newton(model, unknowns[live], now, xyz[live], weight[live])
         step = _step(matrix, now, damping[live])
-        trial = model.repaired(unknowns[live] + step)
+        trial = model.project(unknowns[live] + step)
         there = _linear(model, trial, xyz[live], weight[live])
         better = there.value <= now.value * (1 + 8 * EPS) + EPS * EPS
         unknowns[live[better]] = trial[better]
@@ -132,7 +132,7 @@ class _Linear:
     full_slope: Array
 
     def some(self, which: Any) -> _Linear:
-        """Those of some sets."""
+        """Subset by index."""
         return _Linear(*(part[which] for part in vars(self).values()))
 
     def replace(self, which: Any, other: _Linear) -> None:
@@ -145,7 +145,7 @@ def _linear(model: SphereModel | CircleModel, unknowns: Array, xyz: Array, weigh
     finite = np.asarray(np.isfinite(unknowns).all(-1))
     safe = np.where(finite[:, None], unknowns, 1.0)
     with np.errstate(all="ignore"):
-        rows, right = _weighted(model, safe, xyz, weight)
+        rows, right = _weighted_rows(model, safe, xyz, weight)
         conditions = model.conditions(safe)
         frame, _ = np.linalg.qr(conditions, mode="complete")
         basis = frame[..., conditions.shape[-1] :]
@@ -156,7 +156,7 @@ def _linear(model: SphereModel | CircleModel, unknowns: Array, xyz: Array, weigh
         return _Linear(value, slope, np.swapaxes(inner, -1, -2) @ inner, basis, full_slope)
 
 
-def _weighted(model: SphereModel | CircleModel, unknowns: Array, xyz: Array, weight: Array) -> tuple[Array, Array]:
+def _weighted_rows(model: SphereModel | CircleModel, unknowns: Array, xyz: Array, weight: Array) -> tuple[Array, Array]:
     """Rows of derivatives and distances, with their weights."""
     distance, derivative = model.residuals(unknowns, xyz)
     k, size = unknowns.shape
@@ -182,7 +182,7 @@ def _newton(model: SphereModel | CircleModel, unknowns: Array, now: _Linear, xyz
     factors = np.linalg.pinv(conditions) @ now.full_slope[..., None]
     moved = unknowns[:, None] + DIFFERENCE * np.swapaxes(now.basis, -1, -2)
     flat = moved.reshape(k * q, size)
-    rows, right = _weighted(model, flat, np.repeat(xyz, q, 0), np.repeat(weight, q, 0))
+    rows, right = _weighted_rows(model, flat, np.repeat(xyz, q, 0), np.repeat(weight, q, 0))
     slopes = (np.swapaxes(rows, -1, -2) @ right[..., None])[..., 0]
     slopes -= (model.conditions(flat) @ np.repeat(factors, q, 0))[..., 0]
     first = now.full_slope - (conditions @ factors)[..., 0]
@@ -191,4 +191,4 @@ def _newton(model: SphereModel | CircleModel, unknowns: Array, now: _Linear, xyz
     return np.asarray((matrix + np.swapaxes(matrix, -1, -2)) / 2)
 
 
-__all__ = ["CircleModel", "SphereModel", "refined"]
+__all__ = ["CircleModel", "SphereModel", "refine"]

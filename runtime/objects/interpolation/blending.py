@@ -10,15 +10,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..arrays import truth
-from ..calls import Numbers, Outcome, call, merged
-from ..codegen.errors import GradeError, InputError, ShapeError, suggest
-from ..multivector import Multivector
-from ..rows import embedded, levelled
-from . import local
-from .inputs import as_objects, pair
-from .sums import alike, checked_axis, finished, first_along, free, opposed, shares, summed, turned
+from ...codegen.errors import GradeError, InputError
+from ...common.deprecation import renamed_keywords
+from ...common.validation import as_bool, as_choice, broadcast_shapes, real_array
+from ...core.multivector import Multivector
+from ...dispatch.coefficients import embed, normalize_exponents
+from ...dispatch.formulas import ArrayOperand, FormulaResult, evaluate, merge_statuses
+from ..arguments import as_objects, pair
+from ..rotors import local_origin
+from .sums import (
+    assemble,
+    block_sum,
+    checked_axis,
+    first_along,
+    is_opposite,
+    negate_where,
+    normalized_weights,
+    to_common_layout,
+    to_layout,
+)
 
 #: How `interpolate` goes from one object to the other.
 METHODS = ("direct", "rotor")
@@ -61,31 +71,32 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
         raise InputError("X is no multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
     if len(X.grades) != 1 or not 1 <= X.grades[0] <= X.algebra.dimension - 1:
         raise GradeError(f"X has the grades {tuple(X.grades)}; a sum of objects has one grade, 1 to 4.")
-    x = levelled(free(X, X.kind))[0]  # the scale does not matter, and squares have less room than numbers
-    frame = local.frame(x)
+    x = normalize_exponents(to_layout(X, X.kind))[0]  # squares overflow before numbers do
+    frame = local_origin.frame(x)
     if frame is None:
-        return finished(call(X.algebra, "blades.project_sum", x, x), (X,), "project_to_blade", strict)
+        return assemble(evaluate(X.algebra, "blades.project_sum", x, x), (X,), "project_to_blade", strict)
     written = x._make(x._type, np.abs(x._data), x.shape)
-    outcome = call(X.algebra, "blades.project_sum", free(~frame.translator >> x, X.kind), written)
-    return finished(outcome, (X,), "project_to_blade", strict, frame)
+    outcome = evaluate(X.algebra, "blades.project_sum", to_layout(~frame.translator >> x, X.kind), written)
+    return assemble(outcome, (X,), "project_to_blade", strict, frame)
 
 
+@renamed_keywords(X1="X", X2="Y")
 def interpolate(
-    X1: Any, X2: Any, *, alpha: Any, method: str = "direct", align: bool = False, strict: bool = False
+    X: Any, Y: Any, *, alpha: Any, method: str = "direct", align: bool = False, strict: bool = False
 ) -> Multivector:
-    """Objects between two objects: alpha = 1 is X1, alpha = 0 is X2.
+    """Objects between two objects: alpha = 1 is X, alpha = 0 is Y.
 
     Parameters
     ----------
-    X1, X2 : Multivector or list, shapes broadcasting to (...)
+    X, Y : Multivector or list, shapes broadcasting to (...)
         Objects of one grade; rounds and flats may be mixed.
     alpha : float or array
         Broadcasts with the batch. Any real number: outside [0, 1] the sum is extrapolated.
     method : str
-        "direct": alpha X1 + (1 - alpha) X2, projected (thesis 3.5). "rotor": X1 moved by exp((1 - alpha) log R) with R
-        from `rotor_between` (2.5), which goes to -X2 where R does. Points go along the straight line with both (3.1).
+        "direct": alpha X + (1 - alpha) Y, projected (thesis 3.5). "rotor": X moved by exp((1 - alpha) log R) with R
+        from `rotor_between` (2.5), which goes to -Y where R does. Points go along the straight line with both (3.1).
     align : bool
-        Turn X2 round first where gamma <X1 X2>_0 < 0; see `align`. With it alpha = 0 is -X2 there.
+        Turn Y round first where gamma <X Y>_0 < 0; see `align`. With it alpha = 0 is -Y there.
     strict : bool
         Raise for the first item without an answer, instead of giving it a status.
 
@@ -114,27 +125,29 @@ def interpolate(
     >>> half_way = objects.interpolate(c1, c2, alpha=0.5)
     >>> path = objects.interpolate(c1, c2, alpha=np.linspace(1, 0, 100))
     """
-    if method not in METHODS:
-        raise InputError(f"there is no method {method!r}{suggest(str(method), METHODS)}; choose one of: direct, rotor.")
-    a, b, weight = _operands(X1, X2, alpha)
-    frame = local.frame(a, b)
-    x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
-    if truth(align, "align"):
-        y = turned(y, opposed(x, y))
+    as_choice(method, "method", METHODS)
+    a, b, weight = _operands(X, Y, alpha)
+    frame = local_origin.frame(a, b)
+    x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
+    if as_bool(align, "align"):
+        y = negate_where(y, is_opposite(x, y))
     if method == "rotor" and a.grades != (1,):
         outcome = _along_rotor(x, y, np.asarray(weight))
     else:
         formula = "interpolation.interpolate" if frame is None else "interpolation.interpolate_far"
-        outcome = call(a.algebra, formula, *alike(x, y), Numbers(weight, 0, "alpha"), *_distance(frame))
-    return finished(outcome, (a, b), "interpolate", strict, frame)
+        outcome = evaluate(
+            a.algebra, formula, *to_common_layout(x, y), ArrayOperand(weight, 0, "alpha"), *_distance(frame)
+        )
+    return assemble(outcome, (a, b), "interpolate", strict, frame)
 
 
-def interpolate_derivative(X1: Any, X2: Any, *, alpha: Any, align: bool = False, strict: bool = False) -> Multivector:
+@renamed_keywords(X1="X", X2="Y")
+def interpolate_derivative(X: Any, Y: Any, *, alpha: Any, align: bool = False, strict: bool = False) -> Multivector:
     """Derivative of `interpolate` (direct) with respect to alpha.
 
     Parameters
     ----------
-    X1, X2, alpha, align, strict
+    X, Y, alpha, align, strict
         As of `interpolate`.
 
     Returns
@@ -151,16 +164,16 @@ def interpolate_derivative(X1: Any, X2: Any, *, alpha: Any, align: bool = False,
     -----
     Thesis (4.26) to (4.30), generated from the formula of the interpolant, so it holds where -<X ~X>_0 < 0 too.
     """
-    a, b, weight = _operands(X1, X2, alpha)
-    frame = local.frame(a, b)
-    x, y = (a, b) if frame is None else (frame.inward(a), frame.inward(b))
-    if truth(align, "align"):
-        y = turned(y, opposed(x, y))
-    operands = alike(x, y)
+    a, b, weight = _operands(X, Y, alpha)
+    frame = local_origin.frame(a, b)
+    x, y = (a, b) if frame is None else (frame.to_local(a), frame.to_local(b))
+    if as_bool(align, "align"):
+        y = negate_where(y, is_opposite(x, y))
+    operands = to_common_layout(x, y)
     formula = "interpolation.interpolate_rate" if frame is None else "interpolation.interpolate_far_rate"
-    outcome = call(a.algebra, formula, *operands, Numbers(weight, 0, "alpha"), *_distance(frame))
-    outcome = Outcome((free(outcome.value, operands[0].kind),), outcome.status)
-    return finished(outcome, (a, b), "interpolate_derivative", strict, frame)
+    outcome = evaluate(a.algebra, formula, *operands, ArrayOperand(weight, 0, "alpha"), *_distance(frame))
+    outcome = FormulaResult((to_layout(outcome.value, operands[0].kind),), outcome.status)
+    return assemble(outcome, (a, b), "interpolate_derivative", strict, frame)
 
 
 def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, strict: bool = False) -> Multivector:
@@ -197,22 +210,22 @@ def average(X: Any, weights: Any = None, axis: int = 0, align: bool = False, str
     """
     x = as_objects(X)
     place = checked_axis(x, axis)
-    share = shares(weights, x.shape, place)
+    share = normalized_weights(weights, x.shape, place)
     if share is None and x.shape[0] == 2 and place == 0:  # one pass over both, nothing copied
         return interpolate(_part(x, 0), _part(x, 1), alpha=0.5, align=align, strict=strict)
-    frame = local.frame(x, shared=True, axis=place)
-    y = x if frame is None else frame.inward(x)
-    if truth(align, "align"):
-        y = turned(y, opposed(first_along(y, place), y))
+    frame = local_origin.frame(x, shared=True, axis=place)
+    y = x if frame is None else frame.to_local(x)
+    if as_bool(align, "align"):
+        y = negate_where(y, is_opposite(first_along(y, place), y))
     parts = y._data if share is None else y._data * share[..., None].astype(y.dtype)  # any scale will do
-    total, written = (summed(p, place) for p in (parts, np.abs(parts)))
+    total, written = (block_sum(p, place) for p in (parts, np.abs(parts)))
     layout = x.algebra.type_of(y.kind.layout, y.dtype)
     if frame is not None:
-        frame = local.Frame(np.squeeze(frame.origin, place), frame.translator.reshape(total.shape[:-1]))
+        frame = local_origin.Frame(np.squeeze(frame.origin, place), frame.translator.reshape(total.shape[:-1]))
     operands = (x._make(layout, data, data.shape[:-1]) for data in (total, written))
     formula = "blades.project_sum" if frame is None else "blades.project_far_sum"
-    outcome = call(x.algebra, formula, *operands, *_distance(frame))
-    return finished(outcome, (), "average", strict, frame)
+    outcome = evaluate(x.algebra, formula, *operands, *_distance(frame))
+    return assemble(outcome, (), "average", strict, frame)
 
 
 def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
@@ -249,14 +262,14 @@ def align(X: Any, reference: Any = None) -> tuple[Multivector, Any]:
         first = x.reshape(-1)[0]
     else:
         first, x = pair(reference, X)
-    frame = local.frame(first, x)
-    flipped = opposed(first, x) if frame is None else opposed(frame.inward(first), frame.inward(x))
-    return turned(x, flipped), flipped[()]
+    frame = local_origin.frame(first, x)
+    flipped = is_opposite(first, x) if frame is None else is_opposite(frame.to_local(first), frame.to_local(x))
+    return negate_where(x, flipped), flipped[()]
 
 
-def _distance(frame: local.Frame | None) -> tuple[Numbers, ...]:
-    """How far away the objects of a frame were given."""
-    return () if frame is None else (Numbers(np.linalg.norm(frame.origin, axis=-1), 0, "distance"),)
+def _distance(frame: local_origin.Frame | None) -> tuple[ArrayOperand, ...]:
+    """Distance of a frame's origin from the world's."""
+    return () if frame is None else (ArrayOperand(np.linalg.norm(frame.origin, axis=-1), 0, "distance"),)
 
 
 def _part(x: Multivector, i: int) -> Multivector:
@@ -269,28 +282,24 @@ def _part(x: Multivector, i: int) -> Multivector:
 
 def _operands(x1: Any, x2: Any, alpha: Any) -> tuple[Multivector, Multivector, Any]:
     a, b = pair(x1, x2)
-    weight = alpha if isinstance(alpha, float | int) else arrays.real(alpha, "alpha")
-    lead = np.broadcast_shapes(a.shape, b.shape)
-    try:
-        np.broadcast_shapes(lead, np.shape(weight))
-    except ValueError:
-        raise ShapeError(f"alpha of shape {np.shape(weight)} does not broadcast with a batch {lead}.") from None
+    weight = alpha if isinstance(alpha, float | int) else real_array(alpha, "alpha")
+    broadcast_shapes({"X": a.shape, "Y": b.shape, "alpha": np.shape(weight)})
     return a, b, weight
 
 
-def _along_rotor(a: Multivector, b: Multivector, alpha: NDArray[Any]) -> Outcome:
+def _along_rotor(a: Multivector, b: Multivector, alpha: NDArray[Any]) -> FormulaResult:
     """exp((1 - alpha) log R) >> a."""
-    from .rotors import rotor_between
+    from ..rotors.between import rotor_between
 
     wide = max(a.kind, b.kind, key=lambda kind: kind.size)
     rotor = rotor_between(a, b)
     logarithm = rotor.log()
     part = (logarithm * (1 - alpha)).exp()
-    moved = part >> free(a, wide)
+    moved = part >> to_layout(a, wide)
     lead = np.broadcast_shapes(moved.shape, rotor.shape)
-    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embedded(moved, wide), moved.shape)
+    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embed(moved, wide), moved.shape)
     known = [None if s is None else np.broadcast_to(s, lead) for s in (rotor._status, logarithm._status)]
-    return Outcome((typed,), merged(*known))
+    return FormulaResult((typed,), merge_statuses(*known))
 
 
 __all__ = ["align", "average", "interpolate", "interpolate_derivative", "project_to_blade"]

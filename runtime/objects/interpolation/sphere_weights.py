@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..calls import call
-from ..codegen.errors import GradeError, ShapeError
-from ..multivector import Multivector
-from .inputs import as_objects
+from ...codegen.errors import GradeError, ShapeError
+from ...common.validation import real_array
+from ...core.multivector import Multivector
+from ...dispatch.formulas import evaluate
+from ..arguments import as_objects
 
 
 def sphere_weights(spheres: Multivector, weights: Any = None, axis: int = 0) -> NDArray[Any]:
@@ -43,9 +43,9 @@ def sphere_weights(spheres: Multivector, weights: Any = None, axis: int = 0) -> 
         raise GradeError(f"the spheres are a {known.kind.name}; planes blend with the weights themselves.")
     if not -known.ndim <= axis < known.ndim:
         raise ShapeError(f"the spheres have shape {known.shape}, without an axis {axis} to sum over.")
-    outcome = call(known.algebra, "conformal.sphere_parameters", known)
+    outcome = evaluate(known.algebra, "conformal.sphere_parameters", known)
     radius, orientation = (outcome.values[i]._data[..., 0] for i in (1, 2))
-    given = arrays.real(1.0 if weights is None else weights, "the weights")
+    given = real_array(1.0 if weights is None else weights, "the weights")
     try:
         scaled = np.broadcast_to(given, known.shape) * radius * orientation
     except ValueError:

@@ -1,39 +1,41 @@
-"""What it costs to take one object to another (thesis 3.13, 5.1): of a rotor, and of all pairs of two batches."""
+"""Cost of taking one object to another (thesis 3.13, 5.1): of a rotor, and of all pairs of two batches."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..arrays import truth
-from ..calls import call
-from ..codegen.errors import GradeError, InputError
-from ..codegen.formulas.costs import CARE
-from ..multivector import Multivector
-from ..status import Status
-from .inputs import as_objects, chosen, same_sort
+from ...codegen.errors import GradeError, InputError
+from ...codegen.formulas.objects.costs import CARE
+from ...common.deprecation import renamed_keywords
+from ...common.dtypes import common_precision
+from ...common.validation import as_bool, as_choice
+from ...core.multivector import Multivector
+from ...dispatch.formulas import evaluate
+from ...status import Status
+from ..arguments import as_objects, same_sort
 from .pairwise import pair_values
 
-#: The cost's kind -> ending of the formulas' names.
-KINDS = {"positive": "", "thesis": "_thesis"}
+#: Cost -> ending of the formulas' names.
+COSTS = {"positive": "", "thesis": "_thesis"}
 #: Kinds whose coefficients grow with the square of the distance.
 ROUNDS = {"point_pair", "circle", "sphere"}
 #: Pairs that take the careful way at a time.
 CAREFUL_BLOCK = 65536
 
 
-def rotor_cost(R: Multivector, kind: str = "positive") -> NDArray[Any]:
-    """How far rotors are from doing nothing.
+@renamed_keywords(kind="cost")
+def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
+    """Distance of rotors from the identity.
 
     Parameters
     ----------
     R : Multivector, shape (...)
         Unit rotors, motors or other even versors of conformal geometry. R and -R, the same motion, cost the same:
         what the one with <R>_0 >= 0 costs.
-    kind : str
+    cost : str
         "positive": the sum of the squared coefficients of R - 1 and of R . e_+ on the orthonormal basis. "thesis":
         <(R - 1)(~R - 1)>_0 + <R_par ~R_par>_0 with R_par = R . e_+, which dilations make negative.
 
@@ -46,28 +48,37 @@ def rotor_cost(R: Multivector, kind: str = "positive") -> NDArray[Any]:
     Raises
     ------
     InputError, GradeError
-        If R is no multivector of conformal geometry, or not even; if the kind is unknown.
+        If R is no multivector of conformal geometry, or not even; if the cost is unknown.
 
     Notes
     -----
     Thesis (3.13), (5.1). Both depend on the origin and on the unit of length.
     """
-    ending = _ending(kind)
+    ending = _ending(cost)
     if not isinstance(R, Multivector) or "ni" not in R.algebra.vectors:
         raise InputError("R is no multivector of conformal geometry; rotors come from objects.rotor_between or cga3d.")
     if any(g % 2 for g in R.grades):
         raise GradeError(f"R is a {R.kind.name} of grades {R.grades}; rotors have even grades only.")
-    return np.asarray(call(R.algebra, f"costs.rotor_cost{ending}", R).value._data[..., 0])[()]
+    return np.asarray(evaluate(R.algebra, f"costs.rotor_cost{ending}", R).value._data[..., 0])[()]
 
 
+@overload
+def cost_matrix(
+    X: Any, Y: Any, cost: str = ..., align: bool = ..., threads: int | None = ..., status: Literal[False] = ...,
+) -> NDArray[Any]: ...  # fmt: skip
+@overload
+def cost_matrix(
+    X: Any, Y: Any, cost: str = ..., align: bool = ..., threads: int | None = ..., *, status: Literal[True],
+) -> tuple[NDArray[Any], NDArray[np.uint8]]: ...  # fmt: skip
+@renamed_keywords(kind="cost")
 def cost_matrix(
     X: Any,
     Y: Any,
-    kind: str = "positive",
+    cost: str = "positive",
     align: bool = False,
     threads: int | None = None,
     status: bool = False,
-) -> Any:
+) -> NDArray[Any] | tuple[NDArray[Any], NDArray[np.uint8]]:
     """Cost of the rotor from each of n objects to each of m.
 
     Parameters
@@ -75,12 +86,12 @@ def cost_matrix(
     X, Y : Multivector or list, shapes (n,) and (m,)
         Unit objects of one grade, flats and rounds mixed as you like; points too (they are translated). Batches of
         any shape are taken, and single objects.
-    kind : str
+    cost : str
         "positive" or "thesis"; see `rotor_cost`.
     align : bool
         Orientation does not matter: each pair costs what the two cost when they are turned the same way.
     threads : int, optional
-        Default: all processors of this process. The result does not depend on it.
+        Default: the package's (`bladesmith.set_threads`). The result does not depend on it.
     status : bool
         Return the statuses too.
 
@@ -104,25 +115,25 @@ def cost_matrix(
     One compiled loop. Pairs for which it would lose digits (nearly opposite objects; rounds some hundred radii from
     the origin) are done again by `rotor_between`, at a hundred times the price: the origin belongs among the objects.
     """
-    ending, align, status = _ending(kind), truth(align, "align"), truth(status, "status")
+    ending, align, status = _ending(cost), as_bool(align, "align"), as_bool(status, "status")
     x, y = as_objects(X, "the first objects"), as_objects(Y, "the second objects")
     same_sort(x, y)
     rows, columns = x.reshape(-1), y.reshape(-1)
-    cost = pair_values(f"costs.{'aligned' if align else 'pair'}_cost{ending}", rows, columns, threads)
-    code = _completed(cost, rows, columns, kind, align, status)
+    costs = pair_values(f"costs.{'aligned' if align else 'pair'}_cost{ending}", rows, columns, threads)
+    code = _complete(costs, rows, columns, cost, align, status)
     shape = x.shape + y.shape
-    return (cost.reshape(shape)[()], code.reshape(shape)[()]) if code is not None else cost.reshape(shape)[()]
+    return (costs.reshape(shape)[()], code.reshape(shape)[()]) if code is not None else costs.reshape(shape)[()]
 
 
-def _ending(kind: str) -> str:
-    return KINDS[chosen(kind, tuple(KINDS), "kind")]
+def _ending(cost: str) -> str:
+    return COSTS[as_choice(cost, "cost", tuple(COSTS))]
 
 
-def _completed(
-    cost: NDArray[Any], x: Multivector, y: Multivector, kind: str, align: bool, wanted: bool
+def _complete(
+    cost: NDArray[Any], x: Multivector, y: Multivector, name: str, align: bool, wanted: bool
 ) -> NDArray[np.uint8] | None:
-    """Costs of the pairs that were left to the careful way, written in; statuses where they are ``wanted``."""
-    code = _flipped(x, y) if wanted and not align else np.zeros(cost.shape, np.uint8) if wanted else None
+    """Costs of the pairs that were left to the careful method, written in; statuses where they are ``wanted``."""
+    code = _flip_statuses(x, y) if wanted and not align else np.zeros(cost.shape, np.uint8) if wanted else None
     missing = np.isnan(cost) | _far(x, y)
     if not missing.any():
         return code
@@ -136,13 +147,13 @@ def _completed(
     for first in range(0, len(i), CAREFUL_BLOCK):
         block = slice(first, first + CAREFUL_BLOCK)
         place = i[block], j[block]
-        cost[place], found = careful_cost(x[place[0]], y[place[1]], kind, align)
+        cost[place], found = cost_via_rotors(x[place[0]], y[place[1]], name, align)
         if code is not None:
             code[place] = found
     return code
 
 
-def _flipped(x: Multivector, y: Multivector) -> NDArray[np.uint8]:
+def _flip_statuses(x: Multivector, y: Multivector) -> NDArray[np.uint8]:
     """NOT_UNIQUE for spheres that are taken to -Y, as `rotor_between` says."""
     if x.grades[0] != x.algebra.dimension - 1:
         return np.zeros((len(x), len(y)), np.uint8)
@@ -159,7 +170,7 @@ def _far(x: Multivector, y: Multivector) -> NDArray[np.bool_]:
 
 
 def is_far(x: Multivector, y: Multivector) -> bool:
-    """Whether there is any such pair. Products of flats have no squared distances in them."""
+    """Test whether there is such a pair. Products of flats contain no squared distances."""
     if not {x.kind.name, y.kind.name} & ROUNDS:
         return False
     one, other = (float(_sizes(item).max(initial=0)) for item in (x, y))
@@ -173,21 +184,20 @@ def _sizes(x: Multivector) -> NDArray[np.float64]:
 
 
 def _limit(x: Multivector, y: Multivector) -> float:
-    """Size of products that keeps the digits which the formulas want of h, see `codegen.formulas.costs.CARE`."""
-    return float(CARE / np.sqrt(np.finfo(arrays.precision(x._data, y._data)).eps))
+    """Size of products that keeps the digits which the formulas want of h, see `formulas.objects.costs.CARE`."""
+    return float(CARE / np.sqrt(np.finfo(common_precision(x._data, y._data)).eps))
 
 
-def careful_cost(
-    x: Multivector, y: Multivector, kind: str = "positive", align: bool = False
+def cost_via_rotors(
+    x: Multivector, y: Multivector, cost: str = "positive", align: bool = False
 ) -> tuple[NDArray[Any], NDArray[np.uint8]]:
     """Costs of pairs, one by one, by `rotor_between`: the smaller one of both directions, infinite where none is."""
-    from .rotors import rotor_between
+    from .between import rotor_between
 
     if align:
-        turned = call(x.algebra, "costs.agreement", x, y).value._data < 0
+        turned = evaluate(x.algebra, "costs.agreement", x, y).value._data < 0
         y = y._make(y._type, np.where(turned, -y._data, y._data), y.shape, y._status)
     there, back = rotor_between(x, y), rotor_between(y, x)
-    costs = np.stack([rotor_cost(R, kind) for R in (there, back)])
-    cost = np.where(np.isnan(costs), np.inf, costs).min(0)
+    costs = np.stack([rotor_cost(R, cost) for R in (there, back)])
     code = np.zeros(x.shape, np.uint8) if there._status is None else there._status
-    return cost, code
+    return np.where(np.isnan(costs), np.inf, costs).min(0), code

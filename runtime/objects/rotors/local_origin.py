@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calls import Numbers, call
-from ..multivector import Multivector
-from ..rows import embedded
+from ...core.multivector import Multivector
+from ...dispatch.coefficients import embed
+from ...dispatch.formulas import ArrayOperand, evaluate
 
 #: Re-centring gains where a coefficient is larger: products of two coefficients of this size lose 5 digits of 16.
 NEAR = 256.0
@@ -40,16 +40,16 @@ class Frame:
     origin: NDArray[Any]
     translator: Multivector
 
-    def inward(self, x: Multivector) -> Multivector:
+    def to_local(self, x: Multivector) -> Multivector:
         """~T x T for objects: rebuilt from their accurate parameters, of the kind that they have."""
-        return _typed(call(x.algebra, "local.inward", x, self._origin()).value, x)
+        return _with_kind_of(evaluate(x.algebra, "local.inward", x, self._origin()).value, x)
 
-    def outward(self, y: Multivector) -> Multivector:
+    def to_world(self, y: Multivector) -> Multivector:
         """T y ~T for objects, rotors, or anything else seen from the local origins; kinds and statuses are kept."""
-        return _typed(self.translator >> y, y)
+        return _with_kind_of(self.translator >> y, y)
 
-    def _origin(self) -> Numbers:
-        operand: Numbers = self.translator.algebra.vector(self.origin, "origin")
+    def _origin(self) -> ArrayOperand:
+        operand: ArrayOperand = self.translator.algebra.vector(self.origin, "origin")
         return operand
 
 
@@ -71,7 +71,7 @@ def frame(*objects: Multivector, shared: bool = False, axis: int | None = None) 
         return None
     algebra = objects[0].algebra
     if not shared:
-        position = _reached(objects, None)
+        position = _nearest_points(objects, None)
         good = np.isfinite(position).all(-1, keepdims=True)
         position = np.where(good, position, position.dtype.type(0))
     else:
@@ -80,15 +80,15 @@ def frame(*objects: Multivector, shared: bool = False, axis: int | None = None) 
     return Frame(position, algebra.translator(position))
 
 
-def _reached(objects: Sequence[Multivector], start: NDArray[Any] | None) -> NDArray[Any]:
-    """From a start (None: the world's origin) near the first object, from there near the second, and so on."""
+def _nearest_points(objects: Sequence[Multivector], start: NDArray[Any] | None) -> NDArray[Any]:
+    """Nearest points in turn: of the first object to a start (None: the world's origin), of the second to that, ..."""
     algebra = objects[0].algebra
     position = start
     for x in objects:
         if position is None:
-            outcome = call(algebra, "local.anchor", x)
+            outcome = evaluate(algebra, "local.anchor", x)
         else:
-            outcome = call(algebra, "local.nearest", x, algebra.vector(position, "origin"))
+            outcome = evaluate(algebra, "local.nearest", x, algebra.vector(position, "origin"))
         position = outcome.value._data
     assert position is not None
     return position
@@ -102,7 +102,7 @@ def _middle(objects: Sequence[Multivector], axis: int | None) -> NDArray[Any]:
     """
 
     def mean(start: NDArray[Any] | None) -> NDArray[Any]:
-        position = _reached(objects, start)
+        position = _nearest_points(objects, start)
         over = tuple(range(position.ndim - 1)) if axis is None else axis % (position.ndim - 1)
         good = np.isfinite(position).all(-1, keepdims=True)
         total = np.sum(np.where(good, position, 0), over, keepdims=axis is not None)
@@ -134,10 +134,10 @@ def _largest(x: Multivector) -> float:
     return largest if math.isfinite(largest) else float(np.max(np.abs(x._data), initial=0, where=np.isfinite(x._data)))
 
 
-def _typed(value: Multivector, like: Multivector) -> Multivector:
+def _with_kind_of(value: Multivector, like: Multivector) -> Multivector:
     """The value as a multivector of the kind, where that can be, and with the statuses, that it had elsewhere."""
     status = None if like._status is None else np.array(np.broadcast_to(like._status, value.shape))
     if not set(value._type.blades) <= set(like.kind.blades):  # a rotation becomes a motor
         return value._make(value._type, value._data, value.shape, status)
     kind = like.algebra.type_of(like.kind, value.dtype)
-    return value._make(kind, embedded(value, like.kind), value.shape, status)
+    return value._make(kind, embed(value, like.kind), value.shape, status)

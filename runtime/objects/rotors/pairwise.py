@@ -11,15 +11,16 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays, parallel
-from ..calls import Warming, target
-from ..codegen.binding import Binding, Splitter
-from ..codegen.kinds import Kind
-from ..codegen.pairs import all_pairs
-from ..codegen.pairs import nearest as nearest_rows
-from ..multivector import Multivector
-from ..proofs import belongs
-from ..rows import embedded
+from ...codegen.algebra.algebra import Kind
+from ...codegen.execute.arrays import Binding, Splitter
+from ...codegen.execute.pairs import all_pairs
+from ...codegen.execute.pairs import nearest as nearest_rows
+from ...common import parallel
+from ...common.dtypes import common_precision
+from ...core.multivector import Multivector
+from ...dispatch.coefficients import embed
+from ...dispatch.formulas import TieredKernel, resolve_kernel
+from ...dispatch.kind_inference import is_subkind
 
 #: Pairs between two looks at an interrupt: some 100 ms.
 MOST_PAIRS = 1 << 22
@@ -34,7 +35,7 @@ def pair_values(formula: str, x: Multivector, y: Multivector, threads: int | Non
         ``module.function`` of `codegen.formulas`, of two multivectors.
     x, y : Multivector, shapes (n,) and (m,)
     threads : int, optional
-        Default: all processors of this process.
+        Default: the package's (`bladesmith.set_threads`).
     """
     run, a, b = _bound(formula, x, y)
     values = all_pairs(run, a, b, over_rows(len(b), threads))
@@ -70,14 +71,14 @@ def over_rows(m: int, threads: int | None = None) -> Splitter:
 
 
 def _bound(formula: str, x: Multivector, y: Multivector) -> tuple[Binding, NDArray[Any], NDArray[Any]]:
-    """What runs the formula, and the rows for it."""
+    """Kernel of the formula, and its rows of operands."""
     wide = max(x.kind, y.kind, key=lambda kind: kind.size)  # lines and circles: all are of the kind of circles
-    both = (wide, wide) if belongs(x.kind, wide) and belongs(y.kind, wide) else (x.kind, y.kind)
-    found = target(x.algebra, formula, both)
-    dtype = arrays.precision(x._data, y._data)
+    both = (wide, wide) if is_subkind(x.kind, wide) and is_subkind(y.kind, wide) else (x.kind, y.kind)
+    found = resolve_kernel(x.algebra, formula, both)
+    dtype = common_precision(x._data, y._data)
     a, b = (
-        (embedded(item, key) if isinstance(key, Kind) else item._data).astype(dtype, copy=False)
+        (embed(item, key) if isinstance(key, Kind) else item._data).astype(dtype, copy=False)
         for item, key in zip((x, y), found.inputs, strict=True)
     )
-    run = found.run.ready(len(a) * len(b), (a, b)) if isinstance(found.run, Warming) else found.run
+    run = found.run.ready(len(a) * len(b), (a, b)) if isinstance(found.run, TieredKernel) else found.run
     return cast(Binding, run), a, b

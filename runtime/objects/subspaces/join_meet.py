@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebras import Algebra
-from ..arrays import truth
-from ..calls import raise_first
-from ..codegen.errors import AlgebraMismatchError
-from ..codegen.formulas.outcome import NOISE
-from ..multivector import Multivector
-from ..rows import broadcast, embedded
-from ..status import Status
-from .spans import items_of, on_grades, only_grade, outer_of, relative_limit, shifted, shifts, span
+from ...codegen.errors import AlgebraMismatchError
+from ...codegen.formulas.products.outcome import NOISE
+from ...common.deprecation import renamed_keywords
+from ...common.validation import as_bool
+from ...core.multivector import Algebra, Multivector
+from ...dispatch.coefficients import broadcast, embed
+from ...dispatch.formulas import raise_first
+from ...status import Status
+from .spanning_vectors import items_of, on_grades, only_grade, outer_of, relative_limit, scale_lengths, shifts, span
 
 Array = NDArray[np.float64]
 
 
-def is_blade(x: Multivector, tolerance: float | None = None) -> Any:
-    """Whether each item is a blade: one grade, and an outer product of vectors, null or not, in any metric.
+def is_blade(x: Multivector, tolerance: float | None = None) -> np.bool_ | NDArray[np.bool_]:
+    """Test whether items are blades: of one grade, and outer products of vectors, null or not, in any metric.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def is_blade(x: Multivector, tolerance: float | None = None) -> Any:
         False for zero, which stands for no subspace, and for what is not finite.
     """
     items = items_of(x, tolerance)
-    found = items.status == Status.OK
+    found: NDArray[np.bool_] = items.status == Status.OK
     return found.reshape(x.shape)[()]
 
 
@@ -76,16 +76,16 @@ def factorise(x: Multivector, tolerance: float | None = None, strict: bool = Fal
     data = np.full((g, len(items.status), items.algebra.dimension), np.nan)
     mine = np.flatnonzero(answered)
     if len(mine):
-        unit = shifted(items.algebra, g, items.rows(g)[mine], -shift[mine])
+        unit = scale_lengths(items.algebra, g, items.rows(g)[mine], -shift[mine])
         factors = span(items.algebra, g, unit)[0]
         blade = outer_of(items.algebra, factors)._data
         scale = (unit * blade).sum(-1) / (blade * blade).sum(-1)
         vectors = np.moveaxis(factors, -1, 0).copy()
         vectors[0] *= scale[:, None]
-        data[:, mine] = shifted(items.algebra, 1, vectors, np.broadcast_to(shift[mine], vectors.shape[:-1]))
+        data[:, mine] = scale_lengths(items.algebra, 1, vectors, np.broadcast_to(shift[mine], vectors.shape[:-1]))
     status = np.broadcast_to(items.status, (g, len(items.status)))
     found = on_grades(items.algebra, (1,), data, status, (g, *x.shape), x.dtype)
-    if truth(strict, "strict"):
+    if as_bool(strict, "strict"):
         raise_first(items.status.reshape(x.shape), "factorise")
     return found
 
@@ -93,12 +93,13 @@ def factorise(x: Multivector, tolerance: float | None = None, strict: bool = Fal
 factorize = factorise
 
 
-def join(a: Multivector, b: Multivector, tolerance: float | None = None, strict: bool = False) -> Multivector:
+@renamed_keywords(a="X", b="Y")
+def join(X: Multivector, Y: Multivector, tolerance: float | None = None, strict: bool = False) -> Multivector:
     """The smallest object that holds two: the span of blades in any position, also where they overlap.
 
     Parameters
     ----------
-    a, b : Multivector, shapes broadcasting to (...)
+    X, Y : Multivector, shapes broadcasting to (...)
         Blades of one algebra: of any grades, null, equal, nested.
     tolerance : float, optional
         Sine of the angle, in coordinates, below which two directions are one; also that of the blade test. Lengths
@@ -110,7 +111,7 @@ def join(a: Multivector, b: Multivector, tolerance: float | None = None, strict:
     Returns
     -------
     Multivector, shape (...)
-        a ^ b where the two have nothing in common; the larger where it holds the smaller; the pseudoscalar where that
+        X ^ Y where the two have nothing in common; the larger where it holds the smaller; the pseudoscalar where that
         is all; otherwise coefficients of unit size, the first that is not small positive. Where items of a batch have
         joins of different grades, the result has blades of all of them, and each item is a blade of its own grade;
         where all are flat, only those of flat objects (`normalized` makes lines and planes of them).
@@ -121,10 +122,11 @@ def join(a: Multivector, b: Multivector, tolerance: float | None = None, strict:
     Objects of plane-based geometry (degenerate metrics) are built from planes: there, as everywhere in this package,
     the join of two objects is what their vectors have in common, and `meet` what they span.
     """
-    return _of_pair(a, b, tolerance, strict, "join")
+    return _of_pair(X, Y, tolerance, strict, "join")
 
 
-def meet(a: Multivector, b: Multivector, tolerance: float | None = None, strict: bool = False) -> Multivector:
+@renamed_keywords(a="X", b="Y")
+def meet(X: Multivector, Y: Multivector, tolerance: float | None = None, strict: bool = False) -> Multivector:
     """The largest object in two: the intersection with respect to their join.
 
     Parameters, statuses and grades as for `join`.
@@ -132,11 +134,11 @@ def meet(a: Multivector, b: Multivector, tolerance: float | None = None, strict:
     Returns
     -------
     Multivector, shape (...)
-        ``a & b`` where the join is the whole space; the smaller where the larger holds it; the scalar 1 where nothing
-        is common; otherwise coefficients of unit size. With the join J it is oriented so that a = A ^ M, b = M ^ B
-        and J = A ^ M ^ B, up to a positive factor, unless ``a & b`` or a contained object says its own.
+        ``X & Y`` where the join is the whole space; the smaller where the larger holds it; the scalar 1 where nothing
+        is common; otherwise coefficients of unit size. With the join J it is oriented so that X = A ^ M, Y = M ^ B
+        and J = A ^ M ^ B, up to a positive factor, unless ``X & Y`` or a contained object says its own.
     """
-    return _of_pair(a, b, tolerance, strict, "meet")
+    return _of_pair(X, Y, tolerance, strict, "meet")
 
 
 # -- two blades --------------------------------------------------------------------------------------------
@@ -172,20 +174,20 @@ def _of_pair(a: Any, b: Any, tolerance: float | None, strict: bool, name: str) -
     for g, where, rows in parts:
         start = sum(sizes[: grades.index(g)])
         data[where, start : start + rows.shape[-1]] = rows
-    found = _narrowed(on_grades(algebra, grades, data, status, shape, dtype))
-    if truth(strict, "strict"):
+    found = _to_smallest_layout(on_grades(algebra, grades, data, status, shape, dtype))
+    if as_bool(strict, "strict"):
         raise_first(found._status, name)
     return found
 
 
-def _narrowed(x: Multivector) -> Multivector:
+def _to_smallest_layout(x: Multivector) -> Multivector:
     """x on the blades of the smallest kind that has all of its coefficients: lines and planes where all are flat."""
     used = {b for b, column in zip(x._type.blades, np.moveaxis(x._data, -1, 0), strict=True) if column.any()}
     kinds = [k for k in x.algebra.kinds.values() if k.constraints and used <= set(k.blades) <= set(x._type.blades)]
     if not used or not kinds:
         return x
     layout = min(kinds, key=lambda k: k.size).layout
-    return Multivector._make(x.algebra.type_of(layout, x.dtype), embedded(x, layout), x.shape, x._status)
+    return Multivector._make(x.algebra.type_of(layout, x.dtype), embed(x, layout), x.shape, x._status)
 
 
 def _groups(
@@ -208,8 +210,8 @@ class _Pair:
         self, algebra: Algebra, ga: int, gb: int, a: Array, b: Array, shift: NDArray[np.int32], limit: float
     ) -> None:
         self.algebra, self.ga, self.gb, self.a, self.b, self.shift = algebra, ga, gb, a, b, shift
-        qa = span(algebra, ga, shifted(algebra, ga, a, -shift))[0]
-        qb = span(algebra, gb, shifted(algebra, gb, b, -shift))[0]
+        qa = span(algebra, ga, scale_lengths(algebra, ga, a, -shift))[0]
+        qb = span(algebra, gb, scale_lengths(algebra, gb, b, -shift))[0]
         rest = qb - qa @ (np.swapaxes(qa, -1, -2) @ qb)
         if gb:
             self.u, sines, vt = np.linalg.svd(rest, full_matrices=False)
@@ -232,7 +234,7 @@ class _Pair:
             return self._all(self._original(self.ga, self.a[some]) ^ self._original(self.gb, self.b[some]), total)
         if total == self.algebra.dimension:
             return np.full((len(some), 1), float(self.algebra.pseudoscalar_sign))
-        return self._oriented(some, r)[0]
+        return self._join_and_meet(some, r)[0]
 
     def part(self, some: NDArray[np.int64], r: int) -> Array:
         """A and B as subspaces: what they share."""
@@ -244,12 +246,12 @@ class _Pair:
             return self._all(self._original(self.ga, self.a[some]) & self._original(self.gb, self.b[some]), r)
         if r == 0:
             return np.ones((len(some), 1))
-        return self._oriented(some, r)[1]
+        return self._join_and_meet(some, r)[1]
 
     def _all(self, x: Multivector, grade: int) -> Array:
-        return embedded(x, self.algebra.layout_of(self.algebra.blades_of_grade(grade))).astype(float)
+        return embed(x, self.algebra.layout_of(self.algebra.blades_of_grade(grade))).astype(float)
 
-    def _oriented(self, some: NDArray[np.int64], r: int) -> tuple[Array, Array]:
+    def _join_and_meet(self, some: NDArray[np.int64], r: int) -> tuple[Array, Array]:
         """Join and meet of unit size: B = M ^ B', J = A ^ B', and J positive.
 
         The left singular vectors are those parts of B' that A does not hold, so A ^ B' is A ^ them.
@@ -258,12 +260,15 @@ class _Pair:
         shift = self.shift[some]
         meet = outer_of(self.algebra, self.turned[some][..., own:])
         rest = outer_of(self.algebra, self.turned[some][..., :own])
-        b = shifted(self.algebra, self.gb, self.b[some], -shift)
-        a = shifted(self.algebra, self.ga, self.a[some], -shift)
+        b = scale_lengths(self.algebra, self.gb, self.b[some], -shift)
+        a = scale_lengths(self.algebra, self.ga, self.a[some], -shift)
         side = np.sign((self._all(meet ^ rest, self.gb) * b).sum(-1))
         join = self._original(self.ga, a) ^ outer_of(self.algebra, self.u[some][..., :own])
-        j = _unit(shifted(self.algebra, self.ga + own, _clean(self._all(join, self.ga + own)), shift)) * side[:, None]
-        m = _unit(shifted(self.algebra, r, _clean(self._all(meet, r)), shift))
+        j = (
+            _unit(scale_lengths(self.algebra, self.ga + own, _clean(self._all(join, self.ga + own)), shift))
+            * side[:, None]
+        )
+        m = _unit(scale_lengths(self.algebra, r, _clean(self._all(meet, r)), shift))
         large = np.abs(j) >= np.abs(j).max(-1, keepdims=True) / 2
         flip = np.sign(np.take_along_axis(j, np.argmax(large, -1)[:, None], -1))
         return j * flip, m * flip

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import checks
-from ..algebras import Algebra
-from ..codegen.errors import GradeError, InputError
-from ..codegen.formulas.subspaces import contractions, length_powers
-from ..multivector import Multivector
-from ..rows import embedded
-from ..status import Status
+from ...codegen.errors import GradeError, InputError
+from ...codegen.formulas.objects.subspaces import contractions, length_powers
+from ...common.validation import as_instance
+from ...core import kind_constraints
+from ...core.multivector import Algebra, Multivector
+from ...dispatch.coefficients import embed
+from ...status import Status
 
 Array = NDArray[np.float64]
 Codes = NDArray[np.uint8]
@@ -37,13 +37,12 @@ class Items:
     def rows(self, g: int) -> Array:
         """Coefficients of one grade, on all its blades."""
         layout = self.algebra.layout_of(self.algebra.blades_of_grade(g))
-        return embedded(self.source, layout).astype(float).reshape(-1, layout.size)
+        return embed(self.source, layout).astype(float).reshape(-1, layout.size)
 
 
 def items_of(x: Any, tolerance: float | None) -> Items:
     """Grades and statuses: SINGULAR for zero, INVALID for what is not finite or no blade."""
-    if not isinstance(x, Multivector):
-        raise InputError(f"a {type(x).__name__} is no multivector.", remedy="Make one with an algebra")
+    as_instance(x, "an operand", Multivector, "a multivector", remedy="Make one with an algebra")
     limit = relative_limit(x.dtype, tolerance)
     flat = x.reshape(-1)
     with np.errstate(all="ignore"):
@@ -58,14 +57,14 @@ def items_of(x: Any, tolerance: float | None) -> Items:
     for g in flat.grades:
         mine = np.flatnonzero((status == Status.OK) & (grades == g))
         if len(mine) and 1 < g < x.algebra.dimension - 1:  # vectors and their complements always are
-            defect = span(x.algebra, g, shifted(x.algebra, g, items.rows(g)[mine], -shift[mine]))[1]
+            defect = span(x.algebra, g, scale_lengths(x.algebra, g, items.rows(g)[mine], -shift[mine]))[1]
             status[mine[~(defect <= limit)]] = Status.INVALID
     return items
 
 
 def relative_limit(dtype: np.dtype[Any], tolerance: float | None) -> float:
     if tolerance is None:
-        return checks.tolerance(dtype)
+        return kind_constraints.tolerance(dtype)
     if not 0 <= tolerance < 1:
         raise InputError(f"the tolerance is {tolerance!r}; it is a number from 0 to 1, relative to the largest part.")
     return float(tolerance)
@@ -101,7 +100,7 @@ def span(algebra: Algebra, g: int, rows: Array) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=64)
 def _table(algebra: Algebra, g: int) -> tuple[NDArray[np.int64], Array]:
-    """Where the contractions' coefficients stand in those of the blade, and their signs."""
+    """Indices of the contractions' coefficients in those of the blade, and their signs."""
     entries = contractions(algebra, g)
     shape = (max(e.row for e in entries) + 1, algebra.dimension)
     place, weight = np.zeros(shape, np.int64), np.zeros(shape)
@@ -150,7 +149,7 @@ def shifts(algebra: Algebra, items: Items) -> NDArray[np.int32]:
     return shift
 
 
-def shifted(algebra: Algebra, g: int, rows: Array, shift: NDArray[np.int32]) -> Array:
+def scale_lengths(algebra: Algebra, g: int, rows: Array, shift: NDArray[np.int32]) -> Array:
     """Coefficients after lengths were multiplied by 2^shift."""
     powers = np.array(length_powers(algebra, tuple(int(b) for b in algebra.blades_of_grade(g))), np.int32)
     if not powers.any() or not shift.any():
@@ -158,4 +157,14 @@ def shifted(algebra: Algebra, g: int, rows: Array, shift: NDArray[np.int32]) -> 
     return np.asarray(np.ldexp(rows, shift[..., None] * powers))
 
 
-__all__ = ["Items", "items_of", "on_grades", "only_grade", "outer_of", "relative_limit", "shifted", "shifts", "span"]
+__all__ = [
+    "Items",
+    "items_of",
+    "on_grades",
+    "only_grade",
+    "outer_of",
+    "relative_limit",
+    "scale_lengths",
+    "shifts",
+    "span",
+]

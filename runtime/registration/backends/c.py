@@ -1,139 +1,122 @@
-"""The compiled registration driver of some kinds of object: arrays in, arrays out, over threads.
+"""The C backend: the compiled registration driver of some kinds of object, called with arrays, over threads.
 
-The only module that knows the layout of the driver's structures (templates/c/reform_types.h).
+This module alone knows the layout of the driver's structures (templates/c/programs/registration/reform_types.h).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.build import load
-from ..codegen.programs.reform import KINDS, in_order, reform_program
-from ..installed import installed_program
-from .grids import Grid, grid_of
-from .sides import ELEMENT, POSITION, Closeness, MiddleRule, Side
-from .stages import MOTOR, PAIRS, TWIST, Stages, integers, reals, share
+from ...codegen.build.extension import load
+from ...codegen.build.toolchain import REMEDY_OF_PROGRAMS, required_compiler
+from ...codegen.programs.registration.registration import KINDS, in_order, reform_program
+from ...common import parallel
+from ...dispatch.installed import installed_program
+from ..model.grid import Grid, grid_of
+from .model_rows import POSITION, CenterRule, MatchCriterion, ModelData
+from .stages import PAIRS, Functions, Stages, integers, reals, set_criterion
 
 Array = NDArray[Any]
 INTEGER = np.dtype(np.int32)
-#: Structures of stages by items.
+#: Names of the structures of stages.
 STRUCTURES = {
     "samples": "bs_samples", "stiffness": "bs_sets", "refine": "bs_refined", "match": "bs_matching",
     "rates": "bs_rates",
 }  # fmt: skip
-#: Steps of Algorithm 1 between two looks at an interrupt: some 100 ms.
+#: Steps of Algorithm 1 between two checks for an interrupt: some 100 ms.
 MOST_HALF_STEPS = 1 << 17
 
 
 @cache
 def driver(kinds: tuple[str, ...]) -> Any:
-    """The compiled driver for these kinds: that of all kinds where it was installed; else from the cache, or new."""
+    """Compiled driver for these kinds: the installed one of all kinds, or one from the cache, or a new one."""
     module = installed_program("reform")
-    return load(reform_program(in_order(kinds)).extension()) if module is None else module
+    if module is not None:
+        return module
+    required_compiler("registration is compiled at its first use", REMEDY_OF_PROGRAMS)
+    return load(reform_program(in_order(kinds)).extension())
 
 
-class Driver:
-    """What the driver computes of objects alone."""
+class Driver(Functions):
+    """Functions of the compiled driver."""
 
     def __init__(self, kinds: tuple[str, ...], threads: int | None = None) -> None:
         self._module = driver(kinds)
         self._threads = threads
 
-    def elements(self, kind: str, rows: Array) -> Array:
-        """Positions, directions and radii (n, 7) of unit objects."""
-        rows, found = np.ascontiguousarray(rows, np.float64), np.empty((len(rows), ELEMENT))
-        self._module.lib.bs_reform_elements(KINDS.index(kind), *self._numbers(rows, found), len(rows))
-        return found
+    def _call(self, name: str, kind: str | None, inputs: Sequence[Array], shape: tuple[int, ...]) -> Array:
+        outputs = np.empty(shape)
+        number, count = ([] if kind is None else [KINDS.index(kind)]), shape[:-1]
+        getattr(self._module.lib, f"bs_reform_{name}")(*number, *self._numbers(*inputs, outputs), *count)
+        return outputs
 
-    def seen(self, kind: str, rows: Array, origin: Array) -> Array:
-        """Objects, (n, k) rows, as they are seen from an origin (3,)."""
-        rows, found = np.ascontiguousarray(rows, np.float64), np.empty(rows.shape)
-        self._module.lib.bs_reform_seen(KINDS.index(kind), *self._numbers(rows, origin, found), len(rows))
-        return found
-
-    def apart(self, kind: str, a: Array, b: Array, given: Closeness, signs: Array | None = None) -> Array:
-        """Weighted squares (..) of how far elements (.., 7) are apart; they broadcast. ``signs`` says which are turned
-        round; where it is not given, that x and -x are one, or not, does.
+    def squared_distances(
+        self, kind: str, a: Array, b: Array, criterion: MatchCriterion, signs: Array | None = None
+    ) -> Array:
+        """Weighted squared distances (..) of elements (.., 7), which broadcast. ``signs`` are relative orientations;
+        without them, the criterion decides if both are allowed.
         """
         if signs is not None:
             a = a.copy()
             a[..., POSITION : 2 * POSITION] *= np.asarray(signs)[..., None]
         a, b = (np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(a, b))
-        found, weights = np.empty(a.shape[:-1]), np.array(given.weights)
-        other = -1.0 if given.align and signs is None else 1.0
-        x, y, w, to = self._numbers(a, b, weights, found)
-        run = self._module.lib.bs_reform_apart
-        share(lambda i, j: run(KINDS.index(kind), x, y, w, other, to, i, j), found.size, self._threads, PAIRS)
-        return found
+        outputs, weights = np.empty(a.shape[:-1]), np.array(criterion.weights)
+        other = -1.0 if criterion.align and signs is None else 1.0
+        x, y, w, to = self._numbers(a, b, weights, outputs)
+        run = self._module.lib.bs_reform_squared_distances
+        parallel.run(
+            lambda i, j: run(KINDS.index(kind), x, y, w, other, to, i, j), outputs.size, self._threads, grain=PAIRS
+        )
+        return outputs
 
-    def middle(self, kinds: Array, elements: Array, rule: MiddleRule) -> Array:
-        """The point (3,) nearest to all objects together but for a few far ones, by their kinds and elements."""
-        ffi, n, found = self._module.ffi, len(elements), np.empty(POSITION)
+    def robust_center(self, kinds: Array, elements: Array, rule: CenterRule) -> Array:
+        ffi, n, outputs = self._module.ffi, len(elements), np.empty(POSITION)
         squares, ordered, near = np.empty(n), np.empty(n), np.empty(n, np.int32)
-        job = ffi.new("bs_middle *")
-        job.count, job.rounds, job.place, job.far, job.rounding, job.loose = n, *rule
+        job = ffi.new("bs_center *")
+        job.count, job.rounds, job.place, job.far, job.rounding, job.rank_tolerance = n, *rule
         numbers = np.ascontiguousarray(kinds, np.int32)
         job.kinds, job.near = ffi.from_buffer("int32_t[]", numbers), ffi.from_buffer("int32_t[]", near)
-        job.elements, job.point, job.squares, job.ordered = self._numbers(elements, found, squares, ordered)
-        self._module.lib.bs_reform_middle(job)
-        return found
-
-    def unseen(self, motors: Array, to: Array, back: Array) -> Array:
-        """Motors (n, 8) from a frame about the position ``back`` to one about ``to`` as motors of the world."""
-        found = np.empty((len(motors), MOTOR))
-        self._module.lib.bs_reform_unseen(*self._numbers(motors, to, back, found), len(motors))
-        return found
-
-    def unseen_twists(self, twists: Array, origin: Array) -> Array:
-        """Twists (n, 6) of a frame about an origin as twists of the world."""
-        found = np.empty((len(twists), TWIST))
-        self._module.lib.bs_reform_unseen_twists(*self._numbers(twists, origin, found), len(twists))
-        return found
+        job.elements, job.point, job.squares, job.ordered = self._numbers(elements, outputs, squares, ordered)
+        self._module.lib.bs_reform_robust_center(job)
+        return outputs
 
     def _numbers(self, *arrays: Array) -> list[Any]:
         return [self._module.ffi.from_buffer("double[]", np.ascontiguousarray(a, np.float64)) for a in arrays]
 
-    def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], places: tuple[Array, Array]) -> Array:
-        """Four numbers of pairs of objects (n, 4), by their places in rows; kinds in the order of `KINDS`."""
+    def invariants(self, kinds: tuple[str, str], rows: tuple[Array, Array], indices: tuple[Array, Array]) -> Array:
         ffi, run = self._module.ffi, self._module.lib.bs_reform_invariants
-        found = np.empty((len(places[0]), 4))
-        given = [np.ascontiguousarray(r, np.float64) for r in rows]
-        index = [np.ascontiguousarray(p, np.int32) for p in places]
-        (a, b), (i, j) = ([ffi.from_buffer(t, x) for x in xs] for t, xs in (("double[]", given), ("int32_t[]", index)))
-        to = ffi.from_buffer("double[]", found)
+        outputs = np.empty((len(indices[0]), 4))
+        inputs = [np.ascontiguousarray(r, np.float64) for r in rows]
+        index = [np.ascontiguousarray(p, np.int32) for p in indices]
+        (a, b), (i, j) = ([ffi.from_buffer(t, x) for x in xs] for t, xs in (("double[]", inputs), ("int32_t[]", index)))
+        to = ffi.from_buffer("double[]", outputs)
         one, two = (KINDS.index(k) for k in kinds)
 
         def part(begin: int, end: int) -> None:
             run(one, a, i, two, b, j, to, begin, end)
 
-        share(part, len(found), self._threads, PAIRS)
-        return found
-
-    def step(self, motor: Array, twist: Array) -> Array:
-        """The motor next to (1 + twist) motor."""
-        found = np.empty(MOTOR)
-        self._module.lib.bs_reform_step(*self._numbers(motor, twist, found))
-        return found
+        parallel.run(part, len(outputs), self._threads, grain=PAIRS)
+        return outputs
 
 
 class Scene(Stages):
-    """A query and a reference, ready to be laid over each other.
+    """A query and a reference with the state of their match criterion.
 
     Parameters
     ----------
-    query, reference : Side
-    asked_kinds, asked_rows : int32 arrays (n,)
-        Query objects that are looked at, in this order.
+    query, reference : ModelData
+    kinds, rows : int32 arrays (n,)
+        Selected query objects, in this order.
     threads : int, optional
     """
 
     def __init__(
-        self, query: Side, reference: Side, asked_kinds: Array, asked_rows: Array, threads: int | None = None
+        self, query: ModelData, reference: ModelData, kinds: Array, rows: Array, threads: int | None = None
     ) -> None:
         module = driver(tuple(sorted(query.rows)))
         self._lib, self._ffi = module.lib, module.ffi
@@ -143,37 +126,36 @@ class Scene(Stages):
         for name, side in (("query", query), ("reference", reference)):
             model = getattr(self._state, name)
             for kind in side.rows:
-                place = KINDS.index(kind)
-                model.counts[place] = len(side.rows[kind])
-                model.rows[place] = self._held(reals(side.rows[kind]))
+                index = KINDS.index(kind)
+                model.counts[index] = len(side.rows[kind])
+                model.rows[index] = self._keep_alive(reals(side.rows[kind]))
         for kind, elements in reference.elements.items():
             self._grid(self._state.grids[KINDS.index(kind)], grid_of(elements))
-        self.ask(asked_kinds, asked_rows)
+        self.select_objects(kinds, rows)
 
-    def ask(self, kinds: Array, rows: Array) -> None:
-        """Look at other query objects."""
-        self._state.asked = self.asked = len(kinds)
-        self._asked = tuple(self._pointer(integers(x)) for x in (kinds, rows))  # those before it are let go
-        self._state.asked_kinds, self._state.asked_rows = self._asked
+    def select_objects(self, kinds: Array, rows: Array) -> None:
+        """Select query objects for subsequent calls."""
+        self._state.asked = self.n_selected = len(kinds)
+        self._selected = tuple(self._pointer(integers(x)) for x in (kinds, rows))  # the previous buffers are released
+        self._state.asked_kinds, self._state.asked_rows = self._selected
 
-    def closeness(self, given: Closeness) -> None:
-        """From now on."""
-        self._state.weights = given.weights
-        self._state.limit, self._state.least, self._state.align = given.limit, given.least, int(given.align)
+    def set_criterion(self, criterion: MatchCriterion) -> None:
+        """Set the match criterion for subsequent calls."""
+        set_criterion(self._state, criterion)
 
     def direct(
         self, motor: Array, pairs: tuple[Array, Array, Array, Array, Array], rounds: int, tolerance: float
     ) -> tuple[Array, Array, int]:
-        """Algorithm 1 from a motor: the middle of those of the last round, or where that ends if it has not settled;
-        how far each round moved it; and the steps of the last one that were not finite. Pairs, (n,) each: kinds, query
-        and reference rows, partners (other pairs, or -1), signs.
+        """Algorithm 1 from a motor: mean motor of the last round if it converged, else the last motor; the change in
+        each round; and the number of steps of the last round that were not finite. Pairs, (n,) each: kinds, query and
+        reference rows, partners (other pairs, or -1), signs.
         """
-        motor, given = np.array(motor, np.float64), [np.ascontiguousarray(a, np.int32) for a in pairs[:4]]
+        motor, inputs = np.array(motor, np.float64), [np.ascontiguousarray(a, np.int32) for a in pairs[:4]]
         mean = motor.copy()
         signs = np.ascontiguousarray(pairs[4], np.float64)
         job = self._ffi.new("bs_direct *")
         job.count, job.tolerance, job.signs = len(signs), tolerance, self._ffi.from_buffer("double[]", signs)
-        job.kinds, job.query, job.reference, job.partners = (self._ffi.from_buffer("int32_t[]", a) for a in given)
+        job.kinds, job.query, job.reference, job.partners = (self._ffi.from_buffer("int32_t[]", a) for a in inputs)
         job.motor, job.mean = (self._ffi.from_buffer("double[]", a) for a in (motor, mean))
         done: list[Array] = []
         while (left := rounds - sum(map(len, done))) > 0 and not (done and done[-1][-1] < tolerance):
@@ -187,27 +169,27 @@ class Scene(Stages):
 
     def _grid(self, to: Any, grid: Grid) -> None:
         to.corner, to.scale, to.sides = list(grid.corner), grid.scale, grid.sides
-        to.starts, to.order = self._held(integers(grid.starts)), self._held(integers(grid.order))
-        to.elements = self._held(reals(grid.elements))
+        to.starts, to.order = self._keep_alive(integers(grid.starts)), self._keep_alive(integers(grid.order))
+        to.elements = self._keep_alive(reals(grid.elements))
 
     def _run(
-        self, stage: str, n: int, grain: int, numbers: Mapping[str, float], given: Mapping[str, Array],
-        found: Mapping[str, Array],
+        self, stage: str, n: int, grain: int, numbers: Mapping[str, float], inputs: Mapping[str, Array],
+        outputs: Mapping[str, Array],
     ) -> None:  # fmt: skip
-        pointers = {name: self._pointer(array) for name, array in (*given.items(), *found.items())}
+        pointers = {name: self._pointer(array) for name, array in (*inputs.items(), *outputs.items())}
         job = self._ffi.new(f"{STRUCTURES[stage]} *", {**numbers, **pointers})
         run = getattr(self._lib, f"bs_reform_{stage}")
 
         def part(begin: int, end: int) -> None:
             run(self._state, job, begin, end)
 
-        share(part, n, self._threads, grain)
+        parallel.run(part, n, self._threads, grain=grain)
 
     def _pointer(self, array: Array) -> Any:
-        """The numbers of an array that is contiguous, and lives as long."""
+        """Pointer to a contiguous array, which must live as long."""
         return self._ffi.from_buffer("int32_t[]" if array.dtype == INTEGER else "double[]", array)
 
-    def _held(self, array: Array) -> Any:
-        """The same for as long as the scene lives."""
+    def _keep_alive(self, array: Array) -> Any:
+        """Pointer to an array that lives as long as the scene."""
         self._models.append(self._pointer(array))
         return self._models[-1]

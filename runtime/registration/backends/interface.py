@@ -1,4 +1,4 @@
-"""What computes a registration: compiled C, numba, or CUDA; all have the same stages, and give the same bits."""
+"""Backends of a registration: compiled C, numba, or CUDA, with the same stages and bit for bit the same results."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..codegen.errors import InputError
-from .engine import Driver, Scene
+from ...codegen.errors import InputError
+from .c import Driver, Scene
 
 
 @dataclass(frozen=True)
 class Backend:
-    """Makers of what `engine.Driver` and `engine.Scene` are for C."""
+    """Constructors with the interfaces of `c.Driver` and `c.Scene`."""
 
     driver: Callable[..., Any]
     scene: Callable[..., Any]
@@ -23,18 +23,18 @@ def _c() -> Backend:
 
 
 def _numba() -> Backend:
-    from .backend_numba import NumbaDriver, NumbaScene
+    from .numba import NumbaDriver, NumbaScene
 
     return Backend(NumbaDriver, NumbaScene)
 
 
 def _cuda() -> Backend:
-    from .backend_cuda import CudaDriver, CudaScene
+    from .cuda import CudaDriver, CudaScene
 
     return Backend(CudaDriver, CudaScene)
 
 
-#: By name; what only one of them needs is loaded when that one is asked for.
+#: Backends by name; their modules are imported at first use.
 BACKENDS: dict[str, Callable[[], Backend]] = {"c": _c, "numba": _numba, "cuda": _cuda}
 
 
@@ -44,7 +44,7 @@ def backend_of(name: str) -> Backend:
     Raises
     ------
     InputError
-        If there is none.
+        If there is no such backend.
     """
     if not isinstance(name, str) or name not in BACKENDS:
         raise InputError(f"backend is {name!r}; there are: {', '.join(BACKENDS)}.")

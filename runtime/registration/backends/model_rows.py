@@ -1,6 +1,4 @@
-"""Two models as the drivers of all backends read them: rows of numbers, what a model's middle is, and when two objects
-may be one.
-"""
+"""Arguments of the drivers of all backends: models as arrays, the rule of a model's center, and the match criterion."""
 
 from __future__ import annotations
 
@@ -11,13 +9,15 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-#: Numbers of an element: position, direction, radius; coordinates of a position.
-ELEMENT, POSITION = 7, 3
+#: Size of an element: position, direction, radius.
+ELEMENT = 7
+#: Size of a position.
+POSITION = 3
 
 
 @dataclass(frozen=True)
-class Side:
-    """One model as the driver reads it.
+class ModelData:
+    """A model as arrays.
 
     Attributes
     ----------
@@ -31,47 +31,47 @@ class Side:
     elements: Mapping[str, Array]
 
 
-class MiddleRule(NamedTuple):
-    """What a model's middle is nearest to.
+class CenterRule(NamedTuple):
+    """Rule of a model's robust center.
 
     Attributes
     ----------
-    rounds : int
-        Of leaving out far objects, at most.
-    place : int
-        As far as the object that stands there, in the order of distances, is usual.
-    far : float
-        Objects more than so many times as far as that do not count.
+    max_rounds : int
+        Largest number of rounds of trimming outliers.
+    rank : int
+        Rank (in sorted distances) of the object whose distance defines the typical distance.
+    outlier_factor : float
+        Objects beyond this many typical distances are outliers.
     rounding : float
         Distances below this, relative to the largest coordinate, are rounding.
-    loose : float
-        Directions in which the objects say less than this, relative to the most, do not place the middle.
+    min_information : float
+        Directions with less information than this, relative to the most, do not determine the center.
     """
 
-    rounds: int
-    place: int
-    far: float
+    max_rounds: int
+    rank: int
+    outlier_factor: float
     rounding: float
-    loose: float
+    min_information: float
 
 
 @dataclass(frozen=True)
-class Closeness:
-    """When two objects may be one.
+class MatchCriterion:
+    """Criterion of a match of two objects.
 
     Attributes
     ----------
     weights : (float, float, float)
-        Of squared differences of positions, directions and radii.
+        Weights of squared differences of positions, directions and radii.
     limit : float
-        The sum of them up to which they may be one.
-    least : float
-        A motor is given up early if a smaller share of objects has a counterpart.
+        Largest weighted sum of a match.
+    early_exit_fraction : float
+        A motor is given up early if a smaller fraction of objects has a counterpart.
     align : bool
-        x and -x are one object.
+        True if x and -x are the same object.
     """
 
     weights: tuple[float, float, float]
     limit: float
-    least: float = 0.0
+    early_exit_fraction: float = 0.0
     align: bool = True

@@ -7,76 +7,42 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any, Literal, TypeVar
 
-from ..codegen.errors import InputError
-from ..tomlread import Positive, Table, Vector3
-from .documents import named_file, read_document, write_document
-from .parameters import FIELDS, PLURALS, Rows, columns
+import numpy as np
+from pydantic import create_model
+
+from ...codegen.errors import InputError
+from ...common.documents import JsonDocument, Positive, Table, Vector3, read_document
+from ...common.files import as_path, write_file
+from ..model.parameters import FIELDS, PLURALS, Rows, columns
 
 FORMAT, VERSION = "bladesmith-model", 1
+T = TypeVar("T")
 #: Texts of a model that are written where there are any.
 TEXTS = ("name", "unit", "origin")
 
 
-class PointTable(Table):
-    """A point."""
-
-    xyz: Vector3
-
-
-class PointPairTable(Table):
-    """Two end points."""
-
-    a: Vector3
-    b: Vector3
+def _table(kind: str) -> type[Table]:
+    """Schema of the objects of a kind."""
+    types = {1: float, 3: Vector3}
+    fields: Any = {name: (Positive if name == "radius" else types[size], ...) for name, size in FIELDS[kind]}
+    return create_model(kind, __base__=Table, **fields)
 
 
-class LineTable(Table):
-    """A line through a point."""
-
-    point: Vector3
-    direction: Vector3
-
-
-class CircleTable(Table):
-    """A circle about its normal."""
-
-    center: Vector3
-    normal: Vector3
-    radius: Positive
-
-
-class PlaneTable(Table):
-    """The points with normal . x = offset."""
-
-    normal: Vector3
-    offset: float
-
-
-class SphereTable(Table):
-    """A sphere."""
-
-    center: Vector3
-    radius: Positive
-
-
-class ModelTable(Table):
-    """A whole file."""
-
+class _FileTable(Table):
     format: Literal["bladesmith-model"]
     version: Literal[1]
     name: str = ""
     unit: str = ""
     origin: str = ""
-    points: list[PointTable] = []
-    point_pairs: list[PointPairTable] = []
-    lines: list[LineTable] = []
-    circles: list[CircleTable] = []
-    planes: list[PlaneTable] = []
-    spheres: list[SphereTable] = []
 
+
+_lists: Any = {PLURALS[kind]: (list[_table(kind)], []) for kind in FIELDS}  # type: ignore[misc]
+#: Schema of a whole file.
+ModelTable: Any = create_model("ModelTable", __base__=_FileTable, **_lists)
 
 # -- writing -----------------------------------------------------------------------------------------------
 
@@ -85,8 +51,8 @@ def model_text(rows: Mapping[str, Rows], texts: Mapping[str, str]) -> str:
     """A model as JSON: one object a line; numbers so that reading gives the same to the last bit."""
     parts = [f'"format": {json.dumps(FORMAT)}', f'"version": {VERSION}']
     parts += [f'"{key}": {json.dumps(texts[key], ensure_ascii=False)}' for key in TEXTS if texts[key]]
-    for kind, found in rows.items():
-        objects = ",\n".join(f"    {line}" for line in _lines(kind, found))
+    for kind, rows_ in rows.items():
+        objects = ",\n".join(f"    {line}" for line in _lines(kind, rows_))
         parts.append(f'"{PLURALS[kind]}": [\n{objects}\n  ]')
     return "{\n  " + ",\n  ".join(parts) + "\n}\n"
 
@@ -104,29 +70,42 @@ def save_model(path: str | os.PathLike[str], rows: Mapping[str, Rows], texts: Ma
     Raises
     ------
     InputError
-        If it cannot be written.
+        If the file cannot be written.
     """
-    write_document(path, model_text(rows, texts), "a model")
+    write_file(as_path(path, "a model is written to"), model_text(rows, texts))
 
 
 # -- reading -----------------------------------------------------------------------------------------------
 
 
-def load_model(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, str], str]:
-    """Rows by kind, texts, and the name of the file for messages.
+def load_model(path: str | os.PathLike[str], make_model: Callable[..., T]) -> T:
+    """Read a file of a model.
+
+    Parameters
+    ----------
+    path : path
+    make_model : callable
+        `Model`, or a class derived from it.
 
     Raises
     ------
     InputError
-        If the file cannot be read, is no JSON, or does not fit the schema: with path and key.
+        If the file cannot be read, is not JSON, does not fit the schema, or has invalid values: with line and key.
     """
-    file = named_file(path, "a model", "read from")
+    file = as_path(path, "a model is read from")
     if file.suffix.lower() in (".npz", ".npy"):
         raise InputError("models are JSON files.", where=str(file),
                          remedy="Read multivectors with bladesmith.load, and make a Model of them")  # fmt: skip
-    table, name = read_document(file, ModelTable, "a model")
-    rows = {kind: _rows(kind, getattr(table, PLURALS[kind])) for kind in FIELDS}
-    return rows, {key: getattr(table, key) for key in TEXTS}, name
+    document = read_document(file, ModelTable, kind=JsonDocument)
+    table = document.contents
+    objects = {PLURALS[kind]: _constructor_array(kind, getattr(table, PLURALS[kind])) for kind in FIELDS}
+    return document.build((), partial(make_model, **objects, **{key: getattr(table, key) for key in TEXTS}))
+
+
+def _constructor_array(kind: str, tables: list[Any]) -> Rows:
+    """The array that the constructor takes for a kind."""
+    array = np.array(_rows(kind, tables), np.float64)
+    return array.reshape(-1, 2, 3) if kind in ("line", "point_pair") else array
 
 
 def _rows(kind: str, tables: list[Any]) -> list[list[float]]:

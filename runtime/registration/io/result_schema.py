@@ -1,10 +1,13 @@
-"""The schema of files of registrations (docs/chapter5.md). Imported when one is read: pydantic is slow to import."""
+"""The schema of result files of registrations (docs/registration.md). Imported when one is read: pydantic is slow."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
-from ..tomlread import Table
+from pydantic import create_model
+
+from ...common.documents import Table
+from ..model.parameters import PLURALS
 
 
 class VersorTable(Table):
@@ -17,7 +20,7 @@ class VersorTable(Table):
 
 
 class StepTable(Table):
-    """What was done, as of `Step`; null is no number."""
+    """A `Step`; null stands for a number that is not finite."""
 
     name: str
     tolerance: float | None
@@ -27,32 +30,21 @@ class StepTable(Table):
 
 
 class TwistsTable(Table):
-    """Rows of numbers on the blades of a twist; null is no number."""
+    """Rows of coefficients on the blades of a twist; null stands for a number that is not finite."""
 
     blades: list[str]
     rows: list[list[float | None]]
 
 
-class MatchesTable(Table):
-    """Of each kind, for each query object the row of its counterpart, -1 for none."""
-
-    points: list[int] = []
-    point_pairs: list[int] = []
-    lines: list[int] = []
-    circles: list[int] = []
-    planes: list[int] = []
-    spheres: list[int] = []
+def _per_kind(name: str, item: type) -> Any:
+    fields: Any = {key: (list[item], []) for key in PLURALS.values()}  # type: ignore[valid-type]
+    return create_model(name, __base__=Table, **fields)
 
 
-class InliersTable(Table):
-    """Of each kind, for each query object whether it has a counterpart."""
-
-    points: list[bool] = []
-    point_pairs: list[bool] = []
-    lines: list[bool] = []
-    circles: list[bool] = []
-    planes: list[bool] = []
-    spheres: list[bool] = []
+#: Row of the counterpart of each query object, by kind; -1 for none.
+MatchesTable: Any = _per_kind("MatchesTable", int)
+#: True for each query object that has a counterpart, by kind.
+InliersTable: Any = _per_kind("InliersTable", bool)
 
 
 class RegistrationTable(Table):

@@ -1,6 +1,6 @@
-"""Parameters of the objects of a model, as rows of numbers: checked, read from multivectors, made into objects, moved.
+"""Parameters of the objects of a model, as rows of numbers: validation, conversion from and to multivectors, motion.
 
-A row holds what the constructor of its kind takes, in that order. Errors name kind, item and remedy.
+A row contains the arguments of the constructor of its kind, in that order. Errors name kind, item and remedy.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from ..codegen.errors import BladesmithError, InputError
-from ..loading import stock_algebra
-from ..multivector import Multivector
-from ..objects.inputs import as_objects, gathered
-from ..status import Status
+from ...codegen.errors import BladesmithError, InputError
+from ...common.validation import as_instance, check_shape, real_array
+from ...core.multivector import Multivector
+from ...core.registry import stock_algebra
+from ...objects.arguments import as_objects, concatenate_objects
+from ...status import Status
 
 Rows = NDArray[np.float64]
 #: Names and lengths of the parameters, by kind; the order of all models.
@@ -28,23 +28,28 @@ FIELDS: dict[str, tuple[tuple[str, int], ...]] = {
     "sphere": (("center", 3), ("radius", 1)),
 }
 KINDS = tuple(FIELDS)
-#: What lists of objects are called in models and files.
+#: Names of lists of objects in models and files.
 PLURALS = {kind: f"{kind}s" for kind in KINDS}
-#: Numbers per object, and the shape in which arrays are taken.
+#: Number of parameters of an object.
 SIZES = {kind: sum(size for _, size in fields) for kind, fields in FIELDS.items()}
+#: Shapes of parameters in arrays, for kinds whose parameters are several vectors.
 SHAPES = {"point_pair": (2, 3), "line": (2, 3)}
+#: Grades of objects.
 GRADES = {"point": 1, "point_pair": 2, "line": 3, "circle": 3, "plane": 4, "sphere": 4}
-#: Parameters by what a motion does to them.
+#: Parameters that are positions.
 POSITIONS = ("xyz", "a", "b", "point", "center")
+#: Parameters that are directions.
 DIRECTIONS = ("direction", "normal")
-#: Squares of larger coordinates and sizes would overflow on the way, and smaller radii vanish.
-LARGEST, SMALLEST = 1e90, 1e-90
+#: Largest coordinate and length: squares of larger ones would overflow.
+LARGEST = 1e90
+#: Smallest radius: squares of smaller ones would vanish.
+SMALLEST = 1e-90
 #: A direction whose length differs from 1 by less than this stays as it is: then saving and loading changes nothing.
-UNIT = 4 * float(np.finfo(np.float64).eps)
+UNIT_TOLERANCE = 4 * float(np.finfo(np.float64).eps)
 
 
 def columns(kind: str) -> dict[str, slice]:
-    """Where each parameter is in a row."""
+    """Slice of each parameter in a row."""
     found, start = {}, 0
     for name, size in FIELDS[kind]:
         found[name] = slice(start, start + size)
@@ -55,8 +60,8 @@ def columns(kind: str) -> dict[str, slice]:
 # -- from users --------------------------------------------------------------------------------------------
 
 
-def checked(given: Any, kind: str) -> Rows:
-    """Rows (n, k) of what a user gave: multivectors, a list of them, or an array of parameters.
+def validated_rows(given: Any, kind: str) -> Rows:
+    """Rows (n, k) of multivectors, of a list of them, or of an array of parameters.
 
     Raises
     ------
@@ -85,7 +90,7 @@ def checked(given: Any, kind: str) -> Rows:
 
 
 def _refuse(bad: Any, values: Rows, name: str, field: str, rule: str, remedy: str | None = None) -> None:
-    """Raise for the first bad item, as messages about files do: with its path."""
+    """Raise an error for the first bad item, with its path."""
     if bad.any():
         i = int(bad.argmax())
         value = values[i].tolist() if values.shape[1] > 1 else float(values[i, 0])
@@ -101,24 +106,24 @@ def _holds_objects(given: Any) -> bool:
 def _from_array(given: Any, kind: str) -> Rows:
     name, shape = PLURALS[kind], SHAPES.get(kind, (SIZES[kind],))
     try:
-        array = arrays.real(given, name).astype(np.float64)
+        array = real_array(given, name).astype(np.float64)
     except InputError as error:
-        raise InputError(error.what, remedy=f"Give {_listed(kind)}, or multivectors") from None
+        raise InputError(error.what, remedy=f"Give {_expected_array(kind)}, or multivectors") from None
     if array.size == 0 and array.ndim <= 1:
         return np.empty((0, SIZES[kind]))
-    if array.ndim == 1 + len(shape) and array.shape[1:] == shape:
-        return array.reshape(len(array), SIZES[kind])
-    remedy = f"Give {_listed(kind)}" + (f"; a single {_words(kind)} in a list" if array.ndim == len(shape) else "")
-    wanted = ", ".join(str(s) for s in shape)
-    raise InputError(f"{name} have shape {array.shape}; (n, {wanted}) is needed.", remedy=remedy)
+    remedy = f"Give {_expected_array(kind)}" + (
+        f"; a single {_kind_text(kind)} in a list" if array.ndim == len(shape) else ""
+    )
+    check_shape(array, name, ("n", *shape), InputError, remedy)
+    return array.reshape(len(array), SIZES[kind])
 
 
 def _from_objects(given: Any, kind: str) -> Rows:
-    """Parameters of multivectors; spheres inside out become the same spheres outward."""
+    """Parameters of multivectors; inward spheres are converted to outward ones."""
     algebra: Any = stock_algebra("cga3d")
     x = _objects(given, kind)
-    if x.ndim > 1:
-        raise InputError(f"{PLURALS[kind]} have shape {x.shape}; (n,) is needed.", remedy="Use .reshape(-1)")
+    if x.ndim:
+        check_shape(x, PLURALS[kind], ("n",), InputError, remedy="Use .reshape(-1)")
     x = x.reshape(-1).astype(np.float64) if x.dtype != np.float64 else x.reshape(-1)
     if not len(x):
         return np.empty((0, SIZES[kind]))
@@ -131,29 +136,28 @@ def _from_objects(given: Any, kind: str) -> Rows:
 
 
 def _objects(given: Any, kind: str) -> Multivector:
-    """Multivectors of the kind's grade, their items not looked at yet but for unit size."""
+    """Multivectors of the kind's grade; of their items only the unit size is checked."""
     name, algebra, grade = PLURALS[kind], stock_algebra("cga3d"), GRADES[kind]
     entries = given if isinstance(given, list | tuple) else [given]
     for i, x in enumerate(entries):
         where = f"{name}[{i}] is" if isinstance(given, list | tuple) else f"{name} are"
-        if not isinstance(x, Multivector):
-            raise InputError(f"{where} a {type(x).__name__}, no multivector.", remedy="Do not mix them with parameters")
+        as_instance(x, f"{name}[{i}]", Multivector, "a multivector", remedy="Do not mix them with parameters")
         if x.algebra is not algebra:
             raise InputError(f"{where} of {x.algebra.name}; a model holds objects of {algebra.name}.",
                              remedy="Convert them, or give parameters")  # fmt: skip
         if x.grades != (grade,):
-            raise InputError(f"{where} a {x.kind.name} of grades {x.grades}; {_words(kind)}s have grade {grade}.",
-                             remedy=_other(x.kind.name))  # fmt: skip
+            raise InputError(f"{where} a {x.kind.name} of grades {x.grades}; {_kind_text(kind)}s have grade {grade}.",
+                             remedy=_list_remedy(x.kind.name))  # fmt: skip
     try:
-        found = gathered(given, name, (grade,)) if isinstance(given, list | tuple) else given
+        found = concatenate_objects(given, name, (grade,)) if isinstance(given, list | tuple) else given
         as_objects(found, name, (grade,))
     except BladesmithError as error:  # an object at infinity, of blades that no kind has
-        raise InputError(error.what, remedy=f"Give finite {_words(kind)}s") from None
+        raise InputError(error.what, remedy=f"Give finite {_kind_text(kind)}s") from None
     return found
 
 
 def _refuse_others(x: Multivector, kind: str) -> None:
-    """Raise for the first item that is no unit object of this kind."""
+    """Raise an error for the first item that is not a unit object of this kind."""
     algebra: Any = stock_algebra("cga3d")
     name = PLURALS[kind]
     if x._status is not None:
@@ -163,70 +167,72 @@ def _refuse_others(x: Multivector, kind: str) -> None:
             raise InputError(f"{name}[{i}] has no value: its status is {Status(int(x._status[i])).name}.",
                              remedy="Leave it out, or look at what made it")  # fmt: skip
     names = algebra.classify(x)
-    wrong = names != _words(kind)
+    wrong = names != _kind_text(kind)
     if wrong.any():
         i = int(wrong.argmax())
-        what = {"invalid": "not finite", "zero": "zero", "not a blade": "not a blade"}.get(names[i], _one(names[i]))
-        remedy = _other(names[i].replace(" ", "_")) or "See bladesmith.cga3d.classify"
+        what = {"invalid": "not finite", "zero": "zero", "not a blade": "not a blade"}.get(
+            names[i], _with_article(names[i])
+        )
+        remedy = _list_remedy(names[i].replace(" ", "_")) or "See bladesmith.cga3d.classify"
         if names[i] == "not a blade":
             remedy = "bladesmith.objects.project_to_blade gives the object next to it"
-        raise InputError(f"{name}[{i}] is {what}; a {_words(kind)} is needed.", remedy=remedy)
+        raise InputError(f"{name}[{i}] is {what}; a {_kind_text(kind)} is needed.", remedy=remedy)
     loose = as_objects(x, name, (GRADES[kind],))._status
     if loose is not None and (loose == Status.INVALID).any():
         i = int((loose == Status.INVALID).argmax())
-        raise InputError(f"{name}[{i}] is no unit {_words(kind)}.", remedy=f"Use .normalized({kind!r})")
+        raise InputError(f"{name}[{i}] is not a unit {_kind_text(kind)}.", remedy=f"Use .normalized({kind!r})")
 
 
-def _other(found: str) -> str | None:
-    """The list that an object of another kind belongs to."""
+def _list_remedy(found: str) -> str | None:
+    """Remedy that names the list of another kind of object."""
     return f"Give it in {PLURALS[found]}" if found in PLURALS else None
 
 
-def _one(name: str) -> str:
+def _with_article(name: str) -> str:
     return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
-def _words(kind: str) -> str:
+def _kind_text(kind: str) -> str:
     return kind.replace("_", " ")
 
 
-def _listed(kind: str) -> str:
-    """What an array of a kind holds."""
+def _expected_array(kind: str) -> str:
+    """Description of the array of parameters of a kind."""
     fields = ", ".join(name for name, _ in FIELDS[kind])
     shape = ", ".join(str(s) for s in SHAPES.get(kind, (SIZES[kind],)))
     return f"an array (n, {shape}) of {fields}"
 
 
 def _with_unit_directions(rows: Rows, kind: str) -> Rows:
-    """Rows whose directions have length 1; the offset of a plane goes with its normal."""
-    made = rows.copy()
+    """Rows with directions of length 1; the offset of a plane is scaled with its normal."""
+    result = rows.copy()
     for field, place in columns(kind).items():
-        if field in DIRECTIONS and len(made):
-            exponent = np.frexp(np.abs(made[:, place]).max(1))[1]  # exact, and no square over- or underflows
-            scaled = np.ldexp(made[:, place], -exponent[:, None])
+        if field in DIRECTIONS and len(result):
+            exponent = np.frexp(np.abs(result[:, place]).max(1))[1]  # exact, and no square over- or underflows
+            scaled = np.ldexp(result[:, place], -exponent[:, None])
             length = np.linalg.norm(scaled, axis=1)
-            loose = np.abs(np.linalg.norm(np.clip(made[:, place], -2, 2), axis=1) - 1) > UNIT
-            made[loose, place] = scaled[loose] / length[loose, None]
+            loose = np.abs(np.linalg.norm(np.clip(result[:, place], -2, 2), axis=1) - 1) > UNIT_TOLERANCE
+            result[loose, place] = scaled[loose] / length[loose, None]
             if kind == "plane":
                 with np.errstate(over="ignore"):
-                    made[loose, 3] = np.ldexp(made[loose, 3] / length[loose], -exponent[loose])
-                far = ~(np.abs(made[:, 3:]) <= LARGEST)[:, 0]
-                _refuse(far, made[:, 3:], PLURALS[kind], "offset", "over the length of its normal it is too great",
+                    result[loose, 3] = np.ldexp(result[loose, 3] / length[loose], -exponent[loose])
+                far = ~(np.abs(result[:, 3:]) <= LARGEST)[:, 0]
+                _refuse(far, result[:, 3:], PLURALS[kind], "offset", "over the length of its normal it is too great",
                         "Choose another unit of length")  # fmt: skip
-    made.setflags(write=False)
-    return made
+    result.setflags(write=False)
+    return result
 
 
 # -- to objects --------------------------------------------------------------------------------------------
 
 
-def made_objects(rows: Rows, kind: str) -> Multivector:
+def build_objects(rows: Rows, kind: str) -> Multivector:
     """Unit objects (n,) of checked rows.
 
     Raises
     ------
     InputError
-        If an object has no coefficients in floating-point numbers.
+        If the coefficients of an object are not floating-point numbers.
     """
     algebra: Any = stock_algebra("cga3d")
     parts = [np.ascontiguousarray(rows[:, place]) for place in columns(kind).values()]
@@ -244,17 +250,17 @@ def made_objects(rows: Rows, kind: str) -> Multivector:
     return x
 
 
-def moved(rows: Rows, kind: str, scale: float, rotation: Rows, translation: Rows) -> Rows:
+def transform_rows(rows: Rows, kind: str, scale: float, rotation: Rows, translation: Rows) -> Rows:
     """Rows of the objects under x -> scale rotation x + translation."""
-    made, place = rows.copy(), columns(kind)
-    with np.errstate(all="ignore"):  # what leaves the numbers is told when objects are made
+    result, place = rows.copy(), columns(kind)
+    with np.errstate(all="ignore"):  # build_objects raises for results that are not finite
         for field in place:
             if field in POSITIONS:
-                made[:, place[field]] = scale * rows[:, place[field]] @ rotation.T + translation
+                result[:, place[field]] = scale * rows[:, place[field]] @ rotation.T + translation
             elif field in DIRECTIONS:
-                made[:, place[field]] = rows[:, place[field]] @ rotation.T
+                result[:, place[field]] = rows[:, place[field]] @ rotation.T
             else:
-                made[:, place[field]] = scale * rows[:, place[field]]
+                result[:, place[field]] = scale * rows[:, place[field]]
         if kind == "plane":
-            made[:, 3] += made[:, :3] @ translation
-        return _with_unit_directions(made, kind)  # many motions would gather rounding
+            result[:, 3] += result[:, :3] @ translation
+        return _with_unit_directions(result, kind)  # rounding would accumulate over many motions

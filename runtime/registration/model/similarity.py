@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import InputError
-from ..loading import stock_algebra
-from ..multivector import Multivector
+from ...codegen.errors import InputError
+from ...common.validation import as_instance
+from ...core.multivector import Multivector
+from ...core.registry import stock_algebra
 
 Array = NDArray[np.float64]
-#: Rounding that a rotor may have gathered: of R ~R - 1, and of what must vanish in the images of basis vectors.
-NOISE = 1e-9
+#: Tolerance of rounding errors of a rotor: of R ~R - 1, and of zero coefficients of the images of basis vectors.
+TOLERANCE = 1e-9
 ROTOR = ("1", "e12", "e13", "e23")
 REMEDY = "Give a motor of bladesmith.cga3d, a dilator, or a product of them"
 
@@ -24,12 +25,10 @@ def similarity(R: Any) -> tuple[float, Array, Array]:
     Raises
     ------
     InputError
-        If R is no single unit versor of space that keeps n_inf.
+        If R is not a single unit versor that keeps n_inf.
     """
     algebra: Any = stock_algebra("cga3d")
-    if not isinstance(R, Multivector):
-        raise InputError(f"R is a {type(R).__name__}, no multivector.", remedy=REMEDY)
-    if R.algebra is not algebra:
+    if as_instance(R, "R", Multivector, "a multivector", remedy=REMEDY).algebra is not algebra:
         raise InputError(f"R belongs to {R.algebra.name}, not to {algebra.name}.", remedy=REMEDY)
     if R.shape:
         raise InputError(f"R has shape {R.shape}; a model is moved by one rotor.", remedy="Choose one: R[i]")
@@ -39,10 +38,10 @@ def similarity(R: Any) -> tuple[float, Array, Array]:
         raise InputError(f"R has grades {R.grades}; a rotor is even.", remedy=REMEDY)
     size = float(np.abs(R.values).sum()) ** 2
     square = R * ~R
-    if np.abs((square - 1).values).max() > NOISE * max(size, 1.0):
-        raise InputError("R is no unit versor: R ~R is not 1.", remedy="Use .normalized()")
+    if np.abs((square - 1).values).max() > TOLERANCE * max(size, 1.0):
+        raise InputError("R is not a unit versor: R ~R is not 1.", remedy="Use .normalized()")
     infinity = _vector(R >> algebra.ni)
-    if np.abs(infinity[:4]).max() > NOISE * size or not infinity[4] > -NOISE * size:
+    if np.abs(infinity[:4]).max() > TOLERANCE * size or not infinity[4] > -TOLERANCE * size:
         raise InputError("R does not keep n_inf: flat objects would become round.", remedy=REMEDY)
     # beside those with n0 or n_inf its blades are those of the rotation, times cosh(log(scale)/2)
     turn = algebra.multivector({name: R[name] for name in ROTOR if name in map(str, R.blades)}).normalized("rotor")

@@ -1,6 +1,6 @@
-"""Pairs of objects by what no motion changes: of each pair of a query those pairs of a reference that may be its image.
+"""Tables of pairs of reference objects by their invariants: the possible images of each pair of query objects.
 
-Pairs of two kinds are in one table, sorted by the number that differs most among them.
+Pairs of two kinds are in one table, sorted by the invariant that varies most.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.programs.reform import DIRECTED
-from .engine import Driver
+from ...codegen.programs.registration.registration import DIRECTED
+from ..backends.c import Driver
 
 Array = NDArray[Any]
-#: Pairs of a reference that are kept, over all kinds; of larger models some objects are left out of the tables.
-MOST_PAIRS = 500_000
-#: Up to so many objects the pairs of their numbers are remembered.
-REMEMBERED = 64
-#: The cosine of the angle between two directions is the second invariant; it has a sign.
+#: Largest number of pairs of a reference, over all kinds; of larger models some objects are left out of the tables.
+MAX_PAIRS = 500_000
+#: Index pairs of up to this many objects are cached.
+MAX_CACHED = 64
+#: Index of the cosine of the angle between two directions among the invariants; it has a sign.
 COSINE = 1
 #: Kinds whose invariants have a twist (formula `registration.line_twist`), which has a sign.
 TWISTED = frozenset((("line", "line"), ("point_pair", "line"), ("line", "circle")))
@@ -35,17 +35,17 @@ class Candidates:
     Attributes
     ----------
     source : array (n,)
-        Number of the query pair.
+        Index of the query pair.
     first, second : arrays (n,)
         Rows of the reference objects.
-    turned : array (n,)
-        +1 or -1: how the first's orientation goes with the second's; 0 where either may be.
+    orientation : array (n,)
+        Relative orientation of the two objects, +1 or -1; 0 where both are possible.
     """
 
     source: Array
     first: Array
     second: Array
-    turned: Array
+    orientation: Array
 
     def __len__(self) -> int:
         return len(self.source)
@@ -64,60 +64,60 @@ class Table:
     keys: Array
 
     def counts(self, invariants: Array, tolerance: float) -> Array:
-        """At most so many pairs are found for each."""
-        low, high = self._span(invariants, tolerance)
+        """Upper bounds of the numbers of candidates of each pair."""
+        low, high = self._key_range(invariants, tolerance)
         return np.asarray(high - low)
 
     def find(self, invariants: Array, tolerance: float) -> Candidates:
-        """All pairs whose invariants are within the tolerance of given ones, (n, 4); of one kind in both orders."""
+        """All pairs whose invariants agree with given ones (n, 4) within a tolerance; of one kind in both orders."""
         if self.kinds[0] != self.kinds[1]:
             return self._find(invariants, tolerance)
-        found = self._find(np.concatenate([invariants, invariants[:, [0, 1, 3, 2]]]), tolerance)
-        turned = found.source >= len(invariants)
-        first, second = np.where(turned, found.second, found.first), np.where(turned, found.first, found.second)
-        return Candidates(found.source - len(invariants) * turned, first, second, found.turned)
+        candidates = self._find(np.concatenate([invariants, invariants[:, [0, 1, 3, 2]]]), tolerance)
+        swapped = candidates.source >= len(invariants)
+        first, second = (
+            np.where(swapped, candidates.second, candidates.first),
+            np.where(swapped, candidates.first, candidates.second),
+        )
+        return Candidates(candidates.source - len(invariants) * swapped, first, second, candidates.orientation)
 
     def _find(self, invariants: Array, tolerance: float) -> Candidates:
-        low, high = self._span(invariants, tolerance)
-        count = high - low
-        source = np.repeat(np.arange(len(invariants)), count)
-        place = np.arange(len(source)) + np.repeat(low - np.cumsum(count) + count, count)
+        low, high = self._key_range(invariants, tolerance)
+        source, position = expand_ranges(low, high)
         unsure = np.abs(invariants[:, COSINE]) <= tolerance  # at right angles the sign of a cosine, and with it that of
-        for i in self._compared(invariants):  # a twist, is not known
-            a, b = self.numbers[i][place], invariants[source, i]
+        for i in self._compared_columns(invariants):  # a twist, is not known
+            a, b = self.numbers[i][position], invariants[source, i]
             near = np.abs(a - b) <= tolerance
             if i == COSINE:
                 near |= np.abs(a + b) <= tolerance
-            elif self._signed:
+            elif self._has_sign:
                 near |= (np.abs(a + b) <= tolerance) & unsure[source]
-            source, place = source[near], place[near]
-        turned = np.sign(self.numbers[COSINE][place]) * np.sign(invariants[source, COSINE])
-        turned[unsure[source]] = 0
-        return Candidates(source, self.first[place], self.second[place], turned)
+            source, position = source[near], position[near]
+        orientation = np.sign(self.numbers[COSINE][position]) * np.sign(invariants[source, COSINE])
+        orientation[unsure[source]] = 0
+        return Candidates(source, self.first[position], self.second[position], orientation)
 
-    def _compared(self, invariants: Array) -> list[int]:
-        """Numbers that pairs of these kinds have, that which they are sorted by last: it tells no more apart."""
-        found = np.flatnonzero(self._present | invariants.any(0)).tolist()
-        return [*(i for i in found if i != self.column), self.column]
+    def _compared_columns(self, invariants: Array) -> list[int]:
+        """Columns of the invariants that are not all zero, the sorted one last: it excludes fewest pairs."""
+        columns = np.flatnonzero(self._present | invariants.any(0)).tolist()
+        return [*(i for i in columns if i != self.column), self.column]
 
     @cached_property
     def _present(self) -> Array:
-        """Which of its numbers are not zero for all pairs."""
+        """Mask of the invariants that are not zero for all pairs."""
         return np.array([own.any() for own in self.numbers])
 
     @property
-    def _signed(self) -> bool:
-        """Whether there is a number with a sign, that of the cosine times that of a twist: between lines, or axes of
-        rounds and lines."""
+    def _has_sign(self) -> bool:
+        """True if an invariant has the sign of the cosine times that of a twist: between lines, or lines and axes."""
         return self.kinds in TWISTED
 
-    def _span(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
-        asked = _keys(invariants, self.column)
-        return self.keys.searchsorted(asked - tolerance), self.keys.searchsorted(asked + tolerance, side="right")
+    def _key_range(self, invariants: Array, tolerance: float) -> tuple[Array, Array]:
+        keys_ = _sort_keys(invariants, self.column)
+        return self.keys.searchsorted(keys_ - tolerance), self.keys.searchsorted(keys_ + tolerance, side="right")
 
 
-def _keys(invariants: Array, column: int) -> Array:
-    """What tables are sorted by: sizes, which hold for every sign."""
+def _sort_keys(invariants: Array, column: int) -> Array:
+    """Sort keys of tables: absolute values, which are the same for every orientation."""
     return np.abs(invariants[:, column])
 
 
@@ -129,54 +129,65 @@ class Tables:
     driver : Driver
     rows : mapping of kind to array (n, k)
         Reference objects.
-    kept : mapping of kind to array (n,)
-        Rows of those that take part (see `kept_rows`).
+    rows_in_tables : mapping of kind to array (n,)
+        Rows of the objects in tables (see `table_rows`).
     """
 
-    def __init__(self, driver: Driver, rows: Mapping[str, Array], kept: Mapping[str, Array]) -> None:
-        self._tables = {pair: _table(driver, pair, rows, kept) for pair in combinations_with_replacement(rows, 2)}
+    def __init__(self, driver: Driver, rows: Mapping[str, Array], rows_in_tables: Mapping[str, Array]) -> None:
+        self._tables = {
+            pair: _table(driver, pair, rows, rows_in_tables) for pair in combinations_with_replacement(rows, 2)
+        }
 
     def __getitem__(self, kinds: tuple[str, str]) -> Table:
         return self._tables[kinds]
 
 
-def kept_rows(rows: Mapping[str, Array], random: np.random.Generator) -> tuple[dict[str, Array], float]:
-    """Rows of the objects of a reference that are in its tables, by kind; and which share of them that is."""
+def table_rows(rows: Mapping[str, Array], random: np.random.Generator) -> tuple[dict[str, Array], float]:
+    """Rows of the reference objects that are in tables, by kind, and their fraction of all objects."""
     total = sum(map(len, rows.values()))
-    share = min(1.0, (2 * MOST_PAIRS) ** 0.5 / max(total, 1))
-    return {k: _some(len(x), share, random) for k, x in rows.items()}, share
+    fraction = min(1.0, (2 * MAX_PAIRS) ** 0.5 / max(total, 1))
+    return {k: _random_rows(len(x), fraction, random) for k, x in rows.items()}, fraction
 
 
-def _some(n: int, share: float, random: np.random.Generator) -> Array:
-    count = n if share == 1 else max(min(n, 2), int(n * share))
+def _random_rows(n: int, fraction: float, random: np.random.Generator) -> Array:
+    count = n if fraction == 1 else max(min(n, 2), int(n * fraction))
     return np.sort(random.choice(n, count, replace=False)) if count < n else np.arange(n)
 
 
-def _table(driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], kept: Mapping[str, Array]) -> Table:
-    a, b = (kept[k] for k in kinds)
-    if kinds[0] == kinds[1]:
-        i, j = _pairs(len(a))
-    else:
-        i, j = (x.ravel() for x in np.indices((len(a), len(b))))
+def _table(
+    driver: Driver, kinds: tuple[str, str], rows: Mapping[str, Array], rows_in_tables: Mapping[str, Array]
+) -> Table:
+    a, b = (rows_in_tables[k] for k in kinds)
+    i, j = pair_indices(kinds, len(a), len(b))
     first, second = a[i].astype(np.int32), b[j].astype(np.int32)
     invariants = driver.invariants(kinds, (rows[kinds[0]], rows[kinds[1]]), (first, second))
     column = _most_different(invariants) if len(first) else 0
-    keys = _keys(invariants, column)
+    keys = _sort_keys(invariants, column)
     order = keys.argsort(kind="stable")
     numbers = invariants.take(order, 0).T
     return Table(kinds, first[order], second[order], numbers, column, keys[order])
 
 
 def _most_different(invariants: Array) -> int:
-    """The column whose sizes spread most."""
+    """Column of the largest variance of absolute values."""
     sizes = np.abs(invariants)
     sizes -= sizes.sum(0) / len(sizes)
     return int((sizes * sizes).sum(0).argmax())
 
 
-def _pairs(n: int) -> tuple[Array, Array]:
-    """All pairs i < j of n."""
-    return _few_pairs(n) if n <= REMEMBERED else np.triu_indices(n, 1)
+def pair_indices(kinds: tuple[str, str], n: int, m: int) -> tuple[Array, Array]:
+    """Indices of all pairs of n objects of one kind and m of another; of one kind those with i < j."""
+    if kinds[0] == kinds[1]:
+        return _few_pairs(n) if n <= MAX_CACHED else np.triu_indices(n, 1)
+    i, j = np.indices((n, m))
+    return i.ravel(), j.ravel()
+
+
+def expand_ranges(low: Array, high: Array) -> tuple[Array, Array]:
+    """Numbers of all ranges (n,), one after the other: the index of each one's range, and the number."""
+    count = high - low
+    source = np.repeat(np.arange(len(count)), count)
+    return source, np.arange(len(source)) + np.repeat(low - np.cumsum(count) + count, count)
 
 
 @cache
@@ -186,7 +197,7 @@ def _few_pairs(n: int) -> tuple[Array, Array]:
 
 @cache
 def sign_choices(kinds: tuple[str, ...]) -> Array:
-    """All ways (c, k) to turn objects of these kinds round; points and spheres have one."""
+    """All combinations (c, k) of orientations of objects of these kinds; points and spheres have one orientation."""
     choices = np.array([[1.0] * len(kinds)])
     for place, kind in enumerate(kinds):
         if kind in DIRECTED:

@@ -1,4 +1,4 @@
-"""Tables of scene files for surfaces along curves: controls, and what each kind of curve takes besides."""
+"""Tables of scene files for surfaces along curves: controls, and the further keys of each kind of curve."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from ..curves import Curve, Hermite, Interpolating, KochanekBartels, RationalBezier
-from ..errors import SceneError
-from ..tomlread import Positive, Table, Vector3
-from .segments import Segments, bezier_segments
-from .surfaces import EvolvedCircles, EvolvedPointPairs, Surface
+from ...common.documents import Positive, Table, Vector3
+from ...curves import Curve, Hermite, Interpolating, KochanekBartels, RationalBezier
+from ...errors import SceneError
+from ..surfaces import EvolvedCircles, EvolvedPointPairs, Surface
+from ..sweeps.local_segments import Segments, bezier_segments
 from .tables import SurfaceTable
 
-#: Keys that a kind of curve has for itself; those of the first list are required.
-OWN: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+#: Further keys of each kind of curve: the required ones, and the optional ones.
+CURVE_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "bezier": ((), ()),
     "rational_bezier": (("weights",), ()),
     "hermite": (("tangents",), ()),
     "kochanek_bartels": ((), ("tension", "bias", "continuity", "closed")),
     "interpolating": ((), ("knots", "degree", "ends")),
 }
-#: Controls of one curve.
+#: Largest number of controls of a curve.
 MOST_CONTROLS = 100_000
 Numbers = Annotated[list[float], Field(max_length=MOST_CONTROLS)]
 #: One number for all controls, or one for each.
@@ -39,7 +39,7 @@ class CircleTable(Table):
     radius: Positive
 
     def parameters(self) -> tuple[Any, ...]:
-        """As curves take them."""
+        """Parameters in the form of `Curve` controls."""
         return self.center, self.normal, self.radius
 
 
@@ -50,7 +50,7 @@ class PointPairTable(Table):
     b: Vector3
 
     def parameters(self) -> tuple[Any, ...]:
-        """As curves take them."""
+        """Parameters in the form of `Curve` controls."""
         return self.a, self.b
 
 
@@ -58,7 +58,7 @@ class CurveTable(SurfaceTable):
     """A surface along a curve."""
 
     curve: Literal["bezier", "rational_bezier", "hermite", "kochanek_bartels", "interpolating"] = "bezier"
-    align: bool = True
+    align: bool = True  # unlike in Python: the side of a normal in a file is an accident more often than not
     gaps: bool = False
     weights: Annotated[list[Positive], Field(max_length=MOST_CONTROLS)] | None = None
     tension: PerControl = 0.0
@@ -69,32 +69,34 @@ class CurveTable(SurfaceTable):
     degree: Annotated[int, Field(ge=1, le=3)] = 3
     ends: Literal["not-a-knot", "natural"] = "not-a-knot"
 
-    def followed(self, controls: Sequence[Any], tangents: Sequence[Any] | None) -> Curve | list[tuple[Any, ...]]:
-        """The curve; the controls alone where it is a Bezier curve.
+    def curve_or_controls(
+        self, controls: Sequence[Any], tangents: Sequence[Any] | None
+    ) -> Curve | list[tuple[Any, ...]]:
+        """Make the curve; a Bezier curve stays a list of controls.
 
         Raises
         ------
         BladesmithError
-            Whose text begins with the key that is wrong.
+            With a text that begins with the invalid key.
         """
-        required, optional = OWN[self.curve]
-        for curve, keys in OWN.items():
+        required, optional = CURVE_KEYS[self.curve]
+        for curve, keys in CURVE_KEYS.items():
             for key in (*keys[0], *keys[1]):
                 if key in self.model_fields_set and key not in (*required, *optional):
                     raise SceneError(f"{key} is a key of curve = {curve!r}; this curve is {self.curve!r}.")
         for key in required:
             if key not in self.model_fields_set:
                 raise SceneError(f"{key} is missing; curve = {self.curve!r} needs it.")
-        given = [control.parameters() for control in controls]
+        parameters = [control.parameters() for control in controls]
         if self.curve == "rational_bezier":
-            return RationalBezier(given, self.weights)
+            return RationalBezier(parameters, self.weights)
         if self.curve == "kochanek_bartels":
-            return KochanekBartels(given, self.tension, self.bias, self.continuity, self.closed)
+            return KochanekBartels(parameters, self.tension, self.bias, self.continuity, self.closed)
         if self.curve == "interpolating":
-            return Interpolating(given, self.knots, self.degree, ends=self.ends)
+            return Interpolating(parameters, self.knots, self.degree, ends=self.ends)
         if self.curve == "hermite":
-            return _hermite(given, tangents or ())
-        return given
+            return _hermite(parameters, tangents or ())
+        return parameters
 
 
 def _hermite(controls: list[tuple[Any, ...]], tangents: Sequence[Any]) -> Hermite:
@@ -129,7 +131,7 @@ class EvolvedCirclesTable(CurveTable):
     tangents: list[CircleDifference] | None = None
 
     def surface(self, folder: Path, segments: Segments | None = None) -> Surface:
-        curve = self.followed(self.controls, self.tangents)
+        curve = self.curve_or_controls(self.controls, self.tangents)
         return EvolvedCircles(segments or curve, align=self.align, gaps=self.gaps, material=self.material())
 
 
@@ -141,23 +143,23 @@ class EvolvedPointPairsTable(CurveTable):
     tangents: list[PointPairDifference] | None = None
 
     def surface(self, folder: Path, segments: Segments | None = None) -> Surface:
-        curve = self.followed(self.controls, self.tangents)
+        curve = self.curve_or_controls(self.controls, self.tangents)
         return EvolvedPointPairs(segments or curve, align=self.align, gaps=self.gaps, material=self.material())
 
 
 def read_beziers(tables: Sequence[Any]) -> dict[int, Segments]:
-    """Curves of a file's Bezier surfaces by their places, all of one kind and number of controls at once.
+    """Split the Bezier curves of a file, all of one kind and number of controls together; the result is by index.
 
-    Groups in which something is wrong are left out: it is told when their surfaces are made.
+    Groups with an invalid curve are omitted: the error is raised when their surfaces are made.
     """
     groups: dict[tuple[str, int], list[int]] = {}
     for i, table in enumerate(tables):
         if isinstance(table, EvolvedCirclesTable | EvolvedPointPairsTable) and table.curve == "bezier":
             swept = "circle" if isinstance(table, EvolvedCirclesTable) else "point_pair"
             groups.setdefault((swept, len(table.controls)), []).append(i)
-    found: dict[int, Segments] = {}
-    for (swept, _), places in groups.items():
-        given = [[control.parameters() for control in tables[i].controls] for i in places]
-        made = bezier_segments(given, swept, np.array([tables[i].align for i in places]))
-        found.update(zip(places, made or (), strict=False))
-    return found
+    curves: dict[int, Segments] = {}
+    for (swept, _), indices in groups.items():
+        controls = [[control.parameters() for control in tables[i].controls] for i in indices]
+        segments = bezier_segments(controls, swept, np.array([tables[i].align for i in indices]))
+        curves.update(zip(indices, segments or (), strict=False))
+    return curves

@@ -1,4 +1,4 @@
-"""Tables of scene files: camera, lights, sky, picture, and surfaces by kind. What they mean is made elsewhere.
+"""Tables of scene files: camera, lights, sky, picture, and all kinds of surfaces but those along curves.
 
 `evolved_tables` has the surfaces along curves.
 """
@@ -12,23 +12,22 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from ..errors import InputError, SceneError
-from ..tomlread import Positive, Table, Vector3
-from .camera import Camera
-from .options import MAX_GRID, MAX_REFLECTIONS, MAX_SIDE
-from .scene import HORIZON, REFLECTIONS, ZENITH
-from .surfaces import Disc, Material, Plane, Sphere, Surface
-from .values import shown
+from ...common.documents import Positive, Table, Vector3
+from ...common.validation import short_repr
+from ...errors import InputError, SceneError
+from ..scene.camera import Camera
+from ..scene.defaults import HORIZON, MAX_GRID, MAX_REFLECTIONS, MAX_SIDE, REFLECTIONS, ZENITH
+from ..surfaces import Disc, Material, Plane, Sphere, Surface
 
 NotNegative = Annotated[float, Field(ge=0.0)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Color = tuple[NotNegative, NotNegative, NotNegative]
 #: Coefficients of a motor on 1, e12, e13, e1 n_inf, e23, e2 n_inf, e3 n_inf, e123 n_inf.
 Motor = tuple[float, float, float, float, float, float, float, float]
 
 
 class CameraTable(Table):
-    """Where the camera stands, by places or by the motor of thesis 4.3; the angle is vertical, in degrees."""
+    """A camera, by positions or by the motor of thesis 4.3; the field of view is vertical, in degrees."""
 
     position: Vector3 | None = None
     look_at: Vector3 | None = None
@@ -48,28 +47,28 @@ class CameraTable(Table):
         Raises
         ------
         SceneError
-            Whose text begins with the key that is wrong.
+            With a text that begins with the invalid key.
         """
         by_motor = "motor" in self.model_fields_set
         others = [key for key in (self.PLACES if by_motor else self.LENS) if key in self.model_fields_set]
         if others:
-            one, other = _listed(self.PLACES), _listed(self.LENS)
-            raise SceneError(f"{others[0]} is of the other way to place a camera: {one}, or {other}.")
+            one, other = _enumerate_keys(self.PLACES), _enumerate_keys(self.LENS)
+            raise SceneError(f"{others[0]} belongs to the other definition of a camera: give {one}, or {other}.")
         if not by_motor:
-            place, towards = _given(self, "position"), _given(self, "look_at")
-            return Camera.look_at(place, towards, self.up, math.radians(self.field_of_view))
-        return Camera(_given(self, "motor"), self.focal_length, self.x_max, _given(self, "y_max"))
+            position, target = _require(self, "position"), _require(self, "look_at")
+            return Camera.look_at(position, target, self.up, math.radians(self.field_of_view))
+        return Camera(_require(self, "motor"), self.focal_length, self.x_max, _require(self, "y_max"))
 
 
 class LightTable(Table):
-    """A lamp."""
+    """A point light."""
 
     position: Vector3
     color: Color = (1.0, 1.0, 1.0)
 
 
 class SkyTable(Table):
-    """What rays see that hit nothing."""
+    """Colors of rays that hit no surface."""
 
     horizon: Color = HORIZON
     zenith: Color = ZENITH
@@ -85,7 +84,7 @@ class RenderTable(Table):
 
 
 class SurfaceTable(Table):
-    """What all surfaces have: a name, and the keys of `Material`."""
+    """Keys of all surfaces: a name, and those of `Material`."""
 
     name: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     color: Color = (0.8, 0.8, 0.8)
@@ -93,32 +92,32 @@ class SurfaceTable(Table):
     diffuse: NotNegative = 0.8
     specular: NotNegative = 0.3
     shininess: Positive = 32.0
-    reflectivity: Share = 0.0
+    reflectivity: Fraction = 0.0
 
     def material(self) -> Material:
-        """The look of the surface."""
+        """Material of the surface."""
         return Material(**{key: getattr(self, key) for key in Material.__dataclass_fields__ if hasattr(self, key)})
 
     def surface(self, folder: Path) -> Surface:
-        """The surface; paths are relative to the folder.
+        """Make the surface; paths are relative to the folder.
 
         Raises
         ------
         BladesmithError
-            Whose text begins with the key that is wrong, if one is.
+            With a text that begins with the invalid key, if there is one.
         """
         raise NotImplementedError
 
 
 class FlatTable(SurfaceTable):
-    """Planes and discs may be checkered."""
+    """Further keys of planes and discs: a checkered pattern."""
 
     checker: Color | None = None
     checker_size: Positive = 1.0
 
 
 class PlaneTable(FlatTable):
-    """normal . x = offset."""
+    """The plane normal . x = offset."""
 
     kind: Literal["plane"]
     normal: Vector3
@@ -160,10 +159,10 @@ class FacetsTable(SurfaceTable):
     normals: list[Vector3] | None = None
 
     def surface(self, folder: Path) -> Surface:
-        from .surfaces.facets import Facets
+        from ..surfaces.triangles import Facets
 
         if "faces" not in self.model_fields_set and len(self.vertices) != 3:
-            raise SceneError(f"vertices are {len(self.vertices)}; with other than 3, faces are needed.")
+            raise SceneError(f"vertices are {len(self.vertices)}; faces are needed unless there are 3.")
         return Facets(self.vertices, self.faces, normals=self.normals, material=self.material())
 
 
@@ -176,7 +175,7 @@ class MeshTable(SurfaceTable):
     smooth: bool = False
 
     def surface(self, folder: Path) -> Surface:
-        from .surfaces.facets import Mesh
+        from ..surfaces.triangles import Mesh
 
         if "\0" in self.path:
             raise SceneError("path has a null character.")
@@ -185,17 +184,17 @@ class MeshTable(SurfaceTable):
         except InputError as error:
             if error.where is None:
                 raise
-            raise SceneError(f"path is {shown(self.path)}: {error.what}", remedy=error.remedy) from None
+            raise SceneError(f"path is {short_repr(self.path)}: {error.what}", remedy=error.remedy) from None
 
 
-def _given(table: Table, key: str) -> Any:
-    """A key that is needed in this way of writing the table."""
+def _require(table: Table, key: str) -> Any:
+    """Value of a key that the chosen definition requires."""
     value = getattr(table, key)
     if value is None:
         raise SceneError(f"{key} is missing.")
     return value
 
 
-def _listed(keys: Iterable[str]) -> str:
+def _enumerate_keys(keys: Iterable[str]) -> str:
     *most, last = keys
     return f"{', '.join(most)} and {last}"

@@ -1,18 +1,20 @@
-"""Surfaces as triangle meshes with analytic normals (thesis 4.10), for other programs and for pages."""
+"""Triangle meshes of surfaces with analytic normals (thesis 4.10), for files and for pages."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ...common.validation import invalid
 from ...errors import SceneError
-from .. import values
-from .plain import disc_mesh, facets_mesh, plane_mesh, sphere_mesh
+from ..scene import values
+from .primitives import disc_mesh, facets_mesh, plane_mesh, sphere_mesh
 from .ribbons import strip_mesh
-from .rings import ring_mesh
-from .triangles import TriangleMesh
+from .triangle_mesh import TriangleMesh
+from .tubes import ring_mesh
 
+#: Default number of bands along a curve, and of quads around it.
 RINGS = SEGMENTS = 64
-#: Vertices beyond which a mesh is a mistake.
+#: Largest number of vertices: more are a mistake.
 MOST_VERTICES = 1 << 26
 
 
@@ -25,38 +27,38 @@ def mesh_of(
     extent: float | None = None,
     center: Any = None,
 ) -> TriangleMesh:
-    """A surface as a triangle mesh.
+    """Triangulate a surface.
 
     Parameters
     ----------
     surface : Surface
     rings : int
-        Bands along the curve at least: each polynomial piece has the same number, so that vertices lie on its joints.
-        Of a sphere the bands from pole to pole.
+        Smallest number of bands along the curve: each polynomial piece has equally many, so that vertices lie on its
+        joints. For a sphere, bands from pole to pole.
     segments : int
         Quads around circles and spheres, or along point pairs. At least 3 around.
     caps : bool
-        Close the open ends of evolved circles with discs. They are left open by default, as the surface is.
+        Close the open ends of evolved circles with discs. By default they stay open, like the surface.
     extent, center : float, (3,) array, optional
-        Side of the square that stands for a plane, and a position, near which it is.
+        Side of the square that represents a plane, and a position near its center.
 
     Returns
     -------
     TriangleMesh
-        Normals are the surface's own. They look outwards where evolved circles enclose something (caps or not), else
-        along the circles, or from the first to the second end of the pairs, cross along the curve; faces turn
-        counter-clockwise about them.
+        Normals are the surface's own. They point outward where evolved circles enclose a volume (with or without caps);
+        otherwise they are the cross product of the direction along the circles, or from the first to the second end of
+        the pairs, with that along the curve. Faces are counter-clockwise about them.
 
     Raises
     ------
     SceneError
-        For a plane without an extent, and evolved surfaces with objects that are imaginary (unless the surface allows
-        gaps: then each part is meshed), that become flat, without end, or shrink to a point.
+        For a plane without an extent, and for evolved surfaces with objects that are imaginary (unless the surface
+        allows gaps: then each part is meshed), flat, unbounded, or of zero size.
 
     Notes
     -----
-    Thesis 4.10. Vertices are carried from circle to circle by the similarity without a twist; a closed curve's are
-    turned a little on the way so that the last ring is the first, and positions at seams agree to the last bit.
+    Thesis 4.10. Vertices follow from circle to circle by the similarity without a twist; along a closed curve they are
+    rotated evenly so that the last ring is the first, and positions at seams agree to the last bit.
     """
     kind = getattr(surface, "kind", None)
     rings, segments = (
@@ -66,7 +68,7 @@ def mesh_of(
     if kind in ("evolved_circles", "sphere", "disc"):
         segments = values.whole(segments, "segments", 3)
     if (rings + 1) * (segments + 1) > MOST_VERTICES:
-        raise SceneError(f"{rings} x {segments} quads are more than a mesh can have.")
+        raise SceneError(f"{rings} x {segments} quads have more than {MOST_VERTICES} vertices.")
     caps = values.flag(caps, "caps")
     if kind == "evolved_circles":
         return ring_mesh(surface, rings, segments, caps)
@@ -80,7 +82,7 @@ def mesh_of(
         return plane_mesh(surface, extent, center)
     if kind == "facets":
         return facets_mesh(surface)
-    raise SceneError(f"a {type(surface).__name__} is no surface that can be meshed.")
+    raise invalid(surface, "surface", "a Surface", SceneError)
 
 
 __all__ = ["TriangleMesh", "mesh_of"]

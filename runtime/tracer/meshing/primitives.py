@@ -1,4 +1,4 @@
-"""Meshes of spheres, discs, patches of planes, and triangles as they are."""
+"""Meshes of spheres, discs, squares of planes, and facets."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SceneError
-from .. import values
-from .grids import Grid, compacted, grid_patch
-from .triangles import TriangleMesh
+from ..scene import values
+from ..surfaces.material import perpendicular_basis
+from .grids import Grid, drop_unused_vertices, grid_patch
+from .triangle_mesh import TriangleMesh
 
 Array = NDArray[np.float64]
 
 
 def sphere_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
-    """``rings`` bands from pole to pole along e3, ``segments`` quads around; u is the longitude, v rises to 1."""
+    """Mesh of ``rings`` bands from pole to pole along e3 and ``segments`` quads around; u is the longitude."""
     u, v = np.linspace(0.0, 1.0, segments + 1), np.linspace(0.0, 1.0, rings + 1)
     around, up = 2 * np.pi * u, np.pi * v
-    across, height = np.sin(up), -np.cos(up)
-    across[[0, -1]] = 0.0  # the poles are points
+    distance, height = np.sin(up), -np.cos(up)
+    distance[[0, -1]] = 0.0  # the poles are points
     normals = np.stack(
-        [across[:, None] * np.cos(around), across[:, None] * np.sin(around), height[:, None] + 0 * around], -1
+        [distance[:, None] * np.cos(around), distance[:, None] * np.sin(around), height[:, None] + 0 * around], -1
     )
     positions = surface.center + surface.radius * normals
     run = np.zeros(rings + 1, np.int64)
@@ -30,9 +31,9 @@ def sphere_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
 
 
 def disc_mesh(surface: Any, segments: int) -> TriangleMesh:
-    """A fan; u is around, v from 0 in the middle to 1 at the rim."""
+    """Fan of triangles; u runs around, v from 0 at the center to 1 at the rim."""
     u = np.linspace(0.0, 1.0, segments + 1)
-    first, second = across(surface.normal)
+    first, second = perpendicular_basis(surface.normal)
     angles = 2 * np.pi * u[:, None]
     rim = surface.center + surface.radius * (np.cos(angles) * first + np.sin(angles) * second)
     rim[-1] = rim[0]
@@ -44,36 +45,25 @@ def disc_mesh(surface: Any, segments: int) -> TriangleMesh:
 
 
 def plane_mesh(surface: Any, extent: float | None, center: Any) -> TriangleMesh:
-    """A square patch of a plane; u and v run over it from 0 to 1."""
+    """Square of a plane; u and v run over it from 0 to 1."""
     if extent is None:
-        raise SceneError("a plane has no end", remedy="Give the side of a square: mesh(extent=10.0)")
+        raise SceneError("a plane is unbounded", remedy="Give the side of a square: mesh(extent=10.0)")
     side = values.positive(extent, "extent")
-    given = np.zeros(3) if center is None else values.finite(center, "center", 3)
-    middle = given - (given @ surface.normal - surface.offset) * surface.normal
-    first, second = across(surface.normal)
+    near = np.zeros(3) if center is None else values.finite(center, "center", 3)
+    middle = near - (near @ surface.normal - surface.offset) * surface.normal
+    first, second = perpendicular_basis(surface.normal)
     uv = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     corners = middle + side * ((uv[:, :1] - 0.5) * first + (uv[:, 1:] - 0.5) * second)
     return TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), np.tile(surface.normal, (4, 1)), uv)
 
 
 def facets_mesh(surface: Any) -> TriangleMesh:
-    """Triangles as they are; flat ones get corners of their own, for vertices have one normal each."""
+    """Mesh of the same triangles; flat ones get corners of their own, because a vertex has one normal."""
     if surface.normals is not None:
-        return compacted(surface.vertices, surface.faces, surface.normals, None)
+        return drop_unused_vertices(surface.vertices, surface.faces, surface.normals, None)
     corners = surface.vertices[surface.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = normals / np.abs(normals).max(1, keepdims=True)
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    places = np.arange(3 * len(corners)).reshape(-1, 3)
-    return TriangleMesh(corners.reshape(-1, 3), places, np.repeat(normals, 3, axis=0))
-
-
-def across(normal: Array) -> tuple[Array, Array]:
-    """Two unit vectors across a normal, right-handed with it; e1 and e2 for e3."""
-    least = np.eye(3)[1 if abs(normal[1]) < 0.9 else 2]
-    u = np.cross(least, normal)
-    u = u / np.linalg.norm(u)
-    return u, np.cross(normal, u)
-
-
-__all__ = ["across", "disc_mesh", "facets_mesh", "plane_mesh", "sphere_mesh"]
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    return TriangleMesh(corners.reshape(-1, 3), faces, np.repeat(normals, 3, axis=0))

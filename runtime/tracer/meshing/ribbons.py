@@ -1,4 +1,4 @@
-"""Meshes of evolved point pairs: strips of the segments between their ends (thesis 4.7, 4.10)."""
+"""Meshes of evolved point pairs: ruled strips of the segments between their ends (thesis 4.7, 4.10)."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...calls import Numbers, call
-from ...loading import stock_algebra
-from ...multivector import Multivector
-from .grids import SAME_FAR_PLACE, SAME_PLACE, Grid, grid_patch, nothing_swept
-from .rings import CLOSED, UNBOUNDED
+from ...core.multivector import Multivector
+from ...core.registry import stock_algebra
+from ...dispatch.formulas import ArrayOperand, evaluate
+from .grids import COORDINATE_ROUNDING, EXTENT_ROUNDING, Grid, grid_patch, nothing_swept
 from .sweeps import Sweep, sweep
-from .triangles import TriangleMesh
+from .triangle_mesh import TriangleMesh
+from .tubes import CLOSED, UNBOUNDED
 
 Array = NDArray[np.float64]
 
 
 def strip_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
-    """The surface of an evolved point pair: ``rings`` bands along the curve at least, ``segments`` quads across."""
+    """Mesh of an evolved point pair: at least ``rings`` bands along the curve, ``segments`` quads across."""
     swept = sweep(surface, "point_pair", rings)
     algebra = stock_algebra("cga3d")
     first, last = _ends(swept)
-    share = np.linspace(0.0, 1.0, segments + 1)
-    local = call(
+    fraction = np.linspace(0.0, 1.0, segments + 1)
+    local = evaluate(
         algebra,
         "meshing.between",
         algebra.vector(first[:, None], "a"),
         algebra.vector(last[:, None], "b"),
-        Numbers(share[None], 0, "share"),
+        ArrayOperand(fraction[None], 0, "fraction"),
     ).value._data
     with np.errstate(all="ignore"):
-        normals = call(
+        normals = evaluate(
             algebra,
             "meshing.segment_normal",
             algebra.vector(local, "position"),
@@ -45,30 +45,27 @@ def strip_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
     length = float(np.abs(positions[0, -1] - positions[0, 0]).max())
     rounding = 4 * np.finfo(float).eps * np.abs(positions[0]).max()
     is_closed = bool(np.abs(positions[-1] - positions[0]).max() <= CLOSED * length + rounding)
-    grid = Grid(positions, normals, share, swept.alpha, swept.run, swept.joined, False, is_closed)
+    grid = Grid(positions, normals, fraction, swept.alpha, swept.run, swept.joined, False, is_closed)
     return grid_patch(grid)[0].mesh()
 
 
 def _is_line(ends: Array) -> bool:
-    """Whether all points lie on one line, to rounding."""
+    """Test whether all points lie on one line, up to rounding."""
     relative = ends - ends[0]
     farthest = relative[np.abs(relative).max(axis=1).argmax()]
     length = float(np.linalg.norm(farthest))
-    limit = np.finfo(float).eps * (SAME_PLACE * length + SAME_FAR_PLACE * np.abs(ends).max())
+    limit = np.finfo(float).eps * (EXTENT_ROUNDING * length + COORDINATE_ROUNDING * np.abs(ends).max())
     return bool(np.linalg.norm(np.cross(relative, farthest), axis=1).max() <= limit * length)
 
 
 def _ends(swept: Sweep) -> tuple[Array, Array]:
-    """End points in the frames of the rows."""
+    """End points in the local frames of the rows."""
     algebra = stock_algebra("cga3d")
     first, last = (
         np.asarray(x._data if isinstance(x, Multivector) else x)
-        for x in call(algebra, "conformal.point_pair_parameters", swept.objects).values
+        for x in evaluate(algebra, "conformal.point_pair_parameters", swept.objects).values
     )
     length = np.abs(last - first).max(axis=1)
-    swept.refuse(~(length < UNBOUNDED), "point pairs without end", "Mesh a part of the curve, or move a control")
-    swept.refuse(length < 1 / UNBOUNDED, "point pairs of no length", "Move a control")
+    swept.refuse(~(length < UNBOUNDED), "unbounded point pairs", "Mesh a part of the curve, or move a control")
+    swept.refuse(length < 1 / UNBOUNDED, "point pairs of zero length", "Move a control")
     return first, last
-
-
-__all__ = ["strip_mesh"]

@@ -1,4 +1,4 @@
-"""All surfaces of a scene as meshes with names and colors, as pages and files show them."""
+"""Meshes of all surfaces of a scene, with names and colors, for files."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError, SceneError
-from .. import values
+from ..scene import values
 from . import mesh_of
-from .triangles import TriangleMesh
+from .triangle_mesh import TriangleMesh
 
 Array = NDArray[Any]
-#: Side of the squares for planes, in sizes of everything else; without anything else, in units.
-PLANE_SHARE, PLANE_ALONE = 2.0, 10.0
+#: Side of the squares for planes, in sizes of all other surfaces.
+PLANE_FACTOR = 2.0
+#: Side of the squares for planes without other surfaces.
+PLANE_SIDE = 10.0
 
 
 def scene_meshes(
@@ -28,48 +30,48 @@ def scene_meshes(
     caps: bool = False,
     extent: float | None = None,
 ) -> list[tuple[TriangleMesh, Array]]:
-    """Meshes of a scene's surfaces with their colors, named by number and by name or kind.
+    """Triangulate a scene's surfaces; return meshes with colors, named by index and by name or kind.
 
     Parameters
     ----------
     scene : Scene
     numbers : sequence of int, optional
-        Which surfaces; default: all.
+        Indices of surfaces; default: all.
     rings, segments, caps
         As for `mesh_of`.
     extent : float, optional
-        Side of the squares that stand for planes; without, twice the size of the other surfaces, under them.
+        Side of the squares that represent planes; default: twice the size of the other surfaces, centered on them.
 
     Raises
     ------
     InputError
-        For the number of a surface that there is not, and what `mesh_of` raises, with the surface's number.
+        For an index out of range. Errors of `mesh_of` get the surface's index.
     """
-    chosen = range(len(scene.surfaces)) if numbers is None else list(dict.fromkeys(numbers))
-    for i in chosen:
+    indices = range(len(scene.surfaces)) if numbers is None else list(dict.fromkeys(numbers))
+    for i in indices:
         if not 0 <= i < len(scene.surfaces):
             raise InputError(f"there is no surface {i}; the scene has {len(scene.surfaces)}, from 0.")
-    if not len(chosen):
+    if not len(indices):
         raise InputError("the scene has no surfaces.")
     if extent is not None:
         extent = values.positive(extent, "extent")
-    found: dict[int, TriangleMesh] = {}
-    planes = [i for i in chosen if scene.surfaces[i].kind == "plane"]
-    for i in chosen:
+    meshes: dict[int, TriangleMesh] = {}
+    planes = [i for i in indices if scene.surfaces[i].kind == "plane"]
+    for i in indices:
         if i not in planes:
-            found[i] = _made(scene, i, rings, segments, caps=caps)
-    side, middle = _around(list(found.values()))
+            meshes[i] = _mesh_surface(scene, i, rings, segments, caps=caps)
+    side, middle = _around(list(meshes.values()))
     for i in planes:
-        found[i] = _made(scene, i, extent=side if extent is None else extent, center=middle)
-    return [(found[i], scene.surfaces[i].material.color) for i in chosen]
+        meshes[i] = _mesh_surface(scene, i, extent=side if extent is None else extent, center=middle)
+    return [(meshes[i], scene.surfaces[i].material.color) for i in indices]
 
 
-def _made(scene: Any, i: int, *counts: int, **options: Any) -> TriangleMesh:
+def _mesh_surface(scene: Any, i: int, *counts: int, **options: Any) -> TriangleMesh:
     surface = scene.surfaces[i]
     try:
         mesh = mesh_of(surface, *counts, **options)
     except SceneError as error:
-        if error.what.startswith("surfaces["):  # the check of a surface on its own calls it the first
+        if error.what.startswith("surfaces["):  # a surface checked alone has the index 0
             what = error.what.replace("surfaces[0]", f"surfaces[{i}]", 1)
             raise SceneError(what, where=error.where, remedy=error.remedy) from None
         raise SceneError(f"surfaces[{i}]: {error.what}", where=error.where, remedy=error.remedy) from None
@@ -77,12 +79,9 @@ def _made(scene: Any, i: int, *counts: int, **options: Any) -> TriangleMesh:
 
 
 def _around(meshes: Sequence[TriangleMesh]) -> tuple[float, Array]:
-    """Side and middle of what planes are to lie under."""
+    """Side and center of the squares for planes."""
     points = [mesh.vertices for mesh in meshes if len(mesh.vertices)]
     if not points:
-        return PLANE_ALONE, np.zeros(3)
+        return PLANE_SIDE, np.zeros(3)
     low, high = np.min([p.min(0) for p in points], 0), np.max([p.max(0) for p in points], 0)
-    return PLANE_SHARE * float((high - low).max()), (low + high) / 2
-
-
-__all__ = ["scene_meshes"]
+    return PLANE_FACTOR * float((high - low).max()), (low + high) / 2

@@ -1,4 +1,4 @@
-"""Objects along the curve of an evolved surface, in the local frames of its pieces: where meshes put their rows."""
+"""Unit objects along the curve of an evolved surface, in the local frames of its pieces: the rows of a mesh."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...calls import call
-from ...codegen.programs.surface_kinds import surface_kind
-from ...curves.basis import bernstein
+from ...codegen.programs.tracer.surface_kinds import surface_kind
+from ...common.dtypes import F64
+from ...core.multivector import Multivector
+from ...core.registry import stock_algebra
+from ...curves.bernstein import bernstein
+from ...dispatch.formulas import evaluate
 from ...errors import SceneError
-from ...loading import stock_algebra
-from ...multivector import Multivector
 from ...status import Status
-from ...typed import F64
-from ..segments import SPANS
-from ..spans import checked
+from ..sweeps.local_segments import SPANS
+from ..sweeps.real_intervals import with_real_intervals
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-#: Where objects end in a gap they shrink to nothing; rows begin at this share of the interval inside.
+#: Distance of the first row from a gap, where objects shrink to nothing, as a fraction of the interval.
 GAP_MARGIN = 1e-9
-_ANSWERS = (int(Status.OK), int(Status.NOT_UNIQUE))
+#: Statuses of projected sums that are valid.
+_VALID = (int(Status.OK), int(Status.NOT_UNIQUE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +36,13 @@ class Sweep:
     objects, rates : Multivector (rows,)
         Objects in the frame of their piece, and their derivatives.
     alpha : (rows,) array
-        The curve's parameter.
+        Parameter of the curve.
     center, size : (rows, 3) and (rows,) arrays
         Origins and units of the frames.
     run : (rows,) array of int
-        Rows of one number are connected.
+        Rows with the same number are connected.
     joined : (runs,) array of bool
-        Whether a run begins where the one before ends.
+        A run begins where the previous one ends.
     """
 
     objects: Multivector
@@ -53,7 +54,7 @@ class Sweep:
     joined: NDArray[np.bool_]
 
     def refuse(self, bad: NDArray[np.bool_], what: str, remedy: str) -> None:
-        """Raise for the first rows that are bad, naming the interval of the parameter around them."""
+        """Raise for the first invalid rows, with the interval of the parameter around them."""
         if not bad.any():
             return
         first = int(bad.argmax())
@@ -63,12 +64,12 @@ class Sweep:
 
 
 def sweep(surface: Any, kind: str, bands: int) -> Sweep:
-    """Rows along the curve of an evolved surface, ``bands`` intervals at least; pieces have as many each.
+    """Sample the curve of an evolved surface at rows with at least ``bands`` intervals, equally many in each piece.
 
     Raises
     ------
     SceneError
-        If there are no real objects on the way, and the surface allows no gaps.
+        If objects are imaginary, and the surface does not allow gaps.
     """
     segments = surface.segments
     piece, low, high, joined = _runs(surface)
@@ -86,9 +87,9 @@ def sweep(surface: Any, kind: str, bands: int) -> Sweep:
         return Multivector._make(layout, np.ascontiguousarray(data), data.shape[:1])
 
     sums = multivector(rows)
-    found = call(algebra, "blades.project_sum", sums, multivector(sizes))
-    rate = call(algebra, "blades.project_rate", sums, multivector(rates.reshape(rows.shape))).value
-    objects = Multivector._make(algebra.type_of(algebra.kind(kind), F64), found.value._data, sums.shape)
+    unit = evaluate(algebra, "blades.project_sum", sums, multivector(sizes))
+    rate = evaluate(algebra, "blades.project_rate", sums, multivector(rates.reshape(rows.shape))).value
+    objects = Multivector._make(algebra.type_of(algebra.kind(kind), F64), unit.value._data, sums.shape)
     each = np.repeat(piece, count + 1)
     swept = Sweep(
         objects,
@@ -99,25 +100,22 @@ def sweep(surface: Any, kind: str, bands: int) -> Sweep:
         np.repeat(np.arange(len(piece)), count + 1),
         joined,
     )
-    if found.status is not None:
-        objects_ = kind.replace("_", " ") + "s"
-        bad = ~np.isin(found.status, _ANSWERS)  # where they are real: spans say so
-        what = f"{objects_} of which rounding leaves nothing, small or light as they are beside others of their piece,"
-        swept.refuse(bad, what, "Make them more alike, or let a piece of the curve end before them")
+    if unit.status is not None:
+        plural = kind.replace("_", " ") + "s"
+        bad = ~np.isin(unit.status, _VALID)  # where they are real: spans say so
+        what = f"{plural} that are lost to rounding, because they are small or light beside others of their piece,"
+        swept.refuse(bad, what, "Use objects of more similar size, or end a piece of the curve before them")
     return swept
 
 
 def _runs(surface: Any) -> tuple[Integers, Array, Array, NDArray[np.bool_]]:
-    """Pieces, the intervals of their parameter where there are objects, and which begin where the one before ends."""
+    """Pieces, the intervals of their parameter with real objects, and which begin where their predecessor ends."""
     count = len(surface.segments.controls)
     kind = surface_kind(surface.program_kind)
-    rows = checked(kind, surface.parameters, np.zeros(count, np.int32), [surface])
+    rows = with_real_intervals(kind, surface.parameters, np.zeros(count, np.int32), [surface])
     spans = rows[:, SPANS].reshape(count, -1, 2)
     piece, which = np.nonzero(spans[..., 0] < spans[..., 1])
     low, high = spans[piece, which].T
     joined = np.concatenate([[False], (low[1:] == 0) & (high[:-1] == 1) & (np.diff(piece) == 1)])
     margin = GAP_MARGIN * (high - low)
     return piece, np.where(low > 0, low + margin, low), np.where(high < 1, high - margin, high), joined
-
-
-__all__ = ["Sweep", "sweep"]

@@ -1,4 +1,4 @@
-"""EXR files: linear float32 channels, through the OpenEXR library."""
+"""EXR files with linear float32 channels, through the OpenEXR library."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MissingExtraError
-from ..files import replacing
+from ...common.files import replacing
+from ...errors import MissingExtraError
 
 
 def check_available() -> None:
-    """Find out whether EXR files can be written.
+    """Check that EXR files can be written.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def check_available() -> None:
 
 
 def save_exr(path: Path, channels: Mapping[str, NDArray[np.float32]]) -> None:
-    """Write channels (h, w) as a file, in one step.
+    """Write channels (h, w) to a file, atomically.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Pictures to files: sRGB in eight bits or linear EXR, written whole or not at all."""
+"""Image files, written atomically: sRGB in eight bits, or linear EXR."""
 
 from __future__ import annotations
 
@@ -12,25 +12,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, MissingExtraError
-from ..files import replacing
+from ...common.files import as_path, replacing
+from ...common.validation import short_repr
+from ...errors import InputError, MissingExtraError
+from ..rendering.aov_layers import LAYERS, exr_channels, layer_picture
 from . import exr
-from .layers import LAYERS, exr_channels, shown
-from .values import shown as shown_value
 
 Array = NDArray[Any]
-#: sRGB (IEC 61966-2-1): linear below the knee, a power above it.
-_KNEE, _SLOPE, _OFFSET, _EXPONENT = 0.0031308, 12.92, 0.055, 1 / 2.4
-#: Pixels that are encoded at once: the copies of a band are small beside the picture.
+#: sRGB (IEC 61966-2-1): linear light below which the encoding is linear; a power law above it.
+_KNEE = 0.0031308
+#: Slope of the linear part.
+_SLOPE = 12.92
+#: Offset of the power law.
+_OFFSET = 0.055
+#: Exponent of the power law.
+_EXPONENT = 1 / 2.4
+#: Pixels that are encoded at once: intermediate copies stay small beside the picture.
 BAND = 1 << 20
 
 
 @dataclass(frozen=True)
 class Format:
-    """What is known of a file format; ``name`` is pillow's, ``most`` the longest side that it can hold."""
+    """Properties of a file format: pillow's name, the largest side in pixels, and support of transparency."""
 
     name: str
-    most: int
+    max_side: int
     transparent: bool = True
 
 
@@ -49,49 +55,49 @@ FORMATS = {
 
 
 def encode(image: Array) -> NDArray[np.uint8]:
-    """Linear light to sRGB bytes, clipped to [0, 1]."""
+    """Convert linear light to sRGB bytes, clipped to [0, 1]."""
     linear = np.clip(np.asarray(image, np.float64), 0.0, 1.0)
     curved = (1 + _OFFSET) * np.power(np.maximum(linear, _KNEE), _EXPONENT) - _OFFSET
     return np.asarray(np.where(linear <= _KNEE, _SLOPE * linear, curved) * 255 + 0.5, np.uint8)
 
 
 def check_writable(path: str | os.PathLike[str], width: int = 1, height: int = 1) -> None:
-    """Find out before a long render whether its picture can be saved.
+    """Check before a long render that its picture can be saved.
 
     Parameters
     ----------
     path : path
     width, height : int, optional
-        Pixels, where they are known.
+        Size in pixels, if it is known.
 
     Raises
     ------
     MissingExtraError
         Without pillow, or without OpenEXR for an EXR file.
     InputError
-        If the format is unknown or too small, or the folder does not take files.
+        If the format is unknown or too small for the picture, or the folder is not writable.
     """
-    target = file_named(path)
-    known = _format(target)
-    if known is EXR:
+    target = as_path(path, "a picture is written to")
+    format_ = _format(target)
+    if format_ is EXR:
         exr.check_available()
     else:
         _pillow()
-    if max(width, height) > known.most:
-        what = f"{known.name} files have at most {known.most} pixels along a side, not {max(width, height)}."
+    if max(width, height) > format_.max_side:
+        what = f"{format_.name} files have at most {format_.max_side} pixels along a side, not {max(width, height)}."
         raise InputError(what, where=str(path), remedy="Take PNG or EXR.")
     if not target.parent.is_dir():
         raise InputError(f"there is no folder {target.parent}.", where=str(path))
     if target.is_dir():
-        raise InputError("it is a folder.", where=str(path))
-    try:  # permissions say too little of disks that are mounted read-only
+        raise InputError("the path is a folder.", where=str(path))
+    try:  # permissions do not tell disks that are mounted read-only
         tempfile.TemporaryFile(dir=target.parent).close()
     except OSError as error:
-        raise InputError(f"it cannot be written there: {error.strerror}.", where=str(path)) from None
+        raise InputError(f"the folder is not writable: {error.strerror}.", where=str(path)) from None
 
 
 def save_image(path: str | os.PathLike[str], image: Array, done: Array | None = None) -> None:
-    """Save a linear picture (h, w, 3) as a file of the format of its suffix, in one step.
+    """Save a linear picture (h, w, 3) atomically, in the format of the suffix.
 
     Parameters
     ----------
@@ -100,17 +106,17 @@ def save_image(path: str | os.PathLike[str], image: Array, done: Array | None = 
     image : array, shape (h, w, 3)
         Linear light; 1 is white, row 0 the top.
     done : array of bool, shape (h, w), optional
-        Pixels that are known, of a picture in parts; the others become transparent, or black where the format
-        has no transparency.
+        Finished pixels of a partial picture; the others become transparent, or black where the format has no
+        transparency.
 
     Raises
     ------
     MissingExtraError
         Without pillow, or without OpenEXR for an EXR file.
     InputError
-        If it is no such array, holds NaN, or cannot be written there.
+        If the array has another shape or type, holds NaN, or the path is not writable.
     OSError
-        If the disk is full or fails. Nothing is left behind, and a file of that name stays as it was.
+        If the disk is full or fails. No partial file remains, and an existing file stays as it was.
     """
     save_layers(path, {"color": image}, done)
 
@@ -118,12 +124,12 @@ def save_image(path: str | os.PathLike[str], image: Array, done: Array | None = 
 def save_layers(
     path: str | os.PathLike[str], layers: Mapping[str, Array], done: Array | None = None
 ) -> dict[Path, str]:
-    """Save the layers of a picture: in one EXR file as they are, else as pictures, each in a file of its own.
+    """Save the layers of a picture: raw in one EXR file, or as pictures in one file each.
 
     Parameters
     ----------
     path : path
-        Of the color. In formats other than EXR a layer goes to the same name with its own before the suffix:
+        File of the color. In formats other than EXR each other layer gets a file with its name before the suffix:
         ``image.depth.png``.
     layers : mapping
         As from `Scene.layers`.
@@ -133,26 +139,26 @@ def save_layers(
     Returns
     -------
     dict
-        Paths of the files, and what the colors of each mean: the ranges that were found.
+        Paths of the files, and the meaning of the colors of each, with their ranges.
 
     Raises
     ------
     MissingExtraError, InputError, OSError
         As for `save_image`.
     """
-    target = file_named(path)
-    known = _format(target)
+    target = as_path(path, "a picture is written to")
+    format_ = _format(target)
     if not isinstance(layers, Mapping) or not layers:
-        raise InputError(f"layers are {shown_value(layers)}; a mapping of names to arrays is needed.")
+        raise InputError(f"layers are {short_repr(layers)}; a mapping of names to arrays is needed.")
     if done is not None:
         done = _pixels(done)
-    arrays = {name: _checked(name, np.asarray(values), done) for name, values in layers.items()}
+    arrays = {name: _check_layer(name, np.asarray(values), done) for name, values in layers.items()}
     shape = next(iter(arrays.values())).shape
     for name, values in arrays.items():
         if values.shape[:2] != shape[:2]:
             raise InputError(f"{name} has {values.shape[:2]} pixels, the layer before {shape[:2]}.")
     check_writable(target, shape[1], shape[0])
-    if known is EXR:
+    if format_ is EXR:
         channels = exr_channels(arrays)
         if done is not None:
             channels["A"] = np.asarray(done, np.float32)
@@ -160,44 +166,33 @@ def save_layers(
         return {target: f"float32 channels {', '.join(channels)}"}
     written = {}
     for name, values in arrays.items():
-        place = target if name == "color" else target.with_name(f"{target.stem}.{name}{target.suffix}")
-        pixels, legend = (_encoded(values), "") if name == "color" else shown(name, values)
-        _save(place, pixels, legend, known, done)
-        written[place] = legend or "color: sRGB"
+        file = target if name == "color" else target.with_name(f"{target.stem}.{name}{target.suffix}")
+        pixels, legend = (_encode_image(values), "") if name == "color" else layer_picture(name, values)
+        _save(file, pixels, legend, format_, done)
+        written[file] = legend or "color: sRGB"
     return written
 
 
-def file_named(path: Any) -> Path:
-    """The path, if it is one."""
-    try:
-        file = Path(os.fsdecode(path))
-    except TypeError:
-        raise InputError(f"a file is named by a text or a path, and {shown_value(path)} is neither.") from None
-    if "\0" in str(file):
-        raise InputError(f"the name {shown_value(path)} has a null character.")
-    return file
-
-
 def _pixels(done: Any) -> NDArray[np.bool_]:
-    """Which pixels are done."""
-    found = np.asarray(done)
-    if found.dtype != np.bool_:
-        raise InputError(f"done is {shown_value(done)}; an array of bool, one for each pixel, is needed.")
-    return found
+    """Check the mask of finished pixels."""
+    mask = np.asarray(done)
+    if mask.dtype != np.bool_:
+        raise InputError(f"done is {short_repr(done)}; an array of bool, one for each pixel, is needed.")
+    return mask
 
 
-def _checked(name: str, values: Array, done: Array | None) -> Array:
-    """A layer of the right shape with real numbers, and a color without NaN: unknown pixels are black."""
+def _check_layer(name: str, values: Array, done: Array | None) -> Array:
+    """Check shape and type of a layer, and that a color has no NaN; unfinished pixels of the color become black."""
     if name not in LAYERS:
-        raise InputError(f"there is no layer {shown_value(name)}.")
+        raise InputError(f"there is no layer {short_repr(name)}.")
     trailing = len(LAYERS[name].channels)
     if values.ndim != (2 if trailing == 1 else 3) or (trailing > 1 and values.shape[2] != trailing) or not values.size:
-        wanted = "(height, width)" if trailing == 1 else f"(height, width, {trailing})"
-        raise InputError(f"{'a picture' if name == 'color' else name} has shape {wanted}, not {values.shape}.")
+        expected = "(height, width)" if trailing == 1 else f"(height, width, {trailing})"
+        raise InputError(f"{'a picture' if name == 'color' else name} must have shape {expected}, not {values.shape}.")
     if values.dtype.kind not in "iuf":
         raise InputError(f"a picture holds real numbers, not {values.dtype}.")
     if done is not None and done.shape != values.shape[:2]:
-        raise InputError(f"done has shape {done.shape}; it is {values.shape[:2]}, one for each pixel.")
+        raise InputError(f"done has shape {done.shape}; {values.shape[:2]} is needed, one for each pixel.")
     if name != "color":
         return values
     if done is not None:
@@ -209,8 +204,8 @@ def _checked(name: str, values: Array, done: Array | None) -> Array:
     return values
 
 
-def _encoded(image: Array) -> NDArray[np.uint8]:
-    """`encode` in bands: the numbers between take many times the memory of the result."""
+def _encode_image(image: Array) -> NDArray[np.uint8]:
+    """Apply `encode` to bands of rows: intermediate arrays take many times the memory of the result."""
     pixels = np.empty(image.shape, np.uint8)
     rows = max(1, BAND // image.shape[1])
     for row in range(0, len(image), rows):
@@ -218,24 +213,24 @@ def _encoded(image: Array) -> NDArray[np.uint8]:
     return pixels
 
 
-def _save(path: Path, pixels: NDArray[np.uint8], legend: str, known: Format, done: Array | None) -> None:
+def _save(path: Path, pixels: NDArray[np.uint8], legend: str, format_: Format, done: Array | None) -> None:
     pillow = _pillow()
-    if done is not None and known.transparent:
+    if done is not None and format_.transparent:
         pixels = np.dstack([pixels, np.where(done, 255, 0).astype(np.uint8)])
     options: dict[str, Any] = {}
-    if known.name == "PNG" and legend:
+    if format_.name == "PNG" and legend:
         from PIL.PngImagePlugin import PngInfo
 
         options["pnginfo"] = PngInfo()
         options["pnginfo"].add_text("Description", legend)
     with replacing(path) as temporary, open(temporary, "wb") as file:
-        pillow.fromarray(pixels).save(file, known.name, **options)
+        pillow.fromarray(pixels).save(file, format_.name, **options)
 
 
 def _format(path: Path) -> Format:
     if path.suffix.lower() not in FORMATS:
-        known = ", ".join(FORMATS)
-        raise InputError(f"{path.name} has no picture format that is known ({known}).", where=str(path))
+        suffixes = ", ".join(FORMATS)
+        raise InputError(f"{path.name} does not end with the suffix of a picture format ({suffixes}).", where=str(path))
     return FORMATS[path.suffix.lower()]
 
 

@@ -1,4 +1,4 @@
-"""What a picture may hold for each pixel besides its color: normals, depth, the curve's parameter, the cost."""
+"""Layers of a picture (arbitrary output variables): color, normal, depth, the curve's parameter, cost."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MissingExtraError, SceneError, suggest
-from .values import shown as shown_value
+from ...common.validation import as_choice, short_repr
+from ...errors import MissingExtraError, SceneError
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Layer:
-    """One kind of number per pixel.
+    """A quantity that a picture holds for each pixel.
 
     Attributes
     ----------
     channels : tuple of str
         Names in EXR files; the standard's where it has one.
     integer : bool
-        int32, else the picture's own type.
+        int32, else the data type of the picture.
     missing : float
-        Where nothing was rendered.
+        Value of pixels that were not rendered.
     reciprocal : bool
-        Pictures of it are colored evenly in 1 / x: a horizon leaves most of the scale to what is near.
+        Pictures of it are colored linearly in 1 / x: with a horizon, most of the scale remains for near objects.
     """
 
     channels: tuple[str, ...]
@@ -37,16 +37,16 @@ class Layer:
     reciprocal: bool = False
 
     def empty(self, rows: int, columns: int, dtype: Any) -> Array:
-        """Room for the layer."""
+        """Allocate the layer."""
         shape = (rows, columns) if len(self.channels) == 1 else (rows, columns, len(self.channels))
         return np.empty(shape, np.int32 if self.integer else dtype)
 
     def bytes_per_pixel(self, dtype: Any) -> int:
-        """Memory that it takes."""
+        """Memory of the layer."""
         return len(self.channels) * np.dtype(np.int32 if self.integer else dtype).itemsize
 
 
-#: By the names of `Scene.layers`, of the driver's arrays and of the command.
+#: All layers, by the names in `Scene.layers`, in the driver's structure and on the command line.
 LAYERS = {
     "color": Layer(("R", "G", "B")),
     "normal": Layer(("N.X", "N.Y", "N.Z")),
@@ -56,66 +56,66 @@ LAYERS = {
 }
 
 
-def checked_names(names: Any) -> tuple[str, ...]:
-    """Names of layers, each once, in the order of `LAYERS`.
+def check_layer_names(names: Any) -> tuple[str, ...]:
+    """Check names of layers; return each once, in the order of `LAYERS`.
 
     Raises
     ------
     SceneError
-        If there is none, or one is unknown.
+        If the list is empty, or a name is unknown.
     """
-    wanted = [names] if isinstance(names, str) else list(names) if isinstance(names, Sequence) else []
-    for name in wanted:
-        if not isinstance(name, str) or name not in LAYERS:
-            near = suggest(name, LAYERS) if isinstance(name, str) else ""
-            raise SceneError(f"there is no layer {shown_value(name)}{near}; there are {', '.join(LAYERS)}.")
-    if not wanted:
-        raise SceneError(f"layers is {shown_value(names)}; a list of names is needed: {', '.join(LAYERS)}.")
-    return tuple(name for name in LAYERS if name in wanted)
+    requested = [names] if isinstance(names, str) else list(names) if isinstance(names, Sequence) else []
+    for name in requested:
+        as_choice(name, "a layer", LAYERS, SceneError)
+    if not requested:
+        raise SceneError(f"layers is {short_repr(names)}; a list of names is needed: {', '.join(LAYERS)}.")
+    return tuple(name for name in LAYERS if name in requested)
 
 
-class Shown(NamedTuple):
-    """A layer as people look at it.
+class LayerPicture(NamedTuple):
+    """A layer as a picture.
 
     Attributes
     ----------
     pixels : (h, w, 3) array of uint8
         sRGB.
     legend : str
-        What the colors mean.
+        Meaning of the colors.
     """
 
     pixels: NDArray[np.uint8]
     legend: str
 
 
-def shown(name: str, values: Array) -> Shown:
-    """Colors for a layer other than ``color``: of a normal its coordinates, else a scale from dark to light.
+def layer_picture(name: str, values: Array) -> LayerPicture:
+    """Map a layer other than ``color`` to colors: coordinates of normals, else a scale from dark to light.
 
     Raises
     ------
     MissingExtraError
-        Without matplotlib, whose color map is used.
+        Without matplotlib, which supplies the color map.
     """
     if name == "normal":
         missing = np.asarray(np.isnan(values).any(axis=2))
         pixels = np.where(missing[..., None], 0.0, (np.nan_to_num(values) + 1) * 127.5 + 0.5)
-        return Shown(pixels.astype(np.uint8), "normal: red, green, blue from -1 to 1 are x, y, z; black: nothing")
+        return LayerPicture(
+            pixels.astype(np.uint8), "normal: red, green, blue from -1 to 1 are x, y, z; black: nothing"
+        )
     layer = LAYERS[name]
-    known = np.isfinite(values) & (values >= 0 if layer.integer or layer.reciprocal else True)
-    if not known.any():
-        return Shown(np.zeros((*values.shape, 3), np.uint8), f"{name}: there is none")
-    found = values[known].astype(np.float64)
-    low, high = (0.0 if layer.integer else float(found.min())), float(found.max())
+    valid = np.isfinite(values) & (values >= 0 if layer.integer or layer.reciprocal else True)
+    if not valid.any():
+        return LayerPicture(np.zeros((*values.shape, 3), np.uint8), f"{name}: there is none")
+    numbers = values[valid].astype(np.float64)
+    low, high = (0.0 if layer.integer else float(numbers.min())), float(numbers.max())
     scaled = np.full(values.shape, np.nan)
-    scaled[known] = _scaled(found, low, high, layer.reciprocal)
+    scaled[valid] = _scale_values(numbers, low, high, layer.reciprocal)
     ends = ("light", "dark, evenly in its reciprocal") if layer.reciprocal else ("dark", "light")
     legend = f"{name}: viridis from {low:.4g} ({ends[0]}) to {high:.4g} ({ends[1]}); black: nothing"
-    return Shown(_viridis(scaled), legend)
+    return LayerPicture(_viridis(scaled), legend)
 
 
-def _scaled(values: Array, low: float, high: float, reciprocal: bool) -> Array:
-    """Values between 0 (dark) and 1."""
+def _scale_values(values: Array, low: float, high: float, reciprocal: bool) -> Array:
+    """Scale values to the interval from 0 (dark) to 1."""
     if high <= low:
         return np.ones_like(values)
     if reciprocal and low > 0:
@@ -124,7 +124,7 @@ def _scaled(values: Array, low: float, high: float, reciprocal: bool) -> Array:
 
 
 def _viridis(scaled: Array) -> NDArray[np.uint8]:
-    """A perceptual scale; black for NaN."""
+    """Colors of a perceptually uniform map; black for NaN."""
     try:
         from matplotlib import colormaps
     except ImportError:
@@ -135,7 +135,7 @@ def _viridis(scaled: Array) -> NDArray[np.uint8]:
 
 
 def exr_channels(layers: Mapping[str, Array]) -> dict[str, NDArray[np.float32]]:
-    """The layers' numbers as channels of an EXR file: raw, float32."""
+    """Channels of an EXR file: the layers' raw numbers in float32."""
     channels = {}
     with np.errstate(over="ignore"):
         for name, values in layers.items():
@@ -144,6 +144,3 @@ def exr_channels(layers: Mapping[str, Array]) -> dict[str, NDArray[np.float32]]:
                 plane = values if len(names) == 1 else values[..., i]
                 channels[channel] = np.ascontiguousarray(plane, np.float32)
     return channels
-
-
-__all__ = ["LAYERS", "Layer", "Shown", "checked_names", "exr_channels", "shown"]

@@ -1,6 +1,7 @@
-"""A scene as the compiled driver reads it, and the driver's loops called on arrays.
+"""Binding of a scene to the compiled driver, and calls of the driver's loops on arrays.
 
-The only module of the tracer that knows the layout of the driver's structures (templates/c/scene_types.h).
+The only module of the tracer that depends on the layout of the driver's structures (scene_types.h and scene_common.h in
+templates/c/programs/tracer).
 """
 
 from __future__ import annotations
@@ -12,23 +13,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import parallel
-from ..codegen.programs.surface_kinds import METHODS
-from .engine import Engine
-from .rows import SceneRows
-from .tree import outward
+from ...codegen.programs.tracer.surface_kinds import METHODS
+from ...common import parallel
+from ..acceleration.bvh import round_outward
+from .program import Engine
+from .surface_tables import SurfaceTables
 
 Array = NDArray[Any]
-#: Numbers that the driver reads per surface and per light, as in templates/c/scene_common.h.
-MATERIAL_SIZE, LIGHT_SIZE = 17, 6
-#: Points of a line on a surface that arrays have room for at first.
+#: Numbers of a surface's material, as in scene_common.h.
+MATERIAL_SIZE = 17
+#: Numbers of a light, as in scene_common.h.
+LIGHT_SIZE = 6
+#: Initial capacity of arrays of a line's points on a surface.
 FEW_ROOTS = 2
-#: Rays per chunk: a few milliseconds at most. As many share a seal, as in templates/c/scene_common.h.
+#: Rays per chunk, a few milliseconds at most; each chunk has one checksum, as in scene_common.h.
 RAYS_PER_CHUNK = 4096
-#: Chunks at most that are one call where several rays are met at once, and calls for each thread.
-CHUNKS_AT_ONCE, CALLS_PER_THREAD = 16, 4
-#: What the driver's arrays hold, where that is not the scene's own precision.
-_TYPES = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *", "seal": "uint64_t *"}
+#: Largest number of chunks in one call of the loop over packets of rays.
+CHUNKS_AT_ONCE = 16
+#: Calls of that loop for each thread, for balance.
+CALLS_PER_THREAD = 4
+#: C types of the driver's arrays other than numbers in the scene's precision.
+_TYPES = {"surface": "int32_t *", "count": "int32_t *", "status": "uint8_t *", "checksum": "uint64_t *"}
 
 
 class BoundScene:
@@ -37,7 +42,7 @@ class BoundScene:
     def __init__(
         self,
         engine: Engine,
-        rows: SceneRows,
+        rows: SurfaceTables,
         dtype: Any,
         materials: Array | None = None,
         lights: Array | None = None,
@@ -50,7 +55,7 @@ class BoundScene:
     ) -> None:
         self.engine, self.dtype = engine, np.dtype(dtype)
         self.single = int(self.dtype == np.float32)
-        self._kept: list[Any] = []
+        self._buffers: list[Any] = []
         scene = self._scene = engine.ffi.new("bs_scene *")
         for kind, members in rows.items():
             entry = scene.surfaces[engine.numbers[kind]]
@@ -58,10 +63,10 @@ class BoundScene:
             if entry.count:
                 entry.constants = self._pointer(members.constants)
                 entry.ids = engine.ffi.cast("int32_t *", self._keep(members.ids))
-                entry.boxes = self._keep(outward(members.boxes[..., None], self.dtype.type))
-        scene.tree.reach = rows.reach
+                entry.boxes = self._keep(round_outward(members.boxes[..., None], self.dtype.type))
+        scene.tree.reach = rows.largest_coordinate
         if engine.needs.tree:
-            self._plant(rows)
+            self._bind_tree(rows)
         for name, value in (("materials", materials), ("lights", lights), ("camera", camera), ("sky", sky)):
             if value is not None and value.size:
                 setattr(scene, name, self._pointer(value))
@@ -69,19 +74,19 @@ class BoundScene:
         scene.depth, scene.grid = depth, grid
         scene.method, scene.samples = METHODS[method], samples
 
-    def _plant(self, rows: SceneRows) -> None:
-        """Hand over the tree of rows, whose items number the kinds as the rows do."""
-        ffi, tree, given = self.engine.ffi, self._scene.tree, rows.tree(self.engine)
-        items = given.items.copy()
-        items[:, 0] = np.array([self.engine.numbers[kind] for kind in rows], np.int32)[given.items[:, 0]]
-        tree.nodes = ffi.cast("bs_node *", self._keep(given.nodes))
+    def _bind_tree(self, rows: SurfaceTables) -> None:
+        """Bind the tree of the rows; its items number the kinds in the order of the tables."""
+        ffi, tree, built = self.engine.ffi, self._scene.tree, rows.tree(self.engine)
+        items = built.items.copy()
+        items[:, 0] = np.array([self.engine.numbers[kind] for kind in rows], np.int32)[built.items[:, 0]]
+        tree.nodes = ffi.cast("bs_node *", self._keep(built.nodes))
         tree.items = ffi.cast("int32_t *", self._keep(items))
-        tree.node_count, tree.item_count, tree.loose = len(given.parts), len(items), given.loose
-        tree.whole, tree.center, tree.unit = given.whole.tolist(), given.center.tolist(), given.unit
+        tree.node_count, tree.item_count, tree.unbounded = len(built.parts), len(items), built.unbounded
+        tree.whole, tree.center, tree.unit = built.whole.tolist(), built.center.tolist(), built.unit
 
     def _keep(self, array: Array) -> Any:
         buffer = self.engine.ffi.from_buffer(np.ascontiguousarray(array))
-        self._kept.append(buffer)
+        self._buffers.append(buffer)
         return buffer
 
     def _pointer(self, array: Array) -> Any:
@@ -89,7 +94,7 @@ class BoundScene:
             return self._keep(np.asarray(array, self.dtype))
 
     def _rays(self, origins: Array, directions: Array) -> tuple[list[Any], tuple[int, ...]]:
-        """The driver's structure of rays, followed by the buffers that it points into."""
+        """Structure of rays, followed by the buffers that it points into; and the shape of the batch."""
         lead = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1])
         rays = [self.engine.ffi.new("bs_rays *")]
         for name, array in (("origin", origins), ("direction", directions)):
@@ -112,8 +117,8 @@ class BoundScene:
     ) -> None:
         ffi = self.engine.ffi
         hits = ffi.new("bs_hits *")
-        kept = {name: ffi.from_buffer(array) for name, array in results.items()}
-        for name, buffer in kept.items():
+        buffers = {name: ffi.from_buffer(array) for name, array in results.items()}
+        for name, buffer in buffers.items():
             setattr(hits, name, ffi.cast(_TYPES.get(name, "void *"), buffer))
         hits.roots = roots
         scene, single = self._scene, self.single
@@ -131,18 +136,18 @@ class BoundScene:
         return results
 
     def nearest(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
-        """Of first hits only t, surface and status, for programs that meet several rays at once: the same bits.
+        """First hits of packets of rays, reduced to t, surface and status: the same bits as `first`.
 
-        And "seal" (chunks,): a digest of the bits of each chunk of rays, by which changed ones are told.
+        The result "checksum" (chunks,) is a digest of the bits of each chunk of rays, which detects changed rays.
         """
         threads = parallel.thread_count(threads)
         rays, lead = self._rays(origins, directions)
         n = math.prod(lead)
-        seal = np.zeros(-(-n // RAYS_PER_CHUNK), np.uint64)
-        results = {"t": np.empty(lead, self.dtype), **self._codes(lead), "seal": seal}
+        checksum = np.zeros(-(-n // RAYS_PER_CHUNK), np.uint64)
+        results = {"t": np.empty(lead, self.dtype), **self._codes(lead), "checksum": checksum}
         if n <= RAYS_PER_CHUNK:
-            threads = 1  # one seal
-        shared = -(-len(seal) // (CALLS_PER_THREAD * threads))
+            threads = 1  # one checksum
+        shared = -(-len(checksum) // (CALLS_PER_THREAD * threads))
         self._run(self.engine.lib.bs_scene_wide, rays, n, results, 1, threads, min(max(shared, 1), CHUNKS_AT_ONCE))
         return results
 
@@ -153,18 +158,18 @@ class BoundScene:
     def all(self, origins: Array, directions: Array, threads: int | None = None) -> dict[str, Array]:
         """All points of lines on the scene's only surface: t, point, normal, alpha, row, count, status.
 
-        Arrays have room for the most that there are. More than two are rare, and memory that is never read
-        costs more than the geometry: lines that have more are asked again.
+        Arrays hold the largest number of points that occurs. More than two are rare, and memory that is never read
+        costs more than the geometry: lines with more are intersected again.
         """
-        found = self._all(origins, directions, FEW_ROOTS, threads)
-        most = int(np.max(found["count"], initial=0))
+        results = self._all(origins, directions, FEW_ROOTS, threads)
+        most = int(np.max(results["count"], initial=0))
         if most <= FEW_ROOTS:
-            return found
-        lead = found["count"].shape
-        crowded = found["count"] > FEW_ROOTS
-        starts, ways = (np.broadcast_to(x, (*lead, 3))[crowded] for x in (origins, directions))
-        again = self._all(starts, ways, most, threads)
-        for name, few in found.items():
+            return results
+        lead = results["count"].shape
+        crowded = results["count"] > FEW_ROOTS
+        starts, towards = (np.broadcast_to(x, (*lead, 3))[crowded] for x in (origins, directions))
+        again = self._all(starts, towards, most, threads)
+        for name, few in results.items():
             if name in ("count", "status"):
                 few[crowded] = again[name]
                 continue
@@ -173,8 +178,8 @@ class BoundScene:
             rows = many.reshape(math.prod(lead), most, -1)
             rows[:, :FEW_ROOTS] = few.reshape(math.prod(lead), FEW_ROOTS, -1)
             many[crowded] = again[name]
-            found[name] = many
-        return found
+            results[name] = many
+        return results
 
     def _all(self, origins: Array, directions: Array, roots: int, threads: int | None) -> dict[str, Array]:
         rays, lead = self._rays(origins, directions)
@@ -194,24 +199,24 @@ class BoundScene:
     def painter(
         self, width: int, height: int, arrays: Mapping[str, Array], first: int = 0
     ) -> Callable[[int, int], None]:
-        """The loop over pixels of a picture: a function of (begin, end), in reading order.
+        """Loop over the pixels of a picture: a function of (begin, end), in reading order.
 
         Parameters
         ----------
         width, height : int
-            Of the whole picture.
+            Size of the whole picture.
         arrays : mapping
-            What is asked for, by the names of the driver's structure.
+            Requested layers, by the names of the driver's structure.
         first : int
-            The pixel that the arrays begin with.
+            Index of the pixel that the arrays begin with.
         """
         ffi, scene, single, function = self.engine.ffi, self._scene, self.single, self.engine.lib.bs_scene_render
-        kept = {name: ffi.from_buffer(array) for name, array in arrays.items()}
+        buffers = {name: ffi.from_buffer(array) for name, array in arrays.items()}
         picture = ffi.new("bs_picture *", {"width": width, "height": height, "first": first})
-        for name, buffer in kept.items():
+        for name, buffer in buffers.items():
             setattr(picture, name, ffi.cast("int32_t *" if name == "cost" else "void *", buffer))
 
-        def paint(begin: int, end: int, _kept: Any = kept) -> None:
+        def paint(begin: int, end: int, _buffers: Any = buffers) -> None:
             function(scene, single, begin, end, picture)
 
         return paint

@@ -1,4 +1,4 @@
-"""Rows of constants of many surfaces at once: gathered by kind, prepared by the compiled program, bounded."""
+"""Tables of surface constants: rows of all surfaces by kind, prepared by the compiled program, with their bounds."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.programs.scene import TREE_PAYS_WIDE
-from ..codegen.programs.surface_kinds import surface_kind
-from ..errors import SceneError
-from .bounds import bounded
-from .engine import Engine
-from .spans import checked
-from .tree import Tree, tree_over
+from ...codegen.programs.tracer.scene import TREE_PAYS_WIDE
+from ...codegen.programs.tracer.surface_kinds import surface_kind
+from ...errors import SceneError
+from ..acceleration.bounds import compute_bounds
+from ..acceleration.bvh import Tree, tree_over
+from ..sweeps.real_intervals import with_real_intervals
+from .program import Engine
 
 Array = NDArray[Any]
-#: Rows of one scene: the driver numbers them, and one that stands for none, in 32 bits.
+#: Largest number of rows of a scene: the driver numbers them, and the missing row, in 32 bits.
 MOST_ROWS = 2**31 - 2
 
 
 class HasRows(Protocol):
-    """What a surface hands over."""
+    """A surface, as far as tables need it."""
 
     @property
     def program_kind(self) -> str:
-        """Name of its kind in programs."""
+        """Name of the kind in programs."""
 
     @property
     def parameters(self) -> NDArray[np.float64]:
@@ -35,16 +35,16 @@ class HasRows(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
-    """Rows of constants of one kind of surface.
+class SurfaceTable:
+    """Constants of all surfaces of one kind, a row for each facet or piece of a curve.
 
     Attributes
     ----------
     constants : (n, constants) array
     ids : (n,) array of int32
-        The surface of each, by its place in the scene's list; ascending.
+        Index of the surface of each row in the scene's list; ascending.
     boxes : (n, 6) array
-        Low and high corner of each, in the world; infinite where it is unbounded.
+        Low and high corner of each row, in the world; infinite where it is unbounded.
     """
 
     constants: Array
@@ -52,31 +52,31 @@ class Rows:
     boxes: Array
 
 
-class SceneRows(dict[str, Rows]):
-    """Rows by kind, and the tree over their boxes, which is built once."""
+class SurfaceTables(dict[str, SurfaceTable]):
+    """Tables by kind, and the tree over their boxes, which is built once."""
 
     _tree: Tree | None = None
 
     @property
-    def reach(self) -> float:
-        """Largest absolute coordinate of a box; 1 where there is none, never 0."""
+    def largest_coordinate(self) -> float:
+        """Largest absolute coordinate of a finite box; 1 if there is none, never 0."""
         sides = [np.abs(rows.boxes) for rows in self.values()]
         return max((float(np.max(x, initial=0.0, where=np.isfinite(x))) for x in sides), default=0.0) or 1.0
 
     def tree(self, engine: Engine) -> Tree:
-        """The tree; its items number the kinds in the order of the rows."""
+        """Tree over all boxes; its items number the kinds in the order of the tables."""
         if self._tree is None:
             self._tree = tree_over(engine, [rows.boxes for rows in self.values()])
         return self._tree
 
 
-def gathered(engine: Engine, surfaces: Sequence[HasRows]) -> SceneRows:
-    """Rows of all surfaces by kind; they are the same from every program that has the kinds.
+def build_surface_tables(engine: Engine, surfaces: Sequence[HasRows]) -> SurfaceTables:
+    """Build the tables of all surfaces by kind; every program that has the kinds gives the same.
 
     Raises
     ------
     SceneError
-        If they are more than the driver can count.
+        If there are more rows than the driver can count.
     """
     count = sum(len(surface.parameters) for surface in surfaces)
     if count > MOST_ROWS:
@@ -85,23 +85,23 @@ def gathered(engine: Engine, surfaces: Sequence[HasRows]) -> SceneRows:
             remedy="Make several scenes",
         )
     members: dict[str, list[int]] = {}
-    for place, surface in enumerate(surfaces):
-        members.setdefault(surface.program_kind, []).append(place)
-    found = SceneRows()
-    for name, places in members.items():
+    for index, surface in enumerate(surfaces):
+        members.setdefault(surface.program_kind, []).append(index)
+    tables = SurfaceTables()
+    for name, indices in members.items():
         kind = surface_kind(name)
-        parameters = [surfaces[place].parameters for place in places]
-        ids = np.repeat(np.array(places, np.int32), [len(rows) for rows in parameters])
-        given = _stacked(parameters)
+        parameters = [surfaces[index].parameters for index in indices]
+        ids = np.repeat(np.array(indices, np.int32), [len(rows) for rows in parameters])
+        stacked = _concatenate(parameters)
         if any(part == "spans" for part, _ in kind.layout):
-            given = checked(kind, given, ids, surfaces)
-        constants, boxes = bounded(kind, engine.prepare(name, given))
-        found[name] = Rows(constants, ids, boxes)
-    return found
+            stacked = with_real_intervals(kind, stacked, ids, surfaces)
+        constants, boxes = compute_bounds(kind, engine.prepare(name, stacked))
+        tables[name] = SurfaceTable(constants, ids, boxes)
+    return tables
 
 
 def row_count(surfaces: Sequence[HasRows]) -> int:
-    """Rows of all surfaces, or of enough that they are many."""
+    """Count the rows of all surfaces, but stop where a tree is certain to pay."""
     count = len(surfaces)
     for surface in surfaces:
         if count >= TREE_PAYS_WIDE:
@@ -110,5 +110,5 @@ def row_count(surfaces: Sequence[HasRows]) -> int:
     return count
 
 
-def _stacked(parts: Sequence[Array]) -> Array:
+def _concatenate(parts: Sequence[Array]) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -1,17 +1,17 @@
-"""Lamps."""
+"""Point lights."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from . import values
-from .fixed import Fixed
+from .immutable import Immutable
 
 
-class Light(Fixed):
-    """A lamp at a point, of the same brightness at every distance.
+class Light(Immutable):
+    """A point light of the same brightness at every distance.
 
-    A lamp on a surface shines to both of its sides; one inside a closed surface lights its inside.
+    A light on a surface shines on both of its sides; one inside a closed surface lights its inside.
 
     Parameters
     ----------
@@ -23,4 +23,4 @@ class Light(Fixed):
     def __init__(self, position: Any, color: Any = (1.0, 1.0, 1.0)) -> None:
         self.position = values.finite(position, "light.position", 3)
         self.color = values.color(color, "light.color")
-        self._made = True
+        self._frozen = True

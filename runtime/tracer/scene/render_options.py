@@ -1,4 +1,4 @@
-"""Options of pictures, checked: what a scene's driver is bound to."""
+"""Checked options of intersections and pictures, to which a scene's driver is bound."""
 
 from __future__ import annotations
 
@@ -9,25 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import SceneError, suggest
+from ...common.validation import as_choice, as_instance, invalid
+from ...errors import SceneError
+from ..rendering.canvas import check_memory
+from ..surfaces import LEAST_SAMPLES, MOST_SAMPLES
 from . import values
-from .pictures import check_memory
-from .surfaces import LEAST_SAMPLES, MOST_SAMPLES
+from .defaults import HEIGHT, MAX_GRID, MAX_SIDE, SETTINGS, WIDTH
 
-WIDTH, HEIGHT = 640, 480
-#: Pixels of a side and rays along a side of a pixel beyond which a picture is a mistake.
-MAX_SIDE, MAX_GRID = 65536, 64
-#: Pixels of a side of which not even the memory is told.
+#: Pixels along a side beyond which the message does not even tell the memory.
 ABSURD = 10**9
-#: Reflections along one ray beyond which a scene is a mistake.
-MAX_REFLECTIONS = 1000
-#: What a scene may say of its pictures, and the most of each.
-SETTINGS = {"width": MAX_SIDE, "height": MAX_SIDE, "antialias": MAX_GRID}
 
 
 @dataclass(frozen=True)
-class View:
-    """How a scene is asked."""
+class RenderOptions:
+    """Options of an intersection with given rays, or of a picture."""
 
     method: str
     samples: int
@@ -38,12 +33,14 @@ class View:
     layers: tuple[str, ...] = ()
 
 
-def rays_view(method: str, samples: Any, dtype: np.dtype[Any]) -> View:
-    """Options of rays that are given."""
-    return View(values.text(method, "method"), values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES), dtype)
+def ray_options(method: str, samples: Any, dtype: np.dtype[Any]) -> RenderOptions:
+    """Options of an intersection with given rays."""
+    return RenderOptions(
+        values.text(method, "method"), values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES), dtype
+    )
 
 
-def picture_view(
+def picture_options(
     settings: Mapping[str, int],
     width: Any,
     height: Any,
@@ -52,13 +49,13 @@ def picture_view(
     samples: Any,
     antialias: Any,
     dtype: Any,
-) -> View:
-    """Options of a picture; its memory first, since that error says most.
+) -> RenderOptions:
+    """Options of a picture; its memory is checked first, since that error is the most helpful one.
 
     Raises
     ------
     SceneError
-        That names the option.
+        With the name of the option.
     """
     columns, rows = picture_size(settings, width, height)
     for side, name in ((columns, "width"), (rows, "height")):
@@ -70,25 +67,21 @@ def picture_view(
         values.whole(side, name, 1, MAX_SIDE)
     grid = _setting(settings, antialias, "antialias", 1, MAX_GRID)
     samples = values.whole(samples, "samples", LEAST_SAMPLES, MOST_SAMPLES)
-    return View(values.text(method, "method"), samples, kind, columns, rows, grid, layers)
+    return RenderOptions(values.text(method, "method"), samples, kind, columns, rows, grid, layers)
 
 
-def checked_settings(settings: Any) -> dict[str, int]:
-    """Defaults of pictures that a scene comes with."""
-    if not isinstance(settings, Mapping | None):
-        raise SceneError(f"settings is {values.shown(settings)}; a mapping with {', '.join(SETTINGS)} is needed.")
-    given = dict(settings or {})
-    for name, value in given.items():
-        if name not in SETTINGS:
-            raise SceneError(
-                f"settings has {values.shown(name)}{suggest(str(name), SETTINGS)}; there are {', '.join(SETTINGS)}."
-            )
+def check_settings(settings: Any) -> dict[str, int]:
+    """Check the defaults that a scene holds for its pictures."""
+    given = {} if settings is None else settings
+    checked = dict(as_instance(given, "settings", Mapping, f"a mapping with {', '.join(SETTINGS)}", SceneError))
+    for name, value in checked.items():
+        as_choice(name, "a key of settings", SETTINGS, SceneError)
         values.whole(value, f"settings.{name}", 1, SETTINGS[name])
-    return given
+    return checked
 
 
 def picture_size(settings: Mapping[str, int], width: Any, height: Any) -> tuple[int, int]:
-    """Width and height: what is given, else the scene file's, else 640 by 480."""
+    """Width and height: the arguments, else those of the scene file, else 640 by 480."""
     return _setting(settings, width, "width", WIDTH), _setting(settings, height, "height", HEIGHT)
 
 
@@ -97,9 +90,9 @@ def _setting(settings: Mapping[str, int], value: Any, name: str, default: int, m
 
 
 def _floating(dtype: Any) -> np.dtype[Any]:
-    found: np.dtype[Any] | None = None
+    checked: np.dtype[Any] | None = None
     with contextlib.suppress(TypeError):
-        found = np.dtype(dtype)
-    if found is None or found not in (np.float32, np.float64):
-        raise SceneError(f"dtype is {values.shown(dtype)}; it is float64 or float32.")
-    return found
+        checked = np.dtype(dtype)
+    if checked is None or checked not in (np.float32, np.float64):
+        raise invalid(dtype, "dtype", "float64 or float32", SceneError)
+    return checked

@@ -1,9 +1,9 @@
-"""Scenes: a camera, lights and surfaces, compiled to one driver that holds what they need, and no more."""
+"""Scenes: a camera, lights and surfaces, rendered by a driver compiled for exactly their needs."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import cached_property, partial
@@ -12,35 +12,41 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.programs import Program
-from ..codegen.programs.scene import SceneNeeds, needs
-from ..errors import SceneError
+from ...codegen.programs import Program
+from ...codegen.programs.tracer.scene import SceneNeeds, needs, with_method
+from ...common.progress import ProgressOption, open_progress
+from ...common.validation import as_instance
+from ...errors import SceneError
+from ..rendering.aov_layers import check_layer_names
+from ..rendering.canvas import Canvas
+from ..rendering.driver import LIGHT_SIZE, BoundScene
+from ..rendering.hits import Hits, first_hits
+from ..rendering.precision import (
+    hits_to_single,
+    single_suffices_for_kinds,
+    single_suffices_for_rays,
+    single_suffices_for_surfaces,
+    to_single,
+)
+from ..rendering.program import Engine, engine_for
+from ..rendering.render_jobs import on_executor, on_threads
+from ..rendering.row_bands import RenderTask
+from ..rendering.surface_tables import SurfaceTables, build_surface_tables, row_count
+from ..surfaces import Surface, names_at, ray_arrays
 from . import values
-from .bands import Sent, sent_by
 from .camera import Camera
-from .driver import BoundScene
-from .engine import Engine, engine_for
-from .fixed import Fixed
-from .hits import Hits, first_hits
-from .layers import checked_names
+from .defaults import HORIZON, MAX_REFLECTIONS, REFLECTIONS, ZENITH
+from .immutable import Immutable
 from .light import Light
-from .options import MAX_REFLECTIONS, View, checked_settings, picture_size, picture_view, rays_view
-from .pictures import Canvas, on_executor, on_threads, told
-from .rows import SceneRows, gathered, row_count
-from .single import rounded, rounded_hits, serves_kinds, serves_rays, serves_surfaces
-from .surfaces import Surface, names_at, ray_arrays
+from .render_options import RenderOptions, check_settings, picture_options, picture_size, ray_options
 
 Array = NDArray[Any]
-#: Reflections that are followed where nothing else is said.
-REFLECTIONS = 4
-#: Linear colors of the sky: pale at the horizon, blue above.
-HORIZON, ZENITH = (0.75, 0.82, 0.9), (0.2, 0.35, 0.65)
-#: Ways of asking that a scene keeps bound.
-KEPT = 4
+#: Largest number of combinations of options that a scene keeps bound to a driver.
+MAX_BOUND = 4
 
 
-class Scene(Fixed):
-    """What is seen, and from where. Not changed once it is made: another picture is another scene.
+class Scene(Immutable):
+    """A camera, lights and surfaces. Immutable: another picture needs another scene.
 
     Parameters
     ----------
@@ -50,12 +56,12 @@ class Scene(Fixed):
     horizon, zenith : (3,) arrays
         Linear colors of the sky, at and below the horizon and straight up (e3).
     reflections : int
-        Reflections that are followed along one ray, 1000 at most.
+        Largest number of reflections along one ray, up to 1000.
     settings : mapping, optional
         Defaults of `render`: width, height, antialias.
     """
 
-    _instead = "Make a new Scene of the same surfaces; nothing is compiled again"
+    _replacement_hint = "Make a new Scene of the same surfaces; nothing is compiled again"
 
     def __init__(
         self,
@@ -68,17 +74,15 @@ class Scene(Fixed):
         reflections: int = REFLECTIONS,
         settings: Mapping[str, int] | None = None,
     ) -> None:
-        if not isinstance(camera, Camera):
-            raise SceneError(f"camera is {type(camera).__name__}, which is no Camera.")
-        self.camera = camera
+        self.camera = as_instance(camera, "camera", Camera, error=SceneError)
         self.lights = values.members(lights, "lights", Light)
         self.surfaces = values.members(surfaces, "surfaces", Surface)
         self.sky = np.array([*values.color(horizon, "horizon"), *values.color(zenith, "zenith")])
         self.reflections = values.whole(reflections, "reflections", 0, MAX_REFLECTIONS)
-        self.settings = checked_settings(settings)
+        self.settings = check_settings(settings)
         self._bound: dict[Any, BoundScene] = {}
-        self._rows: SceneRows | None = None
-        self._made = True
+        self._rows: SurfaceTables | None = None
+        self._frozen = True
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
@@ -89,19 +93,19 @@ class Scene(Fixed):
         SceneError
             With file, line and key.
         """
-        from .schema import load_scene
+        from ..io.reader import load_scene
 
-        return load_scene(path)
+        return load_scene(path, cls)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without what is bound to compiled code, so that scenes can be pickled and copied."""
+        """State without objects bound to compiled code, so that scenes can be pickled and copied."""
         return {**self.__dict__, "_bound": {}, "_rows": None}
 
-    # -- what is compiled -------------------------------------------------------------------------------
+    # -- the compiled program ---------------------------------------------------------------------------
 
     @cached_property
     def needs(self) -> SceneNeeds:
-        """What this scene is made of: the key of its program."""
+        """Kinds of surfaces and effects of this scene: the key of its program."""
         return needs(
             [surface.program_kind for surface in self.surfaces],
             reflection=self.reflections > 0 and any(s.material.reflectivity > 0 for s in self.surfaces),
@@ -111,7 +115,7 @@ class Scene(Fixed):
 
     @property
     def program(self) -> Program:
-        """The compiled program: ``.source`` is its text."""
+        """Compiled program; ``.source`` is its text."""
         return engine_for(self.needs).program
 
     @property
@@ -119,48 +123,68 @@ class Scene(Fixed):
         """Names of the compiled kernels."""
         return self.program.kernels
 
-    def _sent(self, how: View) -> Sent:
-        """The scene as numbers, for a driver of this process or of another."""
-        return sent_by(self, how, self._rows_from)
+    def _task(self, options: RenderOptions) -> RenderTask:
+        """The scene's constants for a driver of this process or of another."""
+        needed = with_method(self.needs, options.method)
+        needed = replace(
+            needed, single=options.dtype == np.float32, layers=any(name != "color" for name in options.layers)
+        )
+        engine = engine_for(needed)
+        rows = self._rows_from(engine)
+        if needed.tree:
+            rows.tree(engine)  # built once, here
+        arguments = {
+            "rows": rows,
+            "dtype": options.dtype,
+            "materials": np.array([s.material.row(s.flat_normal) for s in self.surfaces]),
+            "lights": np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT_SIZE),
+            "camera": self.camera.constants(options.width, options.height) if options.width else None,
+            "sky": self.sky,
+            "depth": self.reflections,
+            "grid": options.grid,
+            "method": options.method,
+            "samples": options.samples,
+        }
+        return RenderTask(needed, arguments, options.layers)
 
-    def _ready(self, how: View) -> BoundScene:
-        """The driver's scene, kept as long as it is asked for in the same few ways."""
-        found = self._bound.get(how)
-        if found is None:
-            sent = self._sent(how)
-            found = BoundScene(engine_for(sent.needs), **sent.arguments)
-            for oldest in list(self._bound)[: 1 - KEPT]:
+    def _bound_scene(self, options: RenderOptions) -> BoundScene:
+        """Scene bound to a driver, cached for the last few combinations of options."""
+        bound = self._bound.get(options)
+        if bound is None:
+            task = self._task(options)
+            bound = BoundScene(engine_for(task.needs), **task.arguments)
+            for oldest in list(self._bound)[: 1 - MAX_BOUND]:
                 self._bound.pop(oldest, None)
-            self._bound[how] = found
-        return found
+            self._bound[options] = bound
+        return bound
 
-    def _rows_from(self, engine: Engine) -> SceneRows:
-        """Rows of constants, made once: every program that has the kinds makes the same."""
+    def _rows_from(self, engine: Engine) -> SurfaceTables:
+        """Tables of constants, built once: every program that has the kinds gives the same."""
         if self._rows is None:
-            self._rows = gathered(engine, self.surfaces)
+            self._rows = build_surface_tables(engine, self.surfaces)
         return self._rows
 
     def names(self, places: Any = None) -> NDArray[np.str_]:
-        """What surfaces are called, by their places: ``scene.names(hits.surface)``.
+        """Names of surfaces by their indices: ``scene.names(hits.surface)``.
 
         Parameters
         ----------
         places : (...) array of int, optional
-            Places in `surfaces`; -1 for none. Default: all of them in order.
+            Indices into `surfaces`; -1 for none. Default: all of them in order.
 
         Returns
         -------
         (...) array of str
-            A surface's name; its kind and place, as in ``sphere [2]``, where it has none; empty for -1.
+            The surface's name; without one its kind and index, as in ``sphere [2]``; empty for -1.
 
         Raises
         ------
         SceneError
-            For what are no places of surfaces.
+            For values that are not indices of surfaces.
         """
         return names_at(self.surfaces, places)
 
-    # -- what it is for ---------------------------------------------------------------------------------
+    # -- intersections and pictures ---------------------------------------------------------------------
 
     def intersect(
         self, origins: Any, directions: Any, method: str = "isolate", samples: int = 64, threads: int | None = None
@@ -170,30 +194,31 @@ class Scene(Fixed):
         Parameters
         ----------
         origins, directions : (..., 3) arrays
-            They broadcast. Directions may have any length. If both are float32, so is the answer; the computation is
-            too where that keeps the digits of surfaces and origins: not with evolved surfaces, with others from sizes
-            of 1e-9 on and up to places of 1e12.
+            They broadcast. Directions may have any length. If both are float32, so is the result; the computation is
+            too where that keeps the digits of surfaces and origins: not with evolved surfaces; with others for sizes
+            from 1e-9 and coordinates up to 1e12.
         method, samples
             As for `Surface.intersect`.
         threads : int, optional
+            Default: the package's (`bladesmith.set_threads`).
 
         Returns
         -------
         Hits
         """
         start, direction = ray_arrays(origins, directions)
-        how = rays_view(method, samples, start.dtype)
-        if start.dtype == np.float64 or (self._served(how) and serves_rays(start)):
-            return first_hits(self._ready(how), start, direction, threads)
-        wide = self._ready(replace(how, dtype=np.dtype(np.float64)))
-        return rounded_hits(first_hits(wide, start.astype(np.float64), direction, threads))
+        options = ray_options(method, samples, start.dtype)
+        if start.dtype == np.float64 or (self._single_suffices(options) and single_suffices_for_rays(start)):
+            return first_hits(self._bound_scene(options), start, direction, threads)
+        wide = self._bound_scene(replace(options, dtype=np.dtype(np.float64)))
+        return hits_to_single(first_hits(wide, start.astype(np.float64), direction, threads))
 
     def render(
         self,
         width: int | None = None,
         height: int | None = None,
         threads: int | None = None,
-        progress: bool | Callable[[int, int], None] = False,
+        progress: ProgressOption = False,
         *,
         method: str = "isolate",
         samples: int = 64,
@@ -201,25 +226,25 @@ class Scene(Fixed):
         dtype: Any = np.float64,
         executor: Executor | None = None,
     ) -> Array:
-        """The picture in linear light.
+        """Render the picture in linear light.
 
         Parameters
         ----------
         width, height : int, optional
             Pixels; default: the scene file's, else 640 by 480.
         threads : int, optional
-            Default: all processors; with an executor, of each of its calls, where the default is 1.
+            Default: the package's (`bladesmith.set_threads`); with an executor those of each call, one by default.
         progress : bool or callable
-            True: a bar with the remaining time on standard error. A callable gets (pixels done, pixels in all).
+            True: a bar with the remaining time on standard error. A callable gets a `bladesmith.Progress` of pixels.
         method, samples
             As for `Surface.intersect`.
         antialias : int, optional
             Rays along each side of a pixel.
         dtype : dtype
-            float64 or float32; with surfaces, or a camera, that float32 does not serve (evolved surfaces among them)
-            the work is done in float64.
+            float64 or float32; the work is done in float64 if float32 does not suffice for the surfaces (evolved
+            surfaces among them) or the camera.
         executor : concurrent.futures.Executor, optional
-            Bands of rows are its calls: a pool of processes, or a cluster's, as from
+            Renders bands of rows, one in each call: a pool of processes, or a cluster's, as from
             ``dask.distributed.Client(...).get_executor()``. Workers need this package; each compiles the scene's
             program once, into its own cache. The picture is the same to the bit.
 
@@ -231,14 +256,14 @@ class Scene(Fixed):
         Raises
         ------
         SceneError
-            If an option is wrong, or the picture is larger than the memory there is.
+            If an option is not valid, or the picture is larger than the available memory.
         RenderInterrupted
-            On an interrupt; a KeyboardInterrupt whose ``partial`` holds what is done.
+            On an interrupt; an `errors.Interrupted` whose ``partial`` holds the finished part.
         RenderError
             If a worker of the executor fails or ends; with ``partial`` too.
         """
-        how = picture_view(self.settings, width, height, ("color",), method, samples, antialias, dtype)
-        return self._painted(how, threads, progress, executor)["color"]
+        options = picture_options(self.settings, width, height, ("color",), method, samples, antialias, dtype)
+        return self._paint(options, threads, progress, executor)["color"]
 
     def layers(
         self,
@@ -246,7 +271,7 @@ class Scene(Fixed):
         height: int | None = None,
         names: Sequence[str] = ("color",),
         threads: int | None = None,
-        progress: bool | Callable[[int, int], None] = False,
+        progress: ProgressOption = False,
         *,
         method: str = "isolate",
         samples: int = 64,
@@ -254,20 +279,20 @@ class Scene(Fixed):
         dtype: Any = np.float64,
         executor: Executor | None = None,
     ) -> dict[str, Array]:
-        """Several numbers for each pixel, in one pass.
+        """Render several layers in one pass.
 
-        All but the color are those of the one ray through the middle of the pixel, whatever ``antialias``.
+        All but the color belong to the one ray through the center of the pixel, whatever ``antialias``.
 
         Parameters
         ----------
         names : sequence of str
-            Of these:
+            Some of these:
 
             - ``color``: linear light, (h, w, 3), as from `render`;
-            - ``normal``: unit normal in the world, on the side that is seen, (h, w, 3); NaN where nothing is;
-            - ``depth``: distance from the camera, (h, w); infinite where nothing is;
+            - ``normal``: unit normal in the world, on the visible side, (h, w, 3); NaN where no surface is hit;
+            - ``depth``: distance from the camera, (h, w); infinite where no surface is hit;
             - ``alpha``: parameter of the curve of an evolved surface, (h, w); NaN elsewhere;
-            - ``cost``: how many surfaces and boxes the ray was compared with, (h, w), int32.
+            - ``cost``: number of intersection tests of the ray with surfaces and boxes, (h, w), int32.
         width, height, threads, progress, method, samples, antialias, dtype, executor
             As for `render`, and so are the errors.
 
@@ -276,33 +301,37 @@ class Scene(Fixed):
         dict of arrays
             By name, as `save_layers` takes them.
         """
-        how = picture_view(self.settings, width, height, checked_names(names), method, samples, antialias, dtype)
-        return self._painted(how, threads, progress, executor)
+        options = picture_options(
+            self.settings, width, height, check_layer_names(names), method, samples, antialias, dtype
+        )
+        return self._paint(options, threads, progress, executor)
 
     def size(self, width: int | None = None, height: int | None = None) -> tuple[int, int]:
-        """Width and height of the picture: what is given, else the scene file's, else 640 by 480."""
+        """Width and height of the picture: the arguments, else those of the scene file, else 640 by 480."""
         return picture_size(self.settings, width, height)
 
-    def _served(self, how: View) -> bool:
-        """Whether single precision serves the surfaces."""
-        if not serves_kinds(self.needs.kinds):
+    def _single_suffices(self, options: RenderOptions) -> bool:
+        """Test whether single precision suffices for the surfaces."""
+        if not single_suffices_for_kinds(self.needs.kinds):
             return False
-        return serves_surfaces(self._sent(how).arguments["rows"] if self._rows is None else self._rows)
+        return single_suffices_for_surfaces(self._task(options).arguments["rows"] if self._rows is None else self._rows)
 
-    def _painted(
+    def _paint(
         self,
-        how: View,
+        options: RenderOptions,
         threads: int | None,
-        progress: bool | Callable[[int, int], None],
+        progress: ProgressOption,
         executor: Executor | None,
     ) -> dict[str, Array]:
-        if how.dtype == np.float32 and not (self._served(how) and serves_rays(self.camera.position)):
-            wide = replace(how, dtype=np.dtype(np.float64))
-            return rounded(self._painted(wide, threads, progress, executor))
-        canvas = Canvas.blank(how.width, how.height, how.layers, how.dtype)
+        if options.dtype == np.float32 and not (
+            self._single_suffices(options) and single_suffices_for_rays(self.camera.position)
+        ):
+            wide = replace(options, dtype=np.dtype(np.float64))
+            return to_single(self._paint(wide, threads, progress, executor))
+        canvas = Canvas.blank(options.width, options.height, options.layers, options.dtype)
         if executor is None:
-            paint = partial(on_threads, self._ready(how), canvas, how.grid, threads)
+            paint = partial(on_threads, self._bound_scene(options), canvas, options.grid, threads)
         else:
-            paint = partial(on_executor, self._sent(how), canvas, how.grid, executor, threads)
-        with told(progress, how.width * how.height) as tell:
-            return paint(tell)
+            paint = partial(on_executor, self._task(options), canvas, options.grid, executor, threads)
+        with open_progress(progress, "render", "pixels", options.width * options.height) as report:
+            return paint(report)

@@ -1,4 +1,4 @@
-"""Surfaces swept by objects that evolve along a curve (thesis 4.5, 4.7)."""
+"""Surfaces swept by circles or point pairs that evolve along a curve (thesis 4.5, 4.7)."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...curves import Curve
-from .. import values
-from ..segments import Segments, local_segments
+from ..scene import values
+from ..sweeps.local_segments import Segments, local_segments
+from ..sweeps.real_intervals import surface_label
 from .base import Surface
 
 Array = NDArray[Any]
 _log = logging.getLogger("bladesmith")
-#: Numbers of controls, and surfaces, that a message lists.
+#: Largest number of controls, or of surfaces, that a message lists.
 MOST_LISTED = 8
-#: Whether a maker of many surfaces says once for all what was turned over.
+#: Suppression of warnings about flipped controls, because the caller warns once for many surfaces.
 _quiet: ContextVar[bool] = ContextVar("_quiet", default=False)
 
 
 @contextmanager
-def quietly() -> Iterator[None]:
-    """Surfaces made inside do not say which of their controls were turned over."""
+def suppress_flip_warnings() -> Iterator[None]:
+    """Suppress the warnings about flipped controls of surfaces that are constructed inside the block."""
     token = _quiet.set(True)
     try:
         yield
@@ -34,64 +35,66 @@ def quietly() -> Iterator[None]:
         _quiet.reset(token)
 
 
-def tell_turned(where: str, surfaces: Sequence[Surface]) -> None:
-    """One line about all controls of a scene that were turned over."""
-    turned = [
-        f"{named(i, surface)}: {surface.turned_text}"
+def warn_flipped(where: str, surfaces: Sequence[Surface]) -> None:
+    """Log one warning about all controls of a scene whose orientation was reversed."""
+    flipped = [
+        f"{surface_label(i, surface)}: {surface.flipped_text}"
         for i, surface in enumerate(surfaces)
-        if isinstance(surface, EvolvedSurface) and surface.segments.turned.any()
+        if isinstance(surface, EvolvedSurface) and surface.segments.newly_flipped.any()
     ]
-    if turned:
-        most = [*turned[:MOST_LISTED], *([".."] if len(turned) > MOST_LISTED else [])]
-        count = "1 surface" if len(turned) == 1 else f"{len(turned)} surfaces"
-        _log.warning("%s: controls of %s oppose the one before; turned over (align): %s", where, count, "; ".join(most))
-
-
-def named(place: int, surface: Surface) -> str:
-    """A surface of a scene as messages call it."""
-    return f"surfaces[{place}]" + (f" ({surface.name!r})" if surface.name else "")
+    if flipped:
+        most = [*flipped[:MOST_LISTED], *([".."] if len(flipped) > MOST_LISTED else [])]
+        count = "1 surface" if len(flipped) == 1 else f"{len(flipped)} surfaces"
+        _log.warning(
+            "%s: controls of %s oppose their predecessor; orientation reversed (align): %s",
+            where,
+            count,
+            "; ".join(most),
+        )
 
 
 class EvolvedSurface(Surface):
-    """What surfaces along curves share: polynomial pieces of the curve, one row of the program for each.
+    """Base of surfaces along curves: polynomial pieces of the curve, one row of parameters for each.
 
     Attributes
     ----------
     curve : Curve
-        The curve that the surface follows, controls turned over where `flipped` says so.
+        The curve that the surface follows, with the orientation of `flipped` controls reversed.
     segments : Segments
-        Its pieces.
+        Pieces of the curve.
     flipped : (controls,) array of bool
-        Controls that were turned over.
+        Controls whose orientation was reversed.
     gaps : bool
-        Parts where the interpolant is imaginary are left out instead of refused.
+        Parts where the interpolant is imaginary are omitted instead of refused.
     """
 
     swept: ClassVar[str]
 
-    def __init__(self, curve: Any, *, align: bool = True, gaps: bool = False, material: Any = None) -> None:
-        turn = values.flag(align, "align")
-        made = isinstance(curve, Segments)  # by a reader of many curves at once
-        self.segments: Segments = curve if made else local_segments(curve, self.swept, turn)
+    def __init__(self, curve: Any, *, align: bool = False, gaps: bool = False, material: Any = None) -> None:
+        flip = values.flag(align, "align")
+        is_split = isinstance(curve, Segments)  # by a reader of many curves at once
+        self.segments: Segments = curve if is_split else local_segments(curve, self.swept, flip)
         self.gaps = values.flag(gaps, "gaps")
-        if self.segments.turned.any() and not _quiet.get():
-            _log.warning("%s: controls oppose each other; turned over (align): %s", self.kind, self.turned_text)
+        if self.segments.newly_flipped.any() and not _quiet.get():
+            _log.warning(
+                "%s: controls oppose their predecessor; orientation reversed (align): %s", self.kind, self.flipped_text
+            )
         super().__init__(material)
 
     @property
-    def turned_text(self) -> str:
-        """Numbers of the controls that were turned over for this surface, as messages list them."""
-        turned = np.flatnonzero(self.segments.turned)
-        return ", ".join([*map(str, turned[:MOST_LISTED]), *([".."] if len(turned) > MOST_LISTED else [])])
+    def flipped_text(self) -> str:
+        """Indices of the controls that were flipped for this surface, as messages list them."""
+        flips = np.flatnonzero(self.segments.newly_flipped)
+        return ", ".join([*map(str, flips[:MOST_LISTED]), *([".."] if len(flips) > MOST_LISTED else [])])
 
     @property
     def curve(self) -> Curve:
-        """The curve that the surface follows."""
+        """Curve that the surface follows."""
         return self.segments.curve
 
     @property
     def flipped(self) -> NDArray[np.bool_]:
-        """Controls that were turned over, by the curve itself or for this surface."""
+        """Controls whose orientation was reversed, by the curve itself or for this surface."""
         return self.segments.flipped
 
     @property
@@ -114,12 +117,13 @@ class EvolvedCircles(EvolvedSurface):
     Parameters
     ----------
     curve : Curve of circles, or sequence of controls
-        Of controls a Bezier curve is made: circles, their coefficients, (center, normal, radius) as tuples or mappings.
+        Controls define a Bezier curve: circles, their coefficients, (center, normal, radius) as tuples or mappings.
     align : bool
-        Turn controls over where neighbours oppose each other (<C1 C2>_0 < 0): between such circles the interpolant
-        may become imaginary. Turns are logged, and `flipped` tells them.
+        Reverse the orientation of controls that oppose their predecessor (<C1 C2>_0 < 0): between such circles the
+        interpolant may become imaginary. Reversals are logged, and listed in `flipped`. Otherwise the surface follows
+        the controls as they are, like the curve through them.
     gaps : bool
-        Leave out parts where the interpolant is imaginary. Otherwise they are refused when the surface is first used.
+        Omit parts where the interpolant is imaginary. Otherwise they are refused when the surface is first used.
     material : Material, optional
     """
 
@@ -133,13 +137,9 @@ class EvolvedPointPairs(EvolvedSurface):
     Parameters
     ----------
     curve : Curve of point pairs, or sequence of controls
-        Of controls a Bezier curve is made: point pairs, their coefficients, (a, b) as tuples or mappings.
-    align : bool
-        Turn controls over where neighbours oppose each other (<P1 P2>_0 < 0): between such pairs the interpolant
-        may become imaginary. Turns are logged, and `flipped` tells them.
-    gaps : bool
-        Leave out parts where the interpolant is imaginary. Otherwise they are refused when the surface is first used.
-    material : Material, optional
+        Controls define a Bezier curve: point pairs, their coefficients, (a, b) as tuples or mappings.
+    align, gaps, material
+        As for `EvolvedCircles`.
     """
 
     kind = "evolved_point_pairs"

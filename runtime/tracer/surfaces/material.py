@@ -1,4 +1,4 @@
-"""How a surface looks: the Blinn-Phong model with a mirror, as one row of numbers for the driver."""
+"""Materials: the Blinn-Phong model with mirror reflection, as one row of numbers for the driver."""
 
 from __future__ import annotations
 
@@ -7,42 +7,43 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ...errors import SceneError, suggest
-from .. import values
-from ..driver import MATERIAL_SIZE
+from ...common.validation import as_choice, as_instance
+from ...errors import SceneError
+from ..rendering.driver import MATERIAL_SIZE
+from ..scene import values
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """How a surface looks: the Blinn-Phong model with a mirror.
+    """Parameters of the Blinn-Phong model with mirror reflection.
 
     Attributes
     ----------
     color : (3,) array
         Linear red, green, blue.
     ambient, diffuse, specular : float
-        Shares of the color that is always seen, of Lambert's law, and of the highlight (which is white).
+        Factors of the ambient color, of Lambert's law, and of the highlight (which is white).
     shininess : float
         Exponent of the highlight.
     reflectivity : float
-        Share of what is seen that comes from the mirror image, 0 to 1.
+        Fraction of the visible light that comes from the mirror image, 0 to 1.
     checker : (3,) array or None
         Second color of a pattern of squares, on planes and discs.
     checker_size : float
         Side of a square.
     """
 
-    color: Any = (0.8, 0.8, 0.8)
+    color: ArrayLike = (0.8, 0.8, 0.8)
     ambient: float = 0.1
     diffuse: float = 0.8
     specular: float = 0.3
     shininess: float = 32.0
     reflectivity: float = 0.0
-    checker: Any = None
+    checker: ArrayLike | None = None
     checker_size: float = 1.0
 
     def __post_init__(self) -> None:
@@ -51,15 +52,15 @@ class Material:
             object.__setattr__(self, "checker", values.color(self.checker, "material.checker"))
         for name in ("ambient", "diffuse", "specular"):
             object.__setattr__(
-                self, name, values.between(getattr(self, name), f"material.{name}", 0.0, values.BRIGHTEST)
+                self, name, values.number(getattr(self, name), f"material.{name}", 0.0, values.BRIGHTEST)
             )
         object.__setattr__(self, "shininess", values.positive(self.shininess, "material.shininess"))
         object.__setattr__(self, "checker_size", values.positive(self.checker_size, "material.checker_size"))
-        mirror = values.between(self.reflectivity, "material.reflectivity", 0.0, 1.0)
+        mirror = values.number(self.reflectivity, "material.reflectivity", 0.0, 1.0)
         object.__setattr__(self, "reflectivity", mirror)
 
     def row(self, normal: Array | None) -> Array:
-        """What the driver reads; squares lie in the plane of the normal."""
+        """Row of constants for the driver; the squares lie in the plane perpendicular to the normal."""
         row = np.zeros(MATERIAL_SIZE)
         row[:3] = row[8:11] = self.color
         row[3:8] = self.ambient, self.diffuse, self.specular, self.shininess, self.reflectivity
@@ -67,12 +68,12 @@ class Material:
             if normal is None:
                 raise SceneError("material.checker is for planes and discs.")
             row[8:11] = self.checker
-            row[11:17] = np.concatenate(_across(normal)) / self.checker_size
+            row[11:17] = np.concatenate(perpendicular_basis(normal)) / self.checker_size
         return row
 
 
-def _across(normal: Array) -> tuple[Array, Array]:
-    """Two unit vectors across a normal; e1 and e2 for the normal e3."""
+def perpendicular_basis(normal: Array) -> tuple[Array, Array]:
+    """Two unit vectors perpendicular to a normal, right-handed with it; e1 and e2 for the normal e3."""
     first = np.eye(3)[1 if abs(normal[1]) < 0.9 else 2]
     u = np.cross(first, normal)
     u = u / np.linalg.norm(u)
@@ -82,12 +83,7 @@ def _across(normal: Array) -> tuple[Array, Array]:
 def as_material(value: Material | Mapping[str, Any] | None) -> Material:
     if value is None or isinstance(value, Material):
         return value or Material()
-    if not isinstance(value, Mapping):
-        raise SceneError(f"material is {type(value).__name__}; a Material or a mapping is needed.")
-    known = Material.__dataclass_fields__
-    for key in value:
-        if key not in known:
-            raise SceneError(
-                f"material has no {values.shown(key)}{suggest(str(key), known)}; it has {', '.join(known)}."
-            )
-    return Material(**value)
+    given = as_instance(value, "material", Mapping, "a Material or a mapping", SceneError)
+    for key in given:
+        as_choice(key, "a key of material", Material.__dataclass_fields__, SceneError)
+    return Material(**given)

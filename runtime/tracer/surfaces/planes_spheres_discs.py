@@ -1,4 +1,4 @@
-"""Planes, spheres and discs: what they are made of, and where positions lie on them without any ray."""
+"""Planes, spheres and discs: their parameters, and the distance of positions from them by a formula."""
 
 from __future__ import annotations
 
@@ -7,32 +7,33 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...calls import Numbers
+from ...core.geometry.euclidean import plain
+from ...core.registry import stock_algebra
+from ...dispatch.formulas import ArrayOperand, evaluate
 from ...errors import SceneError
-from .. import values
+from ..scene import object_parameters, values
 from .base import Surface
 
 Array = NDArray[Any]
 
 
 class Flat(Surface):
-    """Base of the surfaces whose distance from a position is a formula."""
+    """Base of the surfaces whose distance from a position has a formula."""
 
-    #: Attributes that the formula takes after the position.
+    #: Names of the attributes that the formula takes after the position.
     _measures: ClassVar[tuple[str, ...]]
 
     def contact(self, position: Any) -> tuple[Array, Array]:
         """Distance (...) of positions (..., 3) from the surface, and the unit normals (..., 3) there, either side.
 
-        NaN where there is no normal, at the centre of a sphere.
+        NaN where there is no normal, at the center of a sphere.
         """
-        from ... import cga3d as cga
-        from ...calls import call
-        from ...euclidean import plain
-
-        given = ((name, getattr(self, name)) for name in self._measures)
-        operands = [Numbers(x, 0, name) if np.ndim(x) == 0 else cga.vector(x, name) for name, x in given]
-        distance, normal = call(cga, f"rays.{self.kind}_contact", cga.vector(position, "position"), *operands).values
+        cga = stock_algebra("cga3d")
+        attributes = ((name, getattr(self, name)) for name in self._measures)
+        operands = [ArrayOperand(x, 0, name) if np.ndim(x) == 0 else cga.vector(x, name) for name, x in attributes]
+        distance, normal = evaluate(
+            cga, f"rays.{self.kind}_contact", cga.vector(position, "position"), *operands
+        ).values
         return distance[..., 0], plain(normal)
 
 
@@ -43,13 +44,14 @@ class Plane(Flat):
     _measures = ("normal", "offset")
 
     def __init__(self, normal: Any, offset: float | None = None, *, material: Any = None) -> None:
-        given = values.coefficients(normal, "plane") if offset is None else None
-        if given is not None:
-            self.normal, self.offset = values.read_plane(given)
+        coefficients = object_parameters.coefficients(normal, "plane") if offset is None else None
+        if coefficients is not None:
+            normal, offset = object_parameters.read_object(coefficients, "plane")
+            self.normal, self.offset = values.unit(normal, "normal"), float(offset)
         else:
-            raw = values.finite(normal, "plane.normal", 3)
-            self.normal = values.unit(raw, "plane.normal")
-            length = float(raw @ self.normal)  # scaling the normal scales the offset
+            direction = values.finite(normal, "plane.normal", 3)
+            self.normal = values.unit(direction, "plane.normal")
+            length = float(direction @ self.normal)  # scaling the normal scales the offset
             self.offset = values.number(0.0 if offset is None else offset, "plane.offset") / length
         super().__init__(material)
 
@@ -63,20 +65,22 @@ class Plane(Flat):
 
 
 class Sphere(Flat):
-    """A sphere by centre and radius, or a sphere of the algebra.
+    """A sphere by center and radius, or a sphere of the algebra.
 
-    A ray that touches it has its point twice, or none where rounding takes it past.
+    A tangent ray has its point twice, or not at all, by rounding.
     """
 
     kind = "sphere"
+    center: Array
     _measures = ("center", "radius")
 
     def __init__(self, center: Any, radius: float | None = None, *, material: Any = None) -> None:
         if radius is None:
-            given = values.coefficients(center, "sphere")
-            if given is None:
-                raise SceneError("sphere has no radius, and what is given is no sphere of the algebra.")
-            self.center, self.radius = values.read_sphere(given)
+            coefficients = object_parameters.coefficients(center, "sphere")
+            if coefficients is None:
+                raise SceneError("sphere has no radius, and its first argument is not a sphere of the algebra.")
+            self.center, radius = object_parameters.read_object(coefficients, "sphere")
+            self.radius = float(radius)
         else:
             self.center = values.finite(center, "sphere.center", 3)
             self.radius = values.positive(radius, "sphere.radius")
@@ -88,12 +92,12 @@ class Sphere(Flat):
 
 
 class Disc(Flat):
-    """The flat inside of a circle, rim included, by centre, normal and radius, or of a circle of the algebra.
+    """The flat inside of a circle, rim included, by center, normal and radius, or of a circle of the algebra.
 
-    A ray in the disc's plane meets its rim: in two points, or in one where it touches. The normal there is that of
-    the disc, either side, as for rays that come ever flatter. A ray lies in the plane to rounding of the numbers that
-    ray and disc are made of: 8 units in the last place in slope, 16 in height. One that is tilted more has the one
-    point where it passes through the plane.
+    A ray in the disc's plane meets its rim: in two points, or in one where it is tangent. The normal there is that of
+    the disc, on either side, as in the limit of grazing rays. A ray counts as in the plane up to rounding of its own
+    and the disc's numbers: 8 units in the last place in slope, 16 in height. A steeper ray has the one point where it
+    crosses the plane.
     """
 
     kind = "disc"
@@ -101,7 +105,7 @@ class Disc(Flat):
 
     def __init__(self, center: Any, normal: Any = None, radius: float | None = None, *, material: Any = None) -> None:
         value = center if normal is None and radius is None else (center, normal, radius)
-        self.center, self.normal, self.radius = values.circle(value, "disc")
+        self.center, self.normal, self.radius = object_parameters.circle_parameters(value, "disc")
         super().__init__(material)
 
     @property

@@ -1,4 +1,4 @@
-"""Triangles and meshes of them (thesis 4.7.4): checked once, a row for each."""
+"""Surfaces of triangles (thesis 4.7.4): checked once, a row of parameters for each triangle."""
 
 from __future__ import annotations
 
@@ -8,26 +8,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...common.validation import finite_array
 from ...errors import SceneError
-from ...interchange.meshes import NOISE, load_mesh, load_with_normals
-from .. import values
+from ...interchange.meshes import NOISE, face_indices, load_mesh, load_with_normals
+from ..scene import values
 from .base import Surface
 
 Array = NDArray[Any]
-#: Sizes of coordinates whose products, of four of them, neither overflow nor vanish.
-SMALLEST, LARGEST = 1e-60, 1e60
+#: Smallest magnitude of coordinates: products of four of them do not vanish.
+SMALLEST = 1e-60
+#: Largest magnitude of coordinates: products of four of them do not overflow.
+LARGEST = 1e60
 
 
 class Facets(Surface):
-    """Triangles between vertices, seen from both sides.
+    """Triangles between vertices, visible from both sides.
 
     Parameters
     ----------
     vertices : array (n, 3)
     faces : integer array (m, 3)
-        Corners of the triangles, as places in ``vertices``.
+        Corners of the triangles, as indices into ``vertices``.
     normals : array (n, 3), optional
-        Normals at the vertices, of any length: shading goes smoothly over the triangles. Without, each is flat.
+        Normals at the vertices, of any length, for smooth shading. Default: flat triangles.
     material : Material, optional
 
     Attributes
@@ -38,21 +41,21 @@ class Facets(Surface):
     Raises
     ------
     SceneError
-        For what is no array of such a shape, is not finite, for faces that name a vertex that is not there or have no
-        area, and normals of length zero: with the first such number.
+        For arrays of other shapes, numbers that are not finite, faces with an index out of range or without an area,
+        and normals of length zero: with the index of the first.
 
     Notes
     -----
-    A ray through an edge or a corner meets every triangle there, so that none passes between two. Two meshes agree on
-    that where their edges have the same ends. ``alpha`` of hits is NaN.
+    A ray through an edge or a corner meets every triangle there, so that none passes between two; across two meshes
+    too, where their edges have the same ends. ``alpha`` of hits is NaN.
     """
 
     kind = "facets"
 
     def __init__(self, vertices: Any, faces: Any, *, normals: Any = None, material: Any = None) -> None:
-        self.vertices = _frozen(_rows(vertices, "facets.vertices"))
-        self.faces = _frozen(_faces(faces, len(self.vertices)))
-        self.normals = None if normals is None else _frozen(_normals(normals, self.vertices, self.faces))
+        self.vertices = _read_only(finite_array(vertices, "facets.vertices", ("n", 3), SceneError).copy())
+        self.faces = _read_only(face_indices(faces, "facets.faces", len(self.vertices), SceneError))
+        self.normals = None if normals is None else _read_only(_normals(normals, self.vertices, self.faces))
         _check_sizes(self.vertices)
         _check_areas(self.vertices, self.faces)
         super().__init__(material)
@@ -82,22 +85,22 @@ class Mesh(Facets):
     scale : float
         Factor on the file's coordinates: 0.001 for a file in millimetres in a scene in metres.
     smooth : bool
-        Shade with normals at the vertices: the file's own, or else the mean of the triangles around each, weighted with
-        their angles. Corners at one position are one vertex, so cubes are better left flat.
+        Shade with normals at the vertices: the file's own, or else the mean of the triangles around each, weighted by
+        angle. Corners at one position are one vertex, so cubes should stay flat.
     material : Material, optional
 
     Attributes
     ----------
     path : str
     dropped_faces : int
-        Triangles without an area, which are left out and logged.
+        Number of triangles without an area, which are dropped and logged.
 
     Raises
     ------
     MissingExtraError
         If `trimesh` is not installed.
     InputError
-        If there is no such file, it is of another format or damaged, or holds no triangles.
+        If the file does not exist, has another format, is damaged, or holds no triangles.
     SceneError
         For a scale that is not positive.
     """
@@ -106,43 +109,14 @@ class Mesh(Facets):
         self, path: str | os.PathLike[str], *, scale: float = 1.0, smooth: bool = False, material: Any = None
     ) -> None:
         factor = values.positive(scale, "mesh.scale")
-        found, normals = load_with_normals(path) if smooth else (load_mesh(path), None)
-        self.path, self.dropped_faces = str(path), found.dropped_faces
-        super().__init__(found.vertices * factor, found.faces, normals=normals, material=material)
-
-
-def _rows(value: Any, name: str) -> Array:
-    """A finite array (n, 3)."""
-    found = values.reals(value)
-    if found is None or found.ndim != 2 or found.shape[1] != 3:
-        what = "no array of real numbers" if found is None else f"of shape {found.shape}"
-        raise SceneError(f"{name} are {what}; (n, 3) is needed.")
-    array = np.array(found, np.float64)
-    good = np.isfinite(array).all(1)
-    if not good.all():
-        raise SceneError(f"{name}[{int(good.argmin())}] is not finite.")
-    return array
-
-
-def _faces(value: Any, count: int) -> Array:
-    """Places of corners (m, 3)."""
-    found = values.reals(value)
-    if found is None or found.dtype.kind not in "iu":
-        raise SceneError("facets.faces are no whole numbers; give places of vertices.")
-    if found.ndim != 2 or found.shape[1] != 3:
-        raise SceneError(f"facets.faces have shape {found.shape}; (m, 3) is needed: split polygons into triangles.")
-    bad = ((found < 0) | (found >= count)).any(1)
-    if bad.any():
-        i = int(bad.argmax())
-        raise SceneError(f"facets.faces[{i}] is {found[i].tolist()}; places of {count} vertices run from 0.")
-    return np.array(found, np.int64)
+        loaded, normals = load_with_normals(path) if smooth else (load_mesh(path), None)
+        self.path, self.dropped_faces = str(path), loaded.dropped_faces
+        super().__init__(loaded.vertices * factor, loaded.faces, normals=normals, material=material)
 
 
 def _normals(value: Any, vertices: Array, faces: Array) -> Array:
-    """Unit normals (n, 3); those of vertices without a triangle do not matter."""
-    rows = _rows(value, "facets.normals")
-    if len(rows) != len(vertices):
-        raise SceneError(f"facets.normals are {len(rows)}; one for each of the {len(vertices)} vertices is needed.")
+    """Normalize normals (n, 3); those of vertices without a triangle may be zero."""
+    rows = finite_array(value, "facets.normals", (len(vertices), 3), SceneError)
     largest = np.abs(rows).max(1, initial=0.0)
     zero = largest < values.TINY
     used = np.zeros(len(rows), bool)
@@ -155,31 +129,28 @@ def _normals(value: Any, vertices: Array, faces: Array) -> Array:
 
 
 def _check_sizes(vertices: Array) -> None:
-    """Products of four coordinates must be numbers; a mesh that is all at the origin has no area, as is told next."""
+    """Check that products of four coordinates stay in range; a mesh in the origin alone fails at `_check_areas`."""
     largest = float(np.abs(vertices).max(initial=0.0))
     if largest > LARGEST or 0 < largest < SMALLEST:
         raise SceneError(
-            f"facets.vertices reach {largest:g}; sizes from {SMALLEST:g} to {LARGEST:g} are taken. "
+            f"facets.vertices go up to {largest:g}; sizes must lie between {SMALLEST:g} and {LARGEST:g}. "
             "Measure in another unit."
         )
 
 
 def _check_areas(vertices: Array, faces: Array) -> None:
-    """Refuse triangles of which only rounding is left."""
+    """Refuse triangles whose area is rounding error."""
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     u, v = b - a, c - a
     double_area = np.linalg.norm(np.cross(u, v), axis=1)
     longest = np.sqrt(np.maximum((u * u).sum(1), (v * v).sum(1)))
-    reach = np.abs(vertices).max(initial=0.0)
-    flat = ~(double_area > np.finfo(float).eps * NOISE * longest * reach)
+    magnitude = np.abs(vertices).max(initial=0.0)
+    flat = ~(double_area > np.finfo(float).eps * NOISE * longest * magnitude)
     if flat.any():
         i = int(flat.argmax())
-        raise SceneError(f"facets.faces[{i}] is {faces[i].tolist()}, a triangle without an area; leave it out.")
+        raise SceneError(f"facets.faces[{i}] is {faces[i].tolist()}, a triangle without an area; drop it.")
 
 
-def _frozen(array: Array) -> Array:
+def _read_only(array: Array) -> Array:
     array.setflags(write=False)
     return array
-
-
-__all__ = ["Facets", "Mesh"]

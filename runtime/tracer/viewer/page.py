@@ -1,6 +1,6 @@
-"""A scene as one HTML page that opens anywhere: the surfaces in 3D, to turn and to touch, and no network at all.
+"""Interactive HTML page of a scene: a single file with the surfaces in 3D, which needs no network.
 
-plotly (extra ``view``) draws; its JavaScript is part of the page, which is why no page is smaller than 5 MB.
+plotly (extra ``view``) draws; its JavaScript is part of the page, so that every page has at least 5 MB.
 """
 
 from __future__ import annotations
@@ -11,16 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError, SceneError
-from ..files import write_atomically
-from ..webpages import filled, page_json
-from . import values
-from .image import encode, file_named
-from .scene import Scene
+from ...common.files import as_path, write_file
+from ...common.html_page import page_json, render_page
+from ...common.validation import as_instance, short_repr
+from ...errors import MissingExtraError, SceneError
+from ..output.image import encode
+from ..scene import values
+from ..scene.scene import Scene
 
-#: Vertices that the meshes of a page may have together: some 8 MB.
+#: Default number of vertices of all meshes of a page: some 8 MB.
 VERTICES = 200_000
-#: More than browsers show.
+#: Largest number of vertices: browsers do not show more.
 MOST_VERTICES = 50_000_000
 
 
@@ -33,11 +34,11 @@ class Page:
     html : str
         The whole file.
     library, data : int
-        Bytes of it that are plotly's JavaScript, and the scene's meshes and texts.
+        Bytes of plotly's JavaScript, and of the scene's meshes and texts.
     surfaces, traces, vertices, triangles : int
-        What it shows; surfaces are joined by kind where there are many.
+        Numbers of what it shows; surfaces are merged by kind where there are many.
     missing : tuple of str
-        Surfaces that have no mesh, and why: evolved circles that become a line, for example.
+        Surfaces without a mesh, and the reason: evolved circles that become a line, for example.
     """
 
     html: str
@@ -50,17 +51,14 @@ class Page:
     missing: tuple[str, ...] = ()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the file, in one step.
+        """Write the file atomically.
 
         Raises
         ------
         InputError
-            If it cannot be written there.
+            If the path is not writable.
         """
-        try:
-            write_atomically(file_named(path), self.html)
-        except OSError as error:
-            raise InputError(f"it cannot be written: {error.strerror}.", where=str(path)) from None
+        write_file(as_path(path, "a page is written to"), self.html)
 
     def __str__(self) -> str:
         size = len(self.html.encode())
@@ -79,62 +77,61 @@ def view(
     names: Sequence[str | None] | None = None,
     vertices: int = VERTICES,
 ) -> Page:
-    """An interactive page of a scene: one HTML file with everything in it.
+    """Make an interactive page of a scene: one self-contained HTML file.
 
     Parameters
     ----------
     scene : Scene
     path : path, optional
-        Where to write it.
+        File to write.
     title : str, optional
     names : sequence of str or None, optional
-        What the legend calls each surface; default: its own name, else its kind and place.
+        Names of the surfaces in the legend; default: their own names, else kind and index.
     vertices : int
-        About how many the meshes may have together. Surfaces have the same share each, of 30 at least and 9300 at
-        most; meshes of triangles are shown as they are.
+        Approximate number of vertices of all meshes. Surfaces get equal parts of it, between 30 and 9300 each; meshes
+        of triangles are shown as they are.
 
     Returns
     -------
     Page
-        ``print(page)`` says what it is made of.
+        ``print(page)`` lists its contents.
 
     Raises
     ------
     MissingExtraError
         If plotly is not installed.
     SceneError, InputError
-        If an argument is none, or the file cannot be written.
+        If an argument is not valid, or the file cannot be written.
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"scene is {type(scene).__name__}, which is no Scene.")
+    as_instance(scene, "scene", Scene, error=SceneError)
     budget = values.whole(vertices, "vertices", 1, MOST_VERTICES)
     if names is not None and (not isinstance(names, Sequence) or isinstance(names, str | bytes)):
-        raise SceneError(f"names is {values.shown(names)}; a list is needed.")
+        raise SceneError(f"names is {short_repr(names)}; a list is needed.")
     if names is not None and len(names) != len(scene.surfaces):
         raise SceneError(f"names are {len(names)}; one for each of {len(scene.surfaces)} surfaces is needed.")
     if path is not None:
-        file_named(path)
+        as_path(path, "a page is written to")
     library = _library()
-    from .view_figure import figure
-    from .view_parts import shown
+    from .geometry import build_viewer_scene
+    from .plotly_figure import figure
 
-    what = shown(scene, names, budget)
+    viewed = build_viewer_scene(scene, names, budget)
     heading = "A scene" if title is None else str(title)
     horizon = np.minimum(1.0, 0.35 * scene.sky[:3] + 0.65)  # pale, so that text can be read on it
-    made = figure(what, heading, "rgb({}, {}, {})".format(*encode(horizon)))
-    data = page_json(made)
-    count = sum(len(part.vertices) for part in what.parts), sum(len(part.faces) for part in what.parts)
+    plotly_figure = figure(viewed, heading, "rgb({}, {}, {})".format(*encode(horizon)))
+    data = page_json(plotly_figure)
+    count = sum(len(group.vertices) for group in viewed.groups), sum(len(group.faces) for group in viewed.groups)
     note = [f"{_count(len(scene.surfaces), 'surface')}, {_count(count[0], 'vertex')}; drag to turn, scroll to zoom"]
-    text = filled(f"{__package__}.data", "view", heading, " \u00b7 ".join([*note, *what.missing]), data, library)
+    text = render_page(f"{__package__}.data", "view", heading, " \u00b7 ".join([*note, *viewed.missing]), data, library)
     sizes = len(library.encode()), len(data)
-    page = Page(text, *sizes, len(scene.surfaces), len(made["data"]), *count, tuple(what.missing))
+    page = Page(text, *sizes, len(scene.surfaces), len(plotly_figure["data"]), *count, tuple(viewed.missing))
     if path is not None:
         page.save(path)
     return page
 
 
 def _library() -> str:
-    """plotly's JavaScript."""
+    """JavaScript of plotly."""
     try:
         from plotly.offline import get_plotlyjs
     except ImportError:
@@ -146,6 +143,3 @@ def _library() -> str:
 def _count(number: int, what: str) -> str:
     plural = {"vertex": "vertices"}.get(what, f"{what}s")
     return f"{number} {what if number == 1 else plural}"
-
-
-__all__ = ["Page", "view"]

@@ -1,8 +1,7 @@
-"""The figure of the interactive page: plotly's traces and layout, as dicts ready for JSON. Texts are escaped here."""
+"""Figure of the interactive page: plotly's traces and layout, as dicts for JSON. Texts are escaped here."""
 
 from __future__ import annotations
 
-import base64
 import html
 import math
 from collections.abc import Sequence
@@ -11,87 +10,103 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .view_parts import Box, Eye, Part, Shown, merged
+from ...common.html_page import encode_array, index_type
+from .geometry import Box, MeshGroup, ViewerCamera, ViewerScene, merge_by_kind
 
 Array = NDArray[Any]
-#: Surfaces that get a line of the legend each; more are joined by kind.
+#: Largest number of surfaces with a line of the legend each; more are merged by kind.
 MOST_TRACES = 48
-#: A scene this many of its sizes from the origin is shown relative to its middle: the page's numbers have 24 bits.
+#: Distance from the origin, in radii of the scene, beyond which positions are relative to its center: the page's
+#: numbers have 24 bits.
 FAR = 100.0
-#: Part of the range that is left free around everything.
+#: Free margin around everything, as a fraction of the range.
 MARGIN = 0.04
-#: plotly's light: some of it from everywhere, so that nothing is black.
+#: Lighting model of plotly: some ambient light, so that nothing is black.
 LIGHTING = {"ambient": 0.36, "diffuse": 0.62, "roughness": 0.4, "fresnel": 0.05}
-#: plotly drops normals of faces that are smaller than this: ours are small, and none is a point.
+#: Smallest area of faces whose normals plotly uses: ours are small, but none is a point.
 NORMAL_NOISE = 1e-15
-#: Its lamp: how far away in units of the longest side, its least part in front, the shape of most screens, the depths
-#: that plotly sees, and the least that numbers are good for.
-LAMP_AWAY, FRONTAL, SCREEN, DEPTHS, NEAREST = 3.0, 1.0, 1.6, (0.01, 1000.0), 1e-3
-RED, INK, GLASS = "rgb(200, 40, 30)", "rgb(34, 48, 60)", "rgba(34, 48, 60, 0.25)"
-#: The overview: where the eye is, to the right, ahead and above as the scene's camera sees it.
+#: Distance of plotly's light in units of the longest side.
+LAMP_AWAY = 3.0
+#: Smallest component of the light's direction towards the viewer.
+FRONTAL = 1.0
+#: Aspect ratio of most screens.
+SCREEN = 1.6
+#: Near and far clipping planes of plotly.
+DEPTHS = (0.01, 1000.0)
+#: Smallest depth of the light, to avoid a division by zero.
+NEAREST = 1e-3
+#: Color of control objects.
+RED = "rgb(200, 40, 30)"
+#: Color of texts, the camera and the lights.
+INK = "rgb(34, 48, 60)"
+#: Color of grid lines.
+GLASS = "rgba(34, 48, 60, 0.25)"
+#: Direction of the overview, to the right, ahead and above in the axes of the scene's camera.
 OVERVIEW = (-1.6, -1.1, 0.9)
-#: The sphere around everything is larger than what is in it; and no eye is so far away as through a telescope.
-CLOSE, NARROWEST = 0.8, 0.2
-#: Letters of a name that are shown.
+#: Distance of the overview, relative to that of the bounding sphere, which is larger than its contents.
+CLOSE = 0.8
+#: Smallest sine of half the field of view of the overview.
+NARROWEST = 0.2
+#: Largest number of letters of a name in the legend.
 MOST_LETTERS = 48
 
 
-def figure(what: Shown, title: str, background: str) -> dict[str, Any]:
-    """The whole figure, and under "views" what the page's buttons need."""
-    origin = np.round(what.box.center) if np.linalg.norm(what.box.center) > FAR * what.box.radius else np.zeros(3)
-    parts = what.parts if len(what.parts) <= MOST_TRACES else merged(what.parts)
-    side = float((what.box.high - what.box.low).max()) * (1 + 2 * MARGIN) or 1.0
-    views = _views(what, side)
-    lamp = _lightposition(what, views, side)
-    traces = [_mesh(part, origin, lamp) for part in parts]
-    if what.controls:
-        traces.append(_lines(what.controls, origin, "control objects", RED, 5))
-    if what.frustum is not None:
-        traces.append(_camera(what.eye, what.frustum, origin))
-    if what.lights:
-        traces.append(_lights(what, origin))
-    return {"data": traces, "layout": _layout(what.box, origin, side, views, title, background), "views": views}
+def figure(viewed: ViewerScene, title: str, background: str) -> dict[str, Any]:
+    """The whole figure, with the cameras of the page's buttons under "views"."""
+    origin = np.round(viewed.box.center) if np.linalg.norm(viewed.box.center) > FAR * viewed.box.radius else np.zeros(3)
+    groups = viewed.groups if len(viewed.groups) <= MOST_TRACES else merge_by_kind(viewed.groups)
+    side = float((viewed.box.high - viewed.box.low).max()) * (1 + 2 * MARGIN) or 1.0
+    views = _views(viewed, side)
+    lamp = _lightposition(viewed, views, side)
+    traces = [_mesh(group, origin, lamp) for group in groups]
+    if viewed.controls:
+        traces.append(_lines(viewed.controls, origin, "control objects", RED, 5))
+    if viewed.frustum is not None:
+        traces.append(_camera(viewed.camera, viewed.frustum, origin))
+    if viewed.lights:
+        traces.append(_lights(viewed, origin))
+    return {"data": traces, "layout": _layout(viewed.box, origin, side, views, title, background), "views": views}
 
 
-def _mesh(part: Part, origin: Array, lamp: dict[str, float]) -> dict[str, Any]:
-    colors = part.vertex_colors
+def _mesh(group: MeshGroup, origin: Array, lamp: dict[str, float]) -> dict[str, Any]:
+    colors = group.vertex_colors
     single = colors is None
-    lines = ["<b>%{meta}</b>", html.escape(part.kind)] if single else ["<b>%{meta}</b>", "surfaces[%{customdata[0]}]"]
+    lines = ["<b>%{meta}</b>", html.escape(group.kind)] if single else ["<b>%{meta}</b>", "surfaces[%{customdata[0]}]"]
     lines.append(_position(origin))
-    if np.isfinite(part.alpha).any():
+    if np.isfinite(group.alpha).any():
         lines.append("alpha = %{customdata[1]:.4f}" if not single else "alpha = %{customdata:.4f}")
-    x, y, z = (part.vertices - origin).T
-    i, j, k = part.faces.T
+    x, y, z = (group.vertices - origin).T
+    i, j, k = group.faces.T
     trace: dict[str, Any] = {
         "type": "mesh3d",
-        "name": _text(part.label),
-        "meta": _text(part.label),
-        **{name: _packed(row, np.float32) for name, row in zip("xyz", (x, y, z), strict=True)},
-        **{name: _packed(row, _index_type(len(x))) for name, row in zip("ijk", (i, j, k), strict=True)},
-        "color": _rgb(part.color),
+        "name": _text(group.label),
+        "meta": _text(group.label),
+        **{name: encode_array(row, np.float32) for name, row in zip("xyz", (x, y, z), strict=True)},
+        **{name: encode_array(row, index_type(len(x))) for name, row in zip("ijk", (i, j, k), strict=True)},
+        "color": _rgb(group.color),
         "showlegend": True,
         "hovertemplate": "<br>".join(lines) + "<extra></extra>",
         "lighting": {
             **LIGHTING,
-            "specular": _specular(part),
+            "specular": _specular(group),
             "vertexnormalsepsilon": NORMAL_NOISE,
             "facenormalsepsilon": NORMAL_NOISE,
         },
         "lightposition": lamp,
-        "flatshading": part.face_colors is not None,
+        "flatshading": group.face_colors is not None,
     }
-    if part.face_colors is not None:
-        trace["facecolor"] = [_rgb(row) for row in part.face_colors.tolist()]
+    if group.face_colors is not None:
+        trace["facecolor"] = [_rgb(row) for row in group.face_colors.tolist()]
     if colors is not None:
-        trace["vertexcolor"] = _packed(colors, np.uint8)
-        trace["customdata"] = _packed(np.stack([part.owner, part.alpha], 1), np.float32)
-    elif np.isfinite(part.alpha).any():
-        trace["customdata"] = _packed(part.alpha, np.float32)
+        trace["vertexcolor"] = _encode_rows(colors, np.uint8)
+        trace["customdata"] = _encode_rows(np.stack([group.owner, group.alpha], 1), np.float32)
+    elif np.isfinite(group.alpha).any():
+        trace["customdata"] = encode_array(group.alpha, np.float32)
     return trace
 
 
-def _specular(part: Part) -> float:
-    return min(1.0, 0.5 * float(part.material.specular)) if part.material is not None else 0.1
+def _specular(group: MeshGroup) -> float:
+    return min(1.0, 0.5 * float(group.material.specular)) if group.material is not None else 0.1
 
 
 def _lines(lines: Sequence[Array], origin: Array, name: str, color: str, width: float) -> dict[str, Any]:
@@ -110,19 +125,19 @@ def _lines(lines: Sequence[Array], origin: Array, name: str, color: str, width: 
     }
 
 
-def _camera(eye: Eye, frustum: Array, origin: Array) -> dict[str, Any]:
-    place = ", ".join(f"{x:.6g}" for x in eye.position)
+def _camera(camera: ViewerCamera, frustum: Array, origin: Array) -> dict[str, Any]:
+    position = ", ".join(f"{x:.6g}" for x in camera.position)
     return {
         **_lines([frustum], origin, "camera", INK, 3),
-        "hovertemplate": f"<b>camera</b><br>at {place}<extra></extra>",
+        "hovertemplate": f"<b>camera</b><br>at {position}<extra></extra>",
     }
 
 
-def _lights(what: Shown, origin: Array) -> dict[str, Any]:
-    drawn = np.array([place for place, _, _ in what.lights]) - origin
+def _lights(viewed: ViewerScene, origin: Array) -> dict[str, Any]:
+    drawn = np.array([shown for shown, _, _ in viewed.lights]) - origin
     texts = []
-    for i, (place, position, _) in enumerate(what.lights):
-        moved = "" if np.array_equal(place, position) else "<br>(drawn nearer)"
+    for i, (shown, position, _) in enumerate(viewed.lights):
+        moved = "" if np.array_equal(shown, position) else "<br>(drawn nearer)"
         texts.append(f"light [{i}]<br>at {', '.join(f'{x:.6g}' for x in position)}{moved}")
     return {
         "type": "scatter3d",
@@ -133,7 +148,7 @@ def _lights(what: Shown, origin: Array) -> dict[str, Any]:
         "marker": {
             "symbol": "circle",
             "size": 7,
-            "color": [_rgb(color) for _, _, color in what.lights],
+            "color": [_rgb(color) for _, _, color in viewed.lights],
             "line": {"color": INK, "width": 1},
         },
         "hovertemplate": "%{text}<extra></extra>",
@@ -176,15 +191,15 @@ def _layout(box: Box, origin: Array, side: float, views: dict[str, Any], title: 
     }  # fmt: skip
 
 
-def _views(what: Shown, side: float) -> dict[str, Any]:
-    """plotly's cameras, in units of the longest side about the box's middle."""
-    eye, box, main = what.eye, what.box, what.main
-    upright = abs(eye.right[2]) < 1e-9 and eye.up[2] > 0  # no roll: the turntable shows the same picture
-    up = np.array([0.0, 0.0, 1.0]) if upright else eye.up
-    ahead = max(float((main.center - eye.position) @ eye.forward), 0.05 * side)
-    target = eye.position + ahead * eye.forward
+def _views(viewed: ViewerScene, side: float) -> dict[str, Any]:
+    """Cameras of plotly, in units of the longest side about the center of the box."""
+    camera, box, main = viewed.camera, viewed.box, viewed.main
+    upright = abs(camera.right[2]) < 1e-9 and camera.up[2] > 0  # no roll: the turntable shows the same picture
+    up = np.array([0.0, 0.0, 1.0]) if upright else camera.up
+    ahead = max(float((main.center - camera.position) @ camera.forward), 0.05 * side)
+    target = camera.position + ahead * camera.forward
 
-    def seen(position: Array, center: Array) -> dict[str, Any]:
+    def plotly_camera(position: Array, center: Array) -> dict[str, Any]:
         return {
             "eye": _xyz((position - box.center) / side),
             "center": _xyz((center - box.center) / side),
@@ -193,28 +208,28 @@ def _views(what: Shown, side: float) -> dict[str, Any]:
         }
 
     across, back, above = OVERVIEW
-    direction = across * eye.right + back * eye.forward + above * up
-    far = CLOSE * main.radius / max(math.sin(math.atan(eye.high)), NARROWEST)
+    direction = across * camera.right + back * camera.forward + above * up
+    far = CLOSE * main.radius / max(math.sin(math.atan(camera.high)), NARROWEST)
     overview = main.center + far * direction / np.linalg.norm(direction)
     return {
-        "camera": seen(eye.position, target),
-        "overview": seen(overview, main.center),
-        "angle": 2 * math.atan(eye.high),
+        "camera": plotly_camera(camera.position, target),
+        "overview": plotly_camera(overview, main.center),
+        "angle": 2 * math.atan(camera.high),
     }
 
 
-def _lightposition(what: Shown, views: dict[str, Any], side: float) -> dict[str, float]:
-    """plotly's one lamp, which goes with the eye: as the scene's first lamp stands for the scene's camera.
+def _lightposition(viewed: ViewerScene, views: dict[str, Any], side: float) -> dict[str, float]:
+    """Position of plotly's only light, which moves with the view: like the scene's first light from its camera.
 
-    plotly wants it where it is on the screen, in units of half the screen, and in depth. It is kept in front, so that
-    nothing that is seen lies in the dark.
+    plotly expects screen coordinates, in units of half the screen, and a depth. The light stays in front, so that no
+    visible surface is dark.
     """
-    eye = what.eye
-    toward = what.lights[0][1] - what.box.center if what.lights else eye.up - eye.right - eye.forward
-    axes = np.stack([eye.right, eye.up, -eye.forward])
+    camera = viewed.camera
+    toward = viewed.lights[0][1] - viewed.box.center if viewed.lights else camera.up - camera.right - camera.forward
+    axes = np.stack([camera.right, camera.up, -camera.forward])
     lamp = axes @ toward / (float(np.linalg.norm(toward)) or 1.0)
     lamp[2] = max(lamp[2], FRONTAL)
-    x, y, z = axes @ (what.box.center - eye.position) / side + LAMP_AWAY * lamp / np.linalg.norm(lamp)
+    x, y, z = axes @ (viewed.box.center - camera.position) / side + LAMP_AWAY * lamp / np.linalg.norm(lamp)
     depth = -z if abs(z) > NEAREST else NEAREST
     tangent = math.tan(views["angle"] / 2)
     near, far = DEPTHS
@@ -223,33 +238,24 @@ def _lightposition(what: Shown, views: dict[str, Any], side: float) -> dict[str,
 
 
 def _position(origin: Array) -> str:
-    """x, y, z under the mouse; of a scene far away, what is added to them."""
+    """Template for x, y, z under the mouse, with the origin of a distant scene."""
     shift = [f"{o:.17g} + " if origin.any() else "" for o in origin]
     return "<br>".join(f"{name} = {s}%{{{name}:.5g}}" for name, s in zip("xyz", shift, strict=True))
 
 
 def _columns(points: Array) -> dict[str, Any]:
-    return {name: _packed(row, np.float32) for name, row in zip("xyz", points.T, strict=True)}
+    return {name: encode_array(row, np.float32) for name, row in zip("xyz", points.T, strict=True)}
 
 
-def _packed(values: Array, dtype: Any) -> dict[str, Any]:
-    """An array as plotly reads it from text: base64 of its bytes, the lowest first."""
-    array = np.ascontiguousarray(values, np.dtype(dtype).newbyteorder("<"))
-    name = {"f": "f", "u": "u"}[array.dtype.kind] + str(array.dtype.itemsize)
-    packed: dict[str, Any] = {"dtype": name, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
-    if array.ndim > 1:
-        packed["shape"] = ", ".join(str(n) for n in array.shape)
-    return packed
-
-
-def _index_type(count: int) -> Any:
-    return np.uint16 if count <= np.iinfo(np.uint16).max else np.uint32
+def _encode_rows(values: Array, dtype: Any) -> dict[str, str]:
+    """Encode an array of several columns, whose shape plotly needs."""
+    return {**encode_array(values, dtype), "shape": ", ".join(map(str, values.shape))}
 
 
 def _text(text: str) -> str:
-    """A name as plotly shows it letter by letter: it knows a few elements of HTML."""
+    """Escape a name, since plotly interprets some HTML, and shorten it."""
     short = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "\u2026"
-    return html.escape(short, quote=False)  # quotation marks it shows as they are, and their names letter by letter
+    return html.escape(short, quote=False)  # plotly shows quotation marks as they are, but not their entities
 
 
 def _rgb(color: Any) -> str:

@@ -1,13 +1,18 @@
-"""Multivectors with 50 digits: what studies of objects compare against. Plain series and products, no kernels."""
+"""Multivectors with 50 digits, references of the studies of objects. Plain series and products, no kernels."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ....codegen.algebra.multivector import from_values
+from ....codegen.formulas.objects import conformal
+from ....codegen.rings.protocol import PrecisionRing
+from ...harness.algebras import cga3d
+from ...harness.study import Array
 
 DIGITS = 50
 #: exp(b) = exp(b/2^HALVINGS)^(2^HALVINGS): with the terms below, far beyond 50 digits for |b| up to some hundred.
@@ -17,30 +22,23 @@ HALVINGS, SERIES_TERMS = 10, 24
 @cache
 def ring() -> Any:
     """The ring of numbers with 50 digits and a reserve for the squarings."""
-    from ...codegen.rings import PrecisionRing
-
     return PrecisionRing(DIGITS + 15)
 
 
-def multivector(kind: Any, row: Sequence[Any]) -> Any:
+def multivector(kind: Any, row: Iterable[Any]) -> Any:
     """The multivector of a kind with these coefficients (floats are taken exactly)."""
-    from ...codegen.multivector import from_values
-
     mp = ring().context
     values = [v if isinstance(v, mp.mpf) else mp.mpf(float(v)) for v in row]
     return from_values(kind.algebra, ring(), kind.blades, values)
 
 
-def multivectors(kind: Any, rows: NDArray[Any]) -> list[Any]:
+def multivectors(kind: Any, rows: Array) -> list[Any]:
     """One for each row."""
     return [multivector(kind, row) for row in rows]
 
 
-def made(maker: str, *parameters: Any) -> Any:
+def construct(maker: str, *parameters: Any) -> Any:
     """The object of `conformal`'s maker of this name, from 50-digit vectors and numbers (rows of 3 and of 1)."""
-    from ... import cga3d
-    from ...codegen.formulas import conformal
-
     kinds = {3: cga3d.kind("euclidean"), 1: cga3d.kind("scalar")}
     rows = [list(np.atleast_1d(p)) for p in parameters]
     x = getattr(conformal, maker)(*(multivector(kinds[len(row)], row) for row in rows))[0]
@@ -69,6 +67,6 @@ def difference(x: Any, y: Any) -> float:
     return error / max(size(y), 1.0) if np.isfinite(error) else float("inf")
 
 
-def rounded(kind: Any, items: Sequence[Any]) -> NDArray[np.float64]:
+def to_floats(kind: Any, items: Sequence[Any]) -> Array:
     """Coefficients (n, k) in double precision."""
     return np.array([[float(v) for v in kind.values(x)] for x in items])

@@ -2,57 +2,49 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..study import Case, Errors, Study, swept
+from .... import objects
+from ....codegen.formulas.objects.blades import project_to_blade
+from ....status import Status
+from ...harness.algebras import cga3d
+from ...harness.study import Array, Case, Errors, Study, sweep_cases
+from ...harness.vectors import directions
 from . import precise
-from .rotors import (
-    COPIES,
-    DISTANCES,
-    GAPS,
-    Pairs,
-    built,
-    circles,
-    describe,
-    methods,
-    on_a_sphere,
-    reversed_lines,
-    spheres,
-    units,
-)
-
-Array = NDArray[np.float64]
+from .peers import clifford_results, methods
+from .rotors import COPIES, DISTANCES, GAPS, Pairs, circles, circles_on_sphere, reversed_lines, spheres
 
 
-def opposed(rng: np.random.Generator, count: int) -> Pairs:
+def opposite_circles(rng: np.random.Generator, count: int) -> Pairs:
     """Circles of opposite orientation, tilted: the scalar part of Sigma is often negative."""
-    pair = circles()(rng, count)
-    center, normal, radius = pair.first
-    tilt = -normal + 0.3 * units(rng, count)
-    return Pairs("circle", pair.first, (center + 1.5 * units(rng, count), tilt, radius * rng.uniform(0.5, 1.5, count)))
+    first = circles(rng, count).first
+    center, normal, radius = first
+    tilt = -normal + 0.3 * directions(rng, count)
+    second = (center + 1.5 * directions(rng, count), tilt, radius * rng.uniform(0.5, 1.5, count))
+    return Pairs("circle", first, second)
+
+
+def blade_kind(p: Pairs) -> Any:
+    """Kind of all blades of the objects' grade."""
+    return cga3d.kind("quadvector" if p.constructor in ("sphere", "plane") else "trivector")
 
 
 def rows(x: Any, p: Pairs) -> Array:
     """Coefficients of the first copy on all blades of the grade."""
-    from ... import cga3d
-
-    wide = cga3d.kind("quadvector" if p.maker in ("sphere", "plane") else "trivector")
-    return np.asarray(x.as_kind(wide, check=False).values[: len(p.first[0])], float)
+    return np.asarray(x.as_kind(blade_kind(p), check=False).values[: len(p)], float)
 
 
-def stable(p: Pairs, precision: str) -> Array:
+def run_stable(p: Pairs, precision: str) -> Array:
     """`objects.interpolate` half way."""
-    from ... import objects
-
-    return rows(objects.interpolate(*built(p, precision, COPIES), alpha=0.5), p)
+    return rows(objects.interpolate(*p.as_multivectors(precision, COPIES), alpha=0.5), p)
 
 
-def printed(p: Pairs, precision: str) -> Array:
+def run_printed(p: Pairs, precision: str) -> Array:
     """(3.4) to (3.7) as printed, with the upper sign of the root and the tilde in Sigma."""
-    x1, x2 = built(p, precision, COPIES)
+    x1, x2 = p.as_multivectors(precision, COPIES)
     x = 0.5 * x1 + 0.5 * x2
     sigma = -(x * ~x)
     s0, s4 = sigma["1"], sigma.grade(4)
@@ -63,40 +55,23 @@ def printed(p: Pairs, precision: str) -> Array:
         return rows((other / (other * root)["1"] * x).grade(*x.grades), p)
 
 
-def with_clifford(p: Pairs, _: Any) -> Array:
+def run_clifford(p: Pairs, _: None) -> Array:
     """`clifford.tools.g3c.average_objects`, one pair at a time."""
-    from clifford.g3c import layout
     from clifford.tools.g3c import average_objects
 
-    from ... import cga3d, from_clifford
-
-    x1, x2 = (x.to_clifford(layout) for x in built(p, "float64"))
-    with np.errstate(all="ignore"):
-        found = [average_objects([a, b], check_grades=False) for a, b in zip(x1, x2, strict=True)]
-    return rows(from_clifford(found, algebra=cga3d), p)
+    return rows(clifford_results(lambda x, y: average_objects([x, y], check_grades=False), *p.as_multivectors()), p)
 
 
 def truth(p: Pairs) -> list[Any]:
     """The projected blend with 50 digits, from the parameters; None where it is no real object."""
-    from ...codegen.formulas.blades import project_to_blade
-
-    def exact(parts: tuple[Array, ...], i: int) -> Any:
-        return precise.made(p.maker, *(a[i] for a in parts))
-
-    found = []
-    for i in range(len(p.first[0])):
-        blade = project_to_blade((exact(p.first, i) + exact(p.second, i)) / 2)
-        found.append(blade if np.isfinite(precise.size(blade)) else None)
-    return found
+    blades = (project_to_blade((x1 + x2) / 2) for x1, x2 in p.exact())
+    return [blade if np.isfinite(precise.size(blade)) else None for blade in blades]
 
 
-def error(found: Array, exact: list[Any], p: Pairs) -> Errors:
+def error(answer: Array, exact: list[Any], p: Pairs) -> Errors:
     """Largest coefficient error over the blade's size; an object where there is none is a false answer."""
-    from ... import cga3d
-
-    kind = cga3d.kind("quadvector" if p.maker in ("sphere", "plane") else "trivector")
-    errors = []
-    for row, true in zip(found, exact, strict=True):
+    kind, errors = blade_kind(p), []
+    for row, true in zip(answer, exact, strict=True):
         finite = bool(np.isfinite(row).all())
         if true is None or not finite:
             errors.append(np.inf if finite or true is not None else 0.0)
@@ -105,33 +80,33 @@ def error(found: Array, exact: list[Any], p: Pairs) -> Errors:
     return np.array(errors)
 
 
-def in_words(result: Array, p: Pairs, i: int) -> str:
-    """What came out at a singular input."""
-    from ... import Status, objects
-
-    status = objects.interpolate(*built(p, "float64"), alpha=0.5).status
-    return f"{np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {Status(status[i]).name}"
+def answer(result: Array, p: Pairs, i: int) -> str:
+    """Description of the result at a singular input."""
+    status = objects.interpolate(*p.as_multivectors(), alpha=0.5).status
+    name = Status(np.asarray(status)[i]).name
+    return f"{np.array2string(result[i], precision=4, suppress_small=True)}; bladesmith says {name}"
 
 
 STUDY = Study(
     name="projector",
     title="The projection of a blend to the blade manifold",
-    methods=methods(stable, printed, with_clifford),
+    methods=methods("printed", run_stable, run_printed, run_clifford),
     cases=(
-        Case("circles of any position", circles(), "ordinary", describe),
-        Case("spheres, some imaginary", spheres, "ordinary", describe),
-        Case("circles of opposite orientation", opposed, "extreme", describe),
-        Case("circles 1e-8 off a common sphere", on_a_sphere(1e-8), "extreme", describe),
-        Case("circles 1e6 from the origin", circles(distance=1e6), "stiff", describe),
-        Case("a line and its reverse", reversed_lines, "singular", describe),
-        *swept("distance from the origin", DISTANCES, circles, describe),
-        *swept("circles: distance from a common sphere", GAPS, on_a_sphere, describe),
+        Case("circles of any position", circles),
+        Case("spheres, some imaginary", spheres),
+        Case("circles of opposite orientation", opposite_circles, "extreme"),
+        Case("circles 1e-8 off a common sphere", partial(circles_on_sphere, off=1e-8), "extreme"),
+        Case("circles 1e6 from the origin", partial(circles, distance=1e6), "stiff"),
+        Case("a line and its reverse", reversed_lines, "singular"),
+        *sweep_cases("distance from the origin", DISTANCES, circles),
+        *sweep_cases("circles: distance from a common sphere", GAPS, circles_on_sphere),
     ),
     reference=truth,
     error=error,
+    describe=Pairs.describe,
     unit="of the blade's largest coefficient",
     count=100,
-    answer=in_words,
+    answer=answer,
     copies=COPIES,
     source="thesis 3.5, (3.4) to (3.7)",
     notes="An object given where the interpolant is imaginary counts as lost. Each time includes making the objects.",

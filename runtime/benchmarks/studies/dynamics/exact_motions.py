@@ -21,7 +21,7 @@ TERMS, TAIL = 44, 104
 
 def context() -> Any:
     """The numbers of `mpmath`, with a reserve for what cancels near the middle axis."""
-    from ...codegen.rings import PrecisionRing
+    from ....codegen.rings.protocol import PrecisionRing
 
     return PrecisionRing(DIGITS + 20).context
 
@@ -123,9 +123,9 @@ def turning(
     Parameters
     ----------
     mass, moments : arrays (n,), (n, 3)
-        Moments are about the centre of mass, along its principal axes.
+        Moments are about the center of mass, along its principal axes.
     arm : array (n, 3)
-        From the point that stays to the centre of mass, in the body.
+        From the point that stays to the center of mass, in the body.
     gravity : array (3,)
     rotation, spin : arrays (n, 3, 3), (n, 3)
         At the start: body to world, and along the body's axes.
@@ -139,18 +139,18 @@ def turning(
         turned = (inertia[k] / size) ** -1
         w = [mp.mpf(float(x)) / unit for x in spin[k]]
         for i in range(3):
-            momentum[i, k] = _fixed(mp, sum(inertia[k][i, j] * w[j] for j in range(3)) / size)
+            momentum[i, k] = _to_fixed_point(mp, sum(inertia[k][i, j] * w[j] for j in range(3)) / size)
             for j in range(3):
-                inverse[i, j, k] = _fixed(mp, turned[i, j])
+                inverse[i, j, k] = _to_fixed_point(mp, turned[i, j])
                 force = mp.mpf(float(mass[k])) * mp.mpf(float(gravity[j])) / (size * mp.mpf(unit) ** 2)
-                pull[i, j, k] = _fixed(mp, force * mp.mpf(float(arm[k, i])))
-    rows = np.vectorize(lambda x: _fixed(mp, mp.mpf(float(x))), otypes=[object])(np.moveaxis(rotation, 0, -1))
+                pull[i, j, k] = _to_fixed_point(mp, force * mp.mpf(float(arm[k, i])))
+    rows = np.vectorize(lambda x: _to_fixed_point(mp, mp.mpf(float(x))), otypes=[object])(np.moveaxis(rotation, 0, -1))
     state = np.concatenate([momentum[None], rows])
     left = mp.mpf(t) * mp.mpf(unit)
     while left > 0:
         series = _series(state, inverse, pull)
         step = min(left, mp.mpf(_step(series)))
-        state, left = _at(series, _fixed(mp, step)), left - step
+        state, left = _at(series, _to_fixed_point(mp, step)), left - step
     omega = _product(inverse, state[0]) >> BITS
     scale = 2.0**-BITS
     return (np.moveaxis(state[1:].astype(float) * scale, -1, 0), np.moveaxis(omega.astype(float) * scale * unit, -1, 0))
@@ -173,7 +173,7 @@ def _swing(mass: Array, arm: Array, gravity: Array, inertia: list[Any]) -> float
     return float(np.sqrt(np.max(pulls / least)))
 
 
-def _fixed(mp: Any, x: Any) -> int:
+def _to_fixed_point(mp: Any, x: Any) -> int:
     return int(mp.nint(mp.ldexp(x, BITS)))
 
 

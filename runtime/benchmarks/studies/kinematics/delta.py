@@ -3,236 +3,215 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..runner import Measurement
-from ..study import Case, Errors, Method, Study, swept
+from ....kinematics.delta.geometry import pose
+from ....kinematics.delta.robot import DeltaRobot
+from ...harness.runner import Measurement
+from ...harness.study import Array, Case, Errors, Method, Study, lost_beyond, sweep_cases
+from ...harness.vectors import vector_text
 from . import delta_joints
+from .chains import AWAY
 from .delta_exact import ExactDelta, floats
 
-if TYPE_CHECKING:
-    from ...kinematics.delta import DeltaRobot
-
-Array = NDArray[Any]
 #: Poses of a case; base, platform, upper arm and forearm.
 COUNT, LENGTHS = 40, (0.4, 0.1, 0.5, 1.0)
 #: Random angles.
 ANGLES = (-0.3, 1.0)
-#: How often a pose is computed in a call, where one takes little and where it takes much.
+#: Number of computations of a pose in a call, for fast methods and for slow ones.
 COPIES, FEW_COPIES = 200, 50
 #: A method that has the wrong sign, or the wrong posture, has no digit right.
 LOST = 1.0
-#: Steps of differences, radians or shares of the forearm.
+#: Steps of differences, radians or fractions of the forearm.
 STEPS = (1e-3, 1e-5, 1e-7)
-UNITS, PLACES = (1e-6, 1.0, 1e3), (1.0, 1e2, 1e4, 1e6)
+UNITS, DISTANCES = (1e-6, 1.0, 1e3), (1.0, 1e2, 1e4, 1e6)
 CONDITIONS = (1e2, 1e4, 1e6, 1e8)
-#: For each pose near a singular one so many are tried, and that is taken whose condition number is as asked for.
-TRIED = 12
-#: Bisections until two numbers are neighbours; how far to go, in forearms, and angles that arms have at most.
-HALVINGS, FAR, TURN = 80, 4.0, 3.0
+#: Number of candidates for each pose near a singular one, of which the one nearest to the condition number is taken.
+CANDIDATES = 12
+#: Bisections until two numbers are neighbors; the range, in forearms; the largest angle of an arm.
+HALVINGS, FAR, LARGEST_ANGLE = 80, 4.0, 3.0
 
 
 @dataclass(frozen=True)
-class Asked:
-    """Poses, and which Jacobian is wanted there.
+class JacobianQuery:
+    """Poses, and the requested Jacobian.
 
     Attributes
     ----------
     robot : DeltaRobot
     at : array (n, 3)
         Angles for J, positions for J*.
-    back : bool
-        J* is wanted.
-    place : array (3,)
-        Where the robot stands.
-    swept : bool
+    is_inverse : bool
+        J* is requested.
+    position : array (3,)
+        Position of the robot.
+    is_swept : bool
         The case is one of a sweep: pose by pose is left out.
     """
 
     robot: DeltaRobot
     at: Array
-    back: bool
-    place: Array
-    swept: bool = True
+    is_inverse: bool
+    position: Array
+    is_swept: bool = True
 
     def __len__(self) -> int:
         return len(self.at)
 
+    @property
+    def jacobian(self) -> Any:
+        """The robot's function."""
+        return self.robot.inverse_jacobian if self.is_inverse else self.robot.forward_jacobian
+
     @cached_property
     def exact(self) -> Array:
-        """The Jacobians (n, 3, 3), from 50 digits."""
-        return exact(self.robot, self.at, self.back)
+        """The Jacobians (n, 3, 3), from 50 digits; NaN where there is no pose."""
+        digits = ExactDelta(self.robot)
+        jacobian = digits.inverse_jacobian if self.is_inverse else digits.forward_jacobian
+        return np.array([floats(jacobian(digits.numbers(x)), (3, 3)) for x in self.at])
 
     @cached_property
     def condition(self) -> Array:
-        """Of the Jacobians."""
-        found: Array = np.linalg.cond(self.exact)
-        return found
+        """Condition numbers of the Jacobians."""
+        return np.asarray(np.linalg.cond(self.exact))
 
     @cached_property
-    def known(self) -> tuple[Array, Array]:
+    def known_pose(self) -> tuple[Array, Array]:
         """Angles and positions, both rounded from 50 digits."""
         digits = ExactDelta(self.robot)
-        other = digits.inverse if self.back else digits.forward
-        found = np.array([floats(other(digits.numbers(x)), (3,)) for x in self.at])
-        return (found, self.at) if self.back else (self.at, found)
+        solve = digits.inverse if self.is_inverse else digits.forward
+        others = np.array([floats(solve(digits.numbers(x)), (3,)) for x in self.at])
+        return (others, self.at) if self.is_inverse else (self.at, others)
 
     @cached_property
     def points(self) -> Any:
         """All points of the robot, in the world."""
-        from ...kinematics.delta_geometry import pose
-
-        theta, y = self.known
+        theta, y = self.known_pose
         return pose(self.robot, y, theta)
 
     @cached_property
-    def held(self) -> delta_joints.Held:
-        """The same poses of a mechanism."""
-        return delta_joints.held(self.robot, self.points, self.place)
-
-
-def exact(robot: DeltaRobot, at: Array, back: bool) -> Array:
-    """Jacobians (n, 3, 3); NaN where there is no pose."""
-    digits = ExactDelta(robot)
-    jacobian = digits.inverse_jacobian if back else digits.forward_jacobian
-    return np.array([floats(jacobian(digits.numbers(x)), (3, 3)) for x in at])
+    def jointed_robot(self) -> delta_joints.JointedRobot:
+        """Mechanism at the same poses."""
+        return delta_joints.jointed_robot(self.robot, self.points, self.position)
 
 
 # -- methods -----------------------------------------------------------------------------------------------
 
 
-def own(asked: Asked, setting: Any, *, method: str, copies: int = 1) -> Array | None:
+def by_robot(query: JacobianQuery, setting: Any, *, method: str, copies: int = 1) -> Array | None:
     """`DeltaRobot`'s Jacobians of all poses in a call, each so often. A robot stands at the origin."""
-    if asked.place.any():
+    if query.position.any():
         return None
-    jacobian = asked.robot.inverse_jacobian if asked.back else asked.robot.forward_jacobian
-    found: Array = jacobian(np.tile(asked.at, (copies, 1)), method, threads=1)[: len(asked)]
-    return found
+    return np.asarray(query.jacobian(np.tile(query.at, (copies, 1)), method, threads=1)[: len(query)])
 
 
-def own_singly(asked: Asked, setting: Any, *, method: str) -> Array | None:
+def by_robot_singly(query: JacobianQuery, setting: Any, *, method: str) -> Array | None:
     """The same, pose by pose."""
-    if asked.swept:
-        return None
-    jacobian = asked.robot.inverse_jacobian if asked.back else asked.robot.forward_jacobian
-    return np.stack([jacobian(x, method) for x in asked.at])
+    return None if query.is_swept else np.stack([query.jacobian(x, method) for x in query.at])
 
 
-def by_joints(asked: Asked, setting: Any, *, method: str, copies: int = 1) -> Array:
+def by_joints(query: JacobianQuery, setting: Any, *, method: str, copies: int = 1) -> Array:
     """`Mechanism`'s, of poses that are known."""
-    given = asked.held
-    return given.jacobian(given.copied(copies), asked.back, method)[: len(asked)]
+    jointed = query.jointed_robot
+    return jointed.jacobian(jointed.repeated_poses(copies), query.is_inverse, method)[: len(query)]
 
 
-def by_joints_singly(asked: Asked, setting: Any, *, method: str) -> Array | None:
+def by_joints_singly(query: JacobianQuery, setting: Any, *, method: str) -> Array | None:
     """The same, pose by pose."""
-    if asked.swept:
+    if query.is_swept:
         return None
-    given = asked.held
-    one = [type(given.poses)(given.mechanism, x, np.zeros(()), np.zeros((), np.uint8)) for x in given.poses.own]
-    return np.stack([given.jacobian(x, asked.back, method) for x in one])
+    jointed, none = query.jointed_robot, (np.zeros(()), np.zeros((), np.uint8))
+    poses = [type(jointed.poses)(jointed.mechanism, x, *none) for x in jointed.poses.own]
+    return np.stack([jointed.jacobian(x, query.is_inverse, method) for x in poses])
 
 
-def pseudo_inverse(asked: Asked, setting: Any) -> Array:
+def pseudo_inverse(query: JacobianQuery, setting: Any) -> Array:
     """NumPy's of the constraint matrix, of poses that are known."""
-    solve = delta_joints.inverse_jacobian if asked.back else delta_joints.forward_jacobian
-    return solve(asked.points, asked.place)
+    solve = delta_joints.inverse_jacobian if query.is_inverse else delta_joints.forward_jacobian
+    return solve(query.points, query.position)
 
 
-def differences(asked: Asked, step: float) -> Array | None:
+def differences(query: JacobianQuery, step: float) -> Array | None:
     """Central differences of the robot's own kinematics."""
-    if asked.place.any():
+    if query.position.any():
         return None
-    h = step * asked.robot.forearm if asked.back else step
-    solve = asked.robot.inverse if asked.back else asked.robot.forward
-    ends = asked.at[:, None] + h * np.concatenate([np.eye(3), -np.eye(3)])
-    found = solve(ends, threads=1)
-    made: Array = ((found[:, :3] - found[:, 3:]) / (2 * h)).swapaxes(-1, -2)
-    return made
+    h = step * query.robot.forearm if query.is_inverse else step
+    solve = query.robot.inverse if query.is_inverse else query.robot.forward
+    ends = query.at[:, None] + h * np.concatenate([np.eye(3), -np.eye(3)])
+    solutions = solve(ends, threads=1)
+    return np.asarray(((solutions[:, :3] - solutions[:, 3:]) / (2 * h)).swapaxes(-1, -2))
 
 
-def error(answer: Array, truth: Array, asked: Asked) -> Errors:
+def error(answer: Array, truth: Array, _: JacobianQuery) -> Errors:
     """Relative, in Frobenius's norm; infinite where no digit is right."""
-    found = np.linalg.norm(answer - truth, axis=(-2, -1)) / np.linalg.norm(truth, axis=(-2, -1))
-    return np.where(found < LOST, found, np.inf)
+    return lost_beyond(np.linalg.norm(answer - truth, axis=(-2, -1)) / np.linalg.norm(truth, axis=(-2, -1)), LOST)
 
 
 # -- cases -------------------------------------------------------------------------------------------------
 
 
 def robot_of(unit: float = 1.0) -> DeltaRobot:
-    """With lengths in some unit."""
-    from ...kinematics.delta import DeltaRobot
-
+    """Robot with lengths in some unit."""
     return DeltaRobot(*(unit * x for x in LENGTHS))
 
 
-def usual(back: bool = False, unit: float = 1.0, away: float = 0.0, swept: bool = True) -> Any:
-    """Maker of random poses."""
-
-    def make(rng: np.random.Generator, count: int) -> Asked:
-        robot = robot_of(unit)
-        theta = rng.uniform(*ANGLES, (count, 3))
-        place = away * np.array([0.6, -0.7, 0.4])
-        return Asked(robot, robot.forward(theta) if back else theta, back, place, swept)
-
-    return make
-
-
-def singular(back: bool) -> Any:
-    """Maker of makers of poses near where the forearms lie in one plane, or an arm is stretched."""
-
-    def near(condition: float) -> Any:
-        def make(rng: np.random.Generator, count: int) -> Asked:
-            robot = robot_of()
-            tried = [_near(robot, condition, back, usual(back)(rng, count).at, rng) for _ in range(TRIED)]
-            found = np.array([np.linalg.cond(exact(robot, at, back)) for at in tried])
-            off = np.abs(np.log(found / condition))
-            best = np.where(np.isfinite(off), off, np.inf).argmin(0)
-            return Asked(robot, np.array(tried)[best, range(count)], back, np.zeros(3))
-
-        return make
-
-    return near
+def usual(
+    rng: np.random.Generator, count: int, unit: float = 1.0, away: float = 0.0, is_inverse: bool = False,
+    is_swept: bool = True,
+) -> JacobianQuery:  # fmt: skip
+    """Random poses."""
+    robot = robot_of(unit)
+    theta = rng.uniform(*ANGLES, (count, 3))
+    at = robot.forward(theta) if is_inverse else theta
+    return JacobianQuery(robot, at, is_inverse, away * np.array(AWAY), is_swept)
 
 
-def _near(robot: DeltaRobot, condition: float, back: bool, start: Array, rng: np.random.Generator) -> Array:
+def singular(rng: np.random.Generator, count: int, condition: float, is_inverse: bool) -> JacobianQuery:
+    """Poses near where the forearms lie in one plane, or an arm is stretched."""
+    queries = []
+    for _ in range(CANDIDATES):
+        query = usual(rng, count, is_inverse=is_inverse)
+        queries.append(replace(query, at=_near(query, condition, rng)))
+    off = np.abs(np.log(np.array([query.condition for query in queries]) / condition))
+    best = np.where(np.isfinite(off), off, np.inf).argmin(0)
+    return replace(queries[0], at=np.array([query.at for query in queries])[best, range(count)])
+
+
+def _near(query: JacobianQuery, condition: float, rng: np.random.Generator) -> Array:
     """From poses (n, 3) so far in random directions that the condition number is reached, or the edge of all poses."""
-    way = rng.normal(size=start.shape)
-    way *= np.sign((way * (start if back else 1.0)).sum(-1, keepdims=True))  # outwards, where all ways end
-    jacobian = robot.inverse_jacobian if back else robot.forward_jacobian
+    start = query.at
+    direction = rng.normal(size=start.shape)
+    outwards = direction * (start if query.is_inverse else 1.0)  # where all paths end
+    direction *= np.sign(outwards.sum(-1, keepdims=True))
     low, high = np.zeros((len(start), 1)), np.full((len(start), 1), FAR)
-    if not back:
-        high[:] = ((TURN - np.abs(start)) / np.abs(way)).min(-1, keepdims=True)
+    if not query.is_inverse:
+        high[:] = ((LARGEST_ANGLE - np.abs(start)) / np.abs(direction)).min(-1, keepdims=True)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        values, codes = jacobian(start + middle * way, status=True)
+        values, codes = query.jacobian(start + middle * direction, status=True)
         good = np.asarray(codes, int) == 0
         size = np.full(len(start), np.inf)
         size[good] = np.linalg.cond(values[good]) if good.any() else 0.0
         within = (size < condition)[:, None]
         low, high = np.where(within, middle, low), np.where(within, high, middle)
-    found: Array = start + low * way
-    return found
+    return np.asarray(start + low * direction)
 
 
-def describe(asked: Asked, i: int) -> str:
+def describe(query: JacobianQuery, i: int) -> str:
     """One pose."""
-    what = "position" if asked.back else "angles"
-    row = ", ".join(f"{x:.17g}" for x in asked.at[i])
-    return f"{what} ({row}), condition number {asked.condition[i]:.3g}"
+    quantity = "position" if query.is_inverse else "angles"
+    return f"{quantity} {vector_text(query.at[i], 17)}, condition number {query.condition[i]:.3g}"
 
 
 def prepare() -> None:
     """Compile what else would be timed."""
-    many = np.tile(np.full(3, delta_joints.HOME), (20_000, 1))
+    angles = np.tile(np.full(3, delta_joints.HOME), (20_000, 1))
     robot = robot_of()
-    for jacobian, at in ((robot.forward_jacobian, many), (robot.inverse_jacobian, robot.forward(many))):
+    for jacobian, at in ((robot.forward_jacobian, angles), (robot.inverse_jacobian, robot.forward(angles))):
         for method in ("direct", "screw"):
             jacobian(at, method)
 
@@ -251,7 +230,7 @@ class Line(NamedTuple):
     errors : dict of str to float
         The largest, by case, of answers that there are.
     lost : dict of str to int
-        How many poses have no answer, or none with a digit right.
+        Number of poses without an answer, or without a correct digit.
     """
 
     method: str
@@ -272,17 +251,17 @@ COLUMNS = {
 
 def table(rows: Sequence[Measurement]) -> list[Line]:
     """Table 7.1 in numbers."""
-    found = []
+    lines = []
     for name in dict.fromkeys(r.method for r in rows if not r.method.endswith(SINGLY)):
         times = [{r.case: r.nanoseconds for r in rows if r.method == which} for which in (name, name + SINGLY)]
         batch, single = (x.get("forward Jacobian", np.nan) for x in times)
         errors, lost = {}, {}
         for case, label in COLUMNS.items():
-            own = [r for r in rows if r.method == name and r.case == case]
-            best = min(own, key=lambda r: (r.lost, r.max_error), default=None)
+            of_case = [r for r in rows if r.method == name and r.case == case]
+            best = min(of_case, key=lambda r: (r.lost, r.max_error), default=None)
             errors[label], lost[label] = (np.nan, 0) if best is None else (best.max_error, best.lost)
-        found.append(Line(name, batch, single, errors, lost))
-    return found
+        lines.append(Line(name, batch, single, errors, lost))
+    return lines
 
 
 SINGLY = ", pose by pose"
@@ -292,10 +271,10 @@ STUDY = Study(
     name="delta",
     title="Jacobians of the Delta robot: direct differentiation and screws",
     methods=(
-        Method(_DIRECT, partial(own, method="direct", copies=COPIES), copies=COPIES, repeats=1, prepare=prepare),
-        Method(_DIRECT + SINGLY, partial(own_singly, method="direct"), repeats=1),
-        Method(_RODS, partial(own, method="screw", copies=FEW_COPIES), copies=FEW_COPIES, repeats=1),
-        Method(_RODS + SINGLY, partial(own_singly, method="screw"), repeats=1),
+        Method(_DIRECT, partial(by_robot, method="direct", copies=COPIES), copies=COPIES, repeats=1, prepare=prepare),
+        Method(_DIRECT + SINGLY, partial(by_robot_singly, method="direct"), repeats=1),
+        Method(_RODS, partial(by_robot, method="screw", copies=FEW_COPIES), copies=FEW_COPIES, repeats=1),
+        Method(_RODS + SINGLY, partial(by_robot_singly, method="screw"), repeats=1),
         Method(_ELIMINATION, partial(by_joints, method="elimination", copies=FEW_COPIES), copies=FEW_COPIES, repeats=1),
         Method(_ELIMINATION + SINGLY, partial(by_joints_singly, method="elimination"), repeats=1),
         Method(_GENERAL, partial(by_joints, method="general", copies=FEW_COPIES), copies=FEW_COPIES, repeats=1),
@@ -303,20 +282,19 @@ STUDY = Study(
         Method("differences", differences, "step", STEPS, repeats=1),
     ),
     cases=(
-        Case("forward Jacobian", usual(swept=False), describe=describe),
-        Case("inverse Jacobian", usual(back=True, swept=False), describe=describe),
-        *swept("unit of length", UNITS, lambda unit: usual(unit=unit), describe),
-        *swept("distance from the origin", PLACES, lambda away: usual(away=away), describe),
-        *swept("condition number of J", CONDITIONS, singular(back=False), describe),
-        *swept("condition number of J*", CONDITIONS, singular(back=True), describe),
+        Case("forward Jacobian", partial(usual, is_swept=False)),
+        Case("inverse Jacobian", partial(usual, is_inverse=True, is_swept=False)),
+        *sweep_cases("unit of length", UNITS, usual),
+        *sweep_cases("distance from the origin", DISTANCES, lambda rng, count, away: usual(rng, count, away=away)),
+        *sweep_cases("condition number of J", CONDITIONS, partial(singular, is_inverse=False)),
+        *sweep_cases("condition number of J*", CONDITIONS, partial(singular, is_inverse=True)),
     ),
-    reference=lambda asked: asked.exact,
+    reference=lambda query: query.exact,
     error=error,
+    describe=describe,
     unit="relative",
     count=COUNT,
     source="thesis 7.7.4 to 7.7.6, Table 7.1",
     notes="Direct differentiation and the rods' screws are given angles or positions, and find the pose first; the "
-    "others are given the pose, rounded from 50 digits, and find the twists of all ten bodies. The direct way is made "
-    "for this robot and stands at the origin. Near singular poses angles and positions are rounded to doubles: what is "
-    "asked for is exact.",
+    "others are given the pose, rounded from 50 digits, and find the twists of all ten bodies. XX",
 )

@@ -1,4 +1,4 @@
-"""Poses by Newton's method: error and success against how far away they are, and the steps that it takes."""
+"""Poses by Newton's method: error and success against their distance, and the steps that it takes."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..study import Case, Errors, Method, Study, swept
+from ...harness.study import Array, Case, Errors, Method, Study, lost_beyond, sweep_cases
+from ...harness.vectors import vector_text
 from . import chains, delta
 from .delta_exact import ExactDelta, floats
-from .delta_joints import HOME, held
+from .delta_joints import HOME, jointed_robot
 
-Array = NDArray[Any]
 COUNT = 80
-#: How far the joints are from the start, radians: the largest of them.
+#: Largest distance of a joint from the start, in radians.
 DISTANCES = (0.01, 0.1, 0.3, 1.0, 2.0, 3.0)
 #: Steps of a path to the target; budgets of Newton steps, and the drivers' own; restarts of plain Newton: none.
 STEPS, BUDGETS = 10, (5, 10, 60)
 #: Random directions that are tried for each pose; further off than this is another solution, or none.
-TRIED, LOST = 60, 1e-3
+CANDIDATES, LOST = 60, 1e-3
 #: The start of the arm, where it is not singular.
 START = (0.3, -0.9, 1.4, 0.5, 0.8, -0.4)
 
@@ -32,24 +31,24 @@ class Goal:
 
     Attributes
     ----------
-    what : {"angles", "place", "arm"}
-        A Delta robot's motors are driven to angles; its platform is brought to places; an arm's tool is brought to
+    target : {"angles", "position", "arm"}
+        A Delta robot's motors are driven to angles; its platform is brought to positions; an arm's tool is brought to
         poses.
     q : array (m, n)
         Coordinates there.
     """
 
-    what: str
+    target: str
     q: Array
 
     def __len__(self) -> int:
         return len(self.q)
 
     @cached_property
-    def held(self) -> Any:
+    def jointed_robot(self) -> Any:
         """The Delta robot at its home, as a mechanism."""
         robot = delta.robot_of()
-        return held(robot, robot.pose(np.full((1, 3), HOME)), np.zeros(3))
+        return jointed_robot(robot, robot.pose(np.full((1, 3), HOME)), np.zeros(3))
 
     @cached_property
     def arm(self) -> chains.Arm:
@@ -57,20 +56,20 @@ class Goal:
         return chains.six_at(self.q, "pose")
 
     @cached_property
-    def places(self) -> Array:
-        """Of the platform, from 50 digits."""
+    def positions(self) -> Array:
+        """Positions of the platform, from 50 digits."""
         digits = ExactDelta(delta.robot_of())
         return np.array([floats(digits.forward(digits.numbers(x)), (3,)) for x in self.q])
 
     @cached_property
     def exact(self) -> Array:
-        """Places of the platform (m, 3), its angles (m, 3), or the arm's poses (m, 3, 4)."""
-        if self.what == "arm":
+        """Positions of the platform (m, 3), its angles (m, 3), or the arm's poses (m, 3, 4)."""
+        if self.target == "arm":
             return self.arm.exact
-        if self.what == "angles":
-            return self.places
+        if self.target == "angles":
+            return self.positions
         digits = ExactDelta(delta.robot_of())
-        return np.array([floats(digits.inverse(digits.numbers(y)), (3,)) for y in self.places])
+        return np.array([floats(digits.inverse(digits.numbers(y)), (3,)) for y in self.positions])
 
 
 # -- methods -----------------------------------------------------------------------------------------------
@@ -78,114 +77,94 @@ class Goal:
 
 def by_newton(goal: Goal, setting: Any, *, steps: int = 1) -> Array | None:
     """`Mechanism.solve_pose` from the start at once, or along a path of so many steps."""
-    if goal.what == "arm":
+    if goal.target == "arm":
         return None
-    given = goal.held
-    mechanism, path = given.mechanism, steps > 1
-    share = np.linspace(1 / steps, 1, steps)[:, None]
-    if goal.what == "angles":
-        ways = (goal.q - HOME)[:, None] * share
-        ways = ways if path else ways[:, 0]
-        driven = dict(zip(given.motors, np.moveaxis(ways, -1, 0), strict=True))
-        found = mechanism.solve_pose(driven, path=path, threads=1)
-        answer = (found["platform"] >> mechanism.algebra.point(given.point)).parameters().xyz
+    jointed = goal.jointed_robot
+    mechanism, path = jointed.mechanism, steps > 1
+    fractions = np.linspace(1 / steps, 1, steps)[:, None]
+    if goal.target == "angles":
+        offsets = (goal.q - HOME)[:, None] * fractions
+        offsets = offsets if path else offsets[:, 0]
+        driven = dict(zip(jointed.motors, np.moveaxis(offsets, -1, 0), strict=True))
+        poses = mechanism.solve_pose(driven, path=path, threads=1)
+        answer = (poses["platform"] >> mechanism.algebra.point(jointed.point)).parameters().xyz
     else:
-        places = given.point + (goal.places - given.point)[:, None] * share
-        aims = {"platform": (given.point, places if path else places[:, 0])}
-        found = mechanism.solve_pose(targets=aims, path=path, threads=1)
-        answer = HOME + np.concatenate([found.coordinates(j) for j in given.motors], -1)
-    good = np.asarray(found.status, int) == 0
+        positions = jointed.point + (goal.positions - jointed.point)[:, None] * fractions
+        targets = {"platform": (jointed.point, positions if path else positions[:, 0])}
+        poses = mechanism.solve_pose(targets=targets, path=path, threads=1)
+        answer = HOME + np.concatenate([poses.coordinates(j) for j in jointed.motors], -1)
+    good = np.asarray(poses.status, int) == 0
     answer = np.where(good[..., None], answer, np.nan)
     return np.asarray(answer[:, -1] if path else answer)
 
 
 def by_chain(goal: Goal, budget: int, *, attempts: int) -> Array | None:
-    """`Chain.inverse` from the start, and from elsewhere where that does not lead there; its coordinates."""
-    if goal.what != "arm":
+    """`Chain.inverse` from the start, and from elsewhere where that does not converge; its coordinates."""
+    if goal.target != "arm":
         return None
     targets = goal.arm.chain.forward(goal.q)
     chain, start = goal.arm.chain, np.array(START)
-    found: Array = chain.inverse(targets, start, iterations=budget, attempts=attempts, nearest=True).q
-    return found
+    return np.asarray(chain.inverse(targets, start, iterations=budget, attempts=attempts, nearest=True).q)
 
 
 def plain(goal: Goal, budget: int) -> Array | None:
     """Undamped Newton steps with NumPy, on the same Jacobians, all poses at once."""
-    if goal.what != "arm":
+    if goal.target != "arm":
         return None
-    chain, wanted = goal.arm.chain, chains.matrices(goal.arm.chain.forward(goal.q))
+    chain, target = goal.arm.chain, chains.matrices(goal.arm.chain.forward(goal.q))
     q = np.tile(np.array(START), (len(goal), 1))
     for _ in range(budget):
         pose = chains.matrices(chain.forward(q))
-        left = wanted[:, :, :3] @ pose[:, :, :3].swapaxes(-1, -2)
-        turn = np.stack([left[:, i, j] - left[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], -1) / 2
-        off = np.concatenate([turn, wanted[:, :, 3] - pose[:, :, 3]], -1)
+        difference = target[:, :, :3] @ pose[:, :, :3].swapaxes(-1, -2)
+        pairs = ((2, 1), (0, 2), (1, 0))
+        rotation = np.stack([difference[:, i, j] - difference[:, j, i] for i, j in pairs], -1) / 2
+        off = np.concatenate([rotation, target[:, :, 3] - pose[:, :, 3]], -1)
         q = q + (np.linalg.pinv(chain.jacobian(q, point=np.zeros(3))) @ off[..., None])[..., 0]
     return q
 
 
 def error(answer: Array, truth: Array, goal: Goal) -> Errors:
-    """Of places relative to the forearm, of angles in radians, of an arm's poses the larger of both; infinite where
-    another solution was found, or none."""
-    if goal.what == "arm":
+    """Error of positions relative to the forearm, of angles in radians, for an arm's poses the larger of both; infinite
+    at another solution, or at none."""
+    if goal.target == "arm":
         known = np.isfinite(answer).all(-1)
         poses = np.full_like(truth, np.inf)
         poses[known] = np.reshape([goal.arm.digits.matrix(x) for x in answer[known]], (-1, 3, 4))
-        found = np.abs(poses - truth).max((1, 2))
-    else:
-        found = np.abs(answer - truth).max(-1)
-    return np.where(found < LOST, found, np.inf)
+        return lost_beyond(np.abs(poses - truth).max((1, 2)), LOST)
+    return lost_beyond(np.abs(answer - truth).max(-1), LOST)
 
 
 # -- cases -------------------------------------------------------------------------------------------------
 
 
-def delta_goals(what: str) -> Any:
-    """Maker of makers of poses of the Delta robot so far from home, all of which the straight way there leads to."""
-
-    def far(distance: float) -> Any:
-        def make(rng: np.random.Generator, count: int) -> Goal:
-            way = _ways(rng, TRIED * count, 3)
-            robot, on_way = delta.robot_of(), np.linspace(0, distance, STEPS * 4)
-            theta = HOME + way[:, None] * on_way[:, None]
-            good = np.isfinite(robot.forward(theta)).all((1, 2))
-            back = robot.inverse(robot.forward(theta[good, -1]))
-            same = np.abs(back - theta[good, -1]).max(-1) < LOST  # outer elbows, angles within half a turn
-            return Goal(what, theta[good, -1][same][:count])
-
-        return make
-
-    return far
+def delta_goals(rng: np.random.Generator, count: int, distance: float, target: str) -> Goal:
+    """Poses of the Delta robot so far from home, all of which the straight path leads to."""
+    robot, along = delta.robot_of(), np.linspace(0, distance, STEPS * 4)
+    theta = HOME + _directions(rng, CANDIDATES * count, 3)[:, None] * along[:, None]
+    good = np.isfinite(robot.forward(theta)).all((1, 2))
+    solution = robot.inverse(robot.forward(theta[good, -1]))
+    same = np.abs(solution - theta[good, -1]).max(-1) < LOST  # outer elbows, angles within half a turn
+    return Goal(target, theta[good, -1][same][:count])
 
 
-def arm_goals(distance: float) -> Any:
-    """Maker of poses of the arm so far from the start."""
-
-    def make(rng: np.random.Generator, count: int) -> Goal:
-        return Goal("arm", np.array(START) + distance * _ways(rng, count, 6))
-
-    return make
+def arm_goals(rng: np.random.Generator, count: int, distance: float) -> Goal:
+    """Poses of the arm so far from the start."""
+    return Goal("arm", np.array(START) + distance * _directions(rng, count, 6))
 
 
-def _ways(rng: np.random.Generator, count: int, joints: int) -> Array:
+def _directions(rng: np.random.Generator, count: int, joints: int) -> Array:
     """Directions, the largest component 1."""
-    ways = rng.normal(size=(count, joints))
-    found: Array = ways / np.abs(ways).max(-1, keepdims=True)
-    return found
-
-
-def describe(goal: Goal, i: int) -> str:
-    """Where the joints are."""
-    return f"joints at ({', '.join(f'{x:.6g}' for x in goal.q[i])})"
+    vectors = rng.normal(size=(count, joints))
+    return np.asarray(vectors / np.abs(vectors).max(-1, keepdims=True))
 
 
 def prepare() -> None:
     """Compile the drivers."""
     rng = np.random.default_rng(0)
-    for what in ("angles", "place"):
-        goal = delta_goals(what)(0.01)(rng, 1)
+    for target in ("angles", "position"):
+        goal = delta_goals(rng, 1, 0.01, target)
         by_newton(goal, None), by_newton(goal, None, steps=2)
-    by_chain(arm_goals(0.01)(rng, 1), 2, attempts=1)
+    by_chain(arm_goals(rng, 1, 0.01), 2, attempts=1)
 
 
 STUDY = Study(
@@ -199,18 +178,19 @@ STUDY = Study(
         Method("plain Newton, NumPy", plain, "steps", BUDGETS, repeats=1),
     ),
     cases=(
-        Case("Delta, motors driven by 0.5", delta_goals("angles")(0.5), describe=describe),
-        Case("Delta, platform brought, 0.5", delta_goals("place")(0.5), describe=describe),
-        Case("six-axis arm, 0.5", arm_goals(0.5), describe=describe),
-        *swept("distance, motors of a Delta", DISTANCES[:-1], delta_goals("angles"), describe),
-        *swept("distance, platform of a Delta", DISTANCES[:-1], delta_goals("place"), describe),
-        *swept("distance, six-axis arm", DISTANCES, arm_goals, describe),
+        Case("Delta, motors driven by 0.5", partial(delta_goals, distance=0.5, target="angles")),
+        Case("Delta, platform brought, 0.5", partial(delta_goals, distance=0.5, target="position")),
+        Case("six-axis arm, 0.5", partial(arm_goals, distance=0.5)),
+        *sweep_cases("distance, motors of a Delta", DISTANCES[:-1], partial(delta_goals, target="angles")),
+        *sweep_cases("distance, platform of a Delta", DISTANCES[:-1], partial(delta_goals, target="position")),
+        *sweep_cases("distance, six-axis arm", DISTANCES, arm_goals),
     ),
     reference=lambda goal: goal.exact,
     error=error,
+    describe=lambda goal, i: f"joints at {vector_text(goal.q[i])}",
     unit="radian, or of a length",
     count=COUNT,
-    shares=True,
+    draws_fractions=True,
     source="thesis 7.6; Newton's method",
     notes="Distances are of joints from the start, in radians. A Delta's pose is right if it is the one that hangs "
     "together with the start; an arm's if the tool is there, by whichever solution.",

@@ -1,37 +1,33 @@
-"""Whether the covariance of a registration says how far its pose is off: which trials its 95 % ellipsoid covers."""
+"""Coverage of the 95 % ellipsoid of a registration's covariance: the fraction of trials whose true pose is inside."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..study import Case, Errors, Method, Study
-from .poses import RIGHT, Scenes, describe, pose_errors, scenes, true_poses
+from ...harness.algebras import cga3d
+from ...harness.study import Array, Case, Method, Study
+from .poses import RIGHT, Scenes, describe, pose_errors, register_each, scenes, true_poses
 
-Array = NDArray[Any]
-#: The squared radius of the ellipsoid that holds 95 % of six normal numbers (chi squared, six degrees of freedom).
+#: Squared radius of the 95 % ellipsoid of six normal variables (chi squared, six degrees of freedom).
 LIMIT = 12.591587243743977
 WRONG: dict[str, Any] = {"outliers": 0.3, "missing": 0.3}
 
 
 def squared_radii(inputs: Scenes, _: None) -> Array:
-    """b . C^-1 b for each scene, with b the twist from the pose that was found to the true one and C its covariance."""
-    from ... import cga3d, reform
-
+    """b . C^-1 b for each scene, with b the twist from the estimated pose to the true one and C its covariance."""
     radii = np.full(len(inputs.items), np.nan)
-    for i, scene in enumerate(inputs.items):
-        found = reform.register(scene.query, scene.reference, threads=1)
-        true = cga3d.motor_from_matrix(scene.pose)
-        if pose_errors(found.motor.to_matrix()[None], scene.pose[None])[0] <= RIGHT:
-            away = true * ~found.motor
+    for i, (scene, result) in enumerate(zip(inputs.items, register_each(inputs), strict=True)):
+        if pose_errors(result.motor.to_matrix()[None], scene.pose[None])[0] <= RIGHT:
+            away = cga3d.motor_from_matrix(scene.pose) * ~result.motor
             twist = np.asarray((away if away["1"] > 0 else -away).log().values)
-            radii[i] = twist @ np.linalg.solve(found.covariance, twist)
+            radii[i] = twist @ np.linalg.solve(result.covariance, twist)
     return radii
 
 
-def error(squares: Array, _: Array, __: Scenes) -> Errors:
+def error(squares: Array, _: Array, __: Scenes) -> Array:
     """Radii over that of the 95 % ellipsoid; infinite outside it."""
     radii = np.sqrt(squares / LIMIT)
     return np.where(radii <= 1, radii, np.inf)
@@ -51,9 +47,10 @@ STUDY = Study(
     name="coverage",
     title="How far a pose is off, and what its covariance says",
     methods=(Method("95 % ellipsoid", squared_radii, repeats=0),),
-    cases=tuple(Case(name, scenes(counts, **options), "ordinary", describe) for name, counts, options in NATURES),
+    cases=tuple(Case(name, partial(scenes, counts=counts, **options)) for name, counts, options in NATURES),
     reference=true_poses,
     error=error,
+    describe=describe,
     unit="of the 95 % ellipsoid's radius",
     count=200,
     promised=0.95,

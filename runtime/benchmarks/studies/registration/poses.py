@@ -1,44 +1,43 @@
-"""Pairs of models with a known pose between them, and how far a pose is from it: what studies of registration share."""
+"""Pairs of models with a known relative pose, and the error of a pose: shared by the studies of registration."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...reform.model import Model
-from ...reform.parameters import DIRECTIONS, FIELDS, PLURALS, SHAPES, columns, moved
-from ..study import Errors
+from ....registration import Model, Registration, register
+from ....registration.model.parameters import DIRECTIONS, FIELDS, PLURALS, SHAPES, columns, transform_rows
+from ...harness.study import Array, Errors, lost_beyond
+from ...harness.vectors import directions
 
-Array = NDArray[Any]
-#: A pose is right if it displaces no corner of the models' cube by more than a twentieth of the cube's width.
+#: Largest displacement of a corner of the models' cube by a correct pose: a twentieth of the cube's width.
 RIGHT = 0.1
-#: Corners of that cube: positions of the objects of a reference are between -1 and 1.
+#: Corners of this cube: positions of the objects of a reference are between -1 and 1.
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 #: Radii of circles and spheres.
 RADII = (0.1, 0.5)
-#: Half the length of the segment of a line that others sample with points.
+#: Half the length of the segment of a line from which points are sampled.
 HALF_SEGMENT = 1.0
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A query, a reference, and the pose that takes the one to the other.
+    """A query, a reference, and the pose from the one to the other.
 
     Attributes
     ----------
     query, reference : Model
     pose : array (4, 4)
     true : mapping of kind to int array (n,)
-        For each query object the row of its counterpart, -1 for none.
+        Row of each query object's counterpart, -1 for none.
     query_ends, reference_ends : arrays (n, 2, 3)
-        Ends of segments of the lines, the same piece of both: for methods that know points alone.
+        Ends of segments of the lines, the same piece of both: for methods that register points.
     symmetries : array (k, 3, 3)
-        Rotations that take the reference to itself.
+        Rotations that map the reference to itself.
     """
 
     query: Model
@@ -58,7 +57,7 @@ class Scenes:
     ----------
     items : list of Scene
     is_swept : bool
-        One of a sweep: methods run at one setting alone.
+        True for a case of a sweep: methods run at one setting.
     """
 
     items: list[Scene]
@@ -66,19 +65,13 @@ class Scenes:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether there is nothing else."""
+        """True if all objects are lines."""
         return all(set(scene.reference.counts) == {"line"} for scene in self.items)
 
     @property
     def size(self) -> int:
-        """Objects of a query."""
+        """Number of objects of a query."""
         return len(self.items[0].query)
-
-
-def directions(rng: np.random.Generator, count: int) -> Array:
-    """Random unit vectors."""
-    v = rng.normal(size=(count, 3))
-    return np.asarray(v / np.linalg.norm(v, axis=1, keepdims=True))
 
 
 def objects(rng: np.random.Generator, kind: str, count: int) -> Array:
@@ -99,113 +92,120 @@ def rigid(rng: np.random.Generator, displacement: float | None = None) -> tuple[
     Parameters
     ----------
     displacement : float, optional
-        The angle in radians, and the length against half the models' width. None: any rotation, and a translation
-        of the size of a model.
+        The angle in radians, and the length relative to half the models' width. None: any rotation, and a
+        translation of the size of a model.
     """
     if displacement is None:
-        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-        return np.asarray(turn * np.sign(np.linalg.det(turn))), rng.normal(size=3)
-    axis, way = directions(rng, 2)
+        rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        return np.asarray(rotation * np.sign(np.linalg.det(rotation))), rng.normal(size=3)
+    axis, direction = directions(rng, 2)
     cross = np.cross(np.eye(3), -axis)
-    turn = np.eye(3) + np.sin(displacement) * cross + (1 - np.cos(displacement)) * cross @ cross
-    return turn, displacement * way
+    rotation = np.eye(3) + np.sin(displacement) * cross + (1 - np.cos(displacement)) * cross @ cross
+    return rotation, displacement * direction
 
 
 def scene(rng: np.random.Generator, counts: Mapping[str, int], **options: Any) -> Scene:
-    """A scene of random objects: so many of each kind, with the options of `scene_of`."""
+    """Scene of random objects, by their numbers of each kind, with the options of `scene_of`."""
     return scene_of(rng, {kind: objects(rng, kind, count) for kind, count in counts.items()}, **options)
 
 
 def scene_of(
     rng: np.random.Generator, rows: Mapping[str, Array], displacement: float | None = None, noise: float = 0.0,
-    outliers: float = 0.0, missing: float = 0.0, slide: float = 0.0,
+    outliers: float = 0.0, missing: float = 0.0, offset: float = 0.0,
 ) -> Scene:  # fmt: skip
-    """A scene of these objects.
+    """Scene of given objects.
 
     Parameters
     ----------
     rows : mapping of kind to array (n, k)
         Parameters of the objects of both models, in the cube.
     displacement
-        As of `rigid`.
+        See `rigid`.
     noise : float
-        Standard deviation of what is added to each parameter of a query object, before it is moved.
+        Standard deviation of the noise of each parameter of a query object.
     outliers : float
-        Share of query objects in whose place others stand.
+        Fraction of the query objects that are replaced by random ones.
     missing : float
-        Share of reference objects that are left out.
-    slide : float
-        Segments of the query are moved along their lines by up to this: another piece of the same line is seen.
+        Fraction of the reference objects that are left out.
+    offset : float
+        Largest displacement of the query's segments along their lines: the two models contain different pieces.
     """
-    turn, shift = rigid(rng, displacement)
-    back = turn.T, -turn.T @ shift
+    rotation, shift = rigid(rng, displacement)
+    inverse = rotation.T, -rotation.T @ shift
     query, reference, true = {}, {}, {}
     ends = [np.empty((0, 2, 3))] * 2
     for kind, whole in rows.items():
         count, order = len(whole), rng.permutation(len(whole))
         wrong = round(outliers * count)
-        own = np.concatenate([objects(rng, kind, wrong), whole[wrong:]])
-        own = moved(own + noise * rng.normal(size=own.shape), kind, 1.0, *back)
+        part = np.concatenate([objects(rng, kind, wrong), whole[wrong:]])
+        part = transform_rows(part + noise * rng.normal(size=part.shape), kind, 1.0, *inverse)
         kept = np.sort(rng.permutation(count)[: count - round(missing * count)])
         rank = np.full(count, -1)
         rank[kept] = np.arange(len(kept))
         rank[:wrong] = -1
-        query[kind], reference[kind], true[kind] = own[order], whole[kept], rank[order]
+        query[kind], reference[kind], true[kind] = part[order], whole[kept], rank[order]
         if kind == "line":
-            ends = [segments(query[kind], slide * rng.uniform(-1, 1, count)), segments(reference[kind])]
+            ends = [segments(query[kind], offset * rng.uniform(-1, 1, count)), segments(reference[kind])]
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn, shift
+    pose[:3, :3], pose[:3, 3] = rotation, shift
     return Scene(model(query), model(reference), pose, true, ends[0], ends[1])
 
 
 def model(rows: Mapping[str, Array]) -> Model:
-    """A model of parameters by kind."""
-    given: dict[str, Any] = {
-        PLURALS[kind]: part.reshape(-1, *SHAPES.get(kind, part.shape[1:])) for kind, part in rows.items()
-    }
-    return Model(**given)
+    """Model of parameters by kind."""
+    shapes = {kind: SHAPES.get(kind, part.shape[1:]) for kind, part in rows.items()}
+    parameters: dict[str, Any] = {PLURALS[kind]: part.reshape(-1, *shapes[kind]) for kind, part in rows.items()}
+    return Model(**parameters)
 
 
-def segments(lines: Array, slide: Any = 0.0) -> Array:
-    """Ends (n, 2, 3) of segments about the points that lines (n, 6) are given by, or moved along them."""
-    place = columns("line")
-    along = lines[:, place["direction"]]
+def segments(lines: Array, offset: Any = 0.0) -> Array:
+    """Ends (n, 2, 3) of segments of lines (n, 6), centered at the points of the lines or displaced along them."""
+    fields = columns("line")
+    along = lines[:, fields["direction"]]
     along = HALF_SEGMENT * along / np.linalg.norm(along, axis=1, keepdims=True)
-    middle = lines[:, place["point"]] + np.asarray(slide)[..., None] * along
+    middle = lines[:, fields["point"]] + np.asarray(offset)[..., None] * along
     return np.stack([middle - along, middle + along], axis=1)
 
 
-def scenes(counts: Mapping[str, int], is_swept: bool = False, **options: Any) -> Callable[..., Scenes]:
-    """Maker of scenes of one nature, with the options of `scene`."""
+def scenes(
+    rng: np.random.Generator, count: int, counts: Mapping[str, int], is_swept: bool = False, **options: Any
+) -> Scenes:
+    """Scenes of one nature, with the options of `scene`."""
+    return Scenes([scene(rng, counts, **options) for _ in range(count)], is_swept)
 
-    def make(rng: np.random.Generator, count: int) -> Scenes:
-        return Scenes([scene(rng, counts, **options) for _ in range(count)], is_swept)
 
-    return make
+def register_each(inputs: Scenes, **options: Any) -> list[Registration]:
+    """Results of `registration.register` on one thread, scene by scene."""
+    return [register(s.query, s.reference, threads=1, **options) for s in inputs.items]
+
+
+def listed_poses(result: Registration) -> Array:
+    """Poses (k, 4, 4): the motor's, and the ambiguous ones."""
+    return np.stack([motor.to_matrix() for motor in (result.motor, *result.ambiguous)])
 
 
 def true_poses(inputs: Scenes) -> Array:
-    """Poses (n, 4, 4), as the scenes were made."""
+    """True poses (n, 4, 4) of scenes."""
     return np.stack([s.pose for s in inputs.items])
 
 
-def pose_errors(found: Array, true: Array) -> Errors:
-    """By how much poses (n, 4, 4) displace a corner of the models, at most; infinite where no pose was found."""
+def pose_errors(poses: Array, true: Array) -> Errors:
+    """Largest displacement of a corner of the models by poses (n, 4, 4); infinite without a pose."""
     away = CORNERS - true[:, None, :3, 3]
     corners = away @ true[:, :3, :3]  # of the query: the inverse motion
-    there = corners @ found[:, :3, :3].swapaxes(1, 2) + found[:, None, :3, 3]
-    errors = np.linalg.norm(there - CORNERS, axis=-1).max(-1)
-    return np.where(np.isfinite(errors), errors, np.inf)
+    moved = corners @ poses[:, :3, :3].swapaxes(1, 2) + poses[:, None, :3, 3]
+    errors = np.linalg.norm(moved - CORNERS, axis=-1).max(-1)
+    return lost_beyond(errors, np.inf)
 
 
-def right_poses(found: Array, true: Array, _: Scenes | None = None) -> Errors:
-    """Their errors, infinite where they are not `RIGHT`."""
-    errors = pose_errors(found, true)
+def right_poses(poses: Array, true: Array, _: Scenes | None = None) -> Errors:
+    """Errors of poses, infinite where they are not `RIGHT`."""
+    errors = pose_errors(poses, true)
     return np.where(errors <= RIGHT, errors, np.inf)
 
 
 def describe(inputs: Scenes, index: int) -> str:
-    """One scene."""
+    """Description of a scene."""
     one = inputs.items[index]
     angle = np.arccos(np.clip((np.trace(one.pose[:3, :3]) - 1) / 2, -1, 1))
-    return f"scene {index}: turned by {angle:.3g} rad, moved by {one.pose[:3, 3].tolist()}"
+    return f"scene {index}: rotated by {angle:.3g} rad, moved by {one.pose[:3, 3].tolist()}"

@@ -1,4 +1,4 @@
-"""Where rays meet evolved surfaces, with whole numbers of hundreds of bits: the reference of the ray studies.
+"""Intersections of rays with evolved surfaces, in integers of hundreds of bits: the reference of the ray studies.
 
 From the definition and on nobody's formulas: the orthonormal basis e1 e2 e3 e+ e-, objects as skew matrices made from
 points, planes and spheres, their sums as homogeneous polynomials in (1 - t, t), the projection to a blade as the part
@@ -17,11 +17,13 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from ...harness.vectors import cross, dot, scale, subtract
+
 #: Bits to which unit objects and rays are rounded; from there on everything is exact.
 BITS = 256
 #: Bits of refined roots: more than twice what a sign of U V can hang on.
 ROOT_BITS = 400
-#: Where refining ends.
+#: Limit of the refinement.
 SETTLED = 1 << 32
 #: Halvings of the curve; rays with roots closer than that are tangent, and refused.
 DEEPEST = 120
@@ -39,17 +41,18 @@ def parity(order: Sequence[int]) -> int:
 def circle(center: Any, normal: Any, radius: Any) -> list[list[Any]]:
     """The complement of a unit circle: its plane ^ its sphere."""
     c, n, r = _numbers(center), _numbers(normal), mpmath.mpf(float(radius))
-    length = mpmath.sqrt(sum(x * x for x in n))
+    length = mpmath.sqrt(dot(n, n))
     n = [x / length for x in n]
-    d = sum(x * y for x, y in zip(c, n, strict=True))
-    e = (sum(x * x for x in c) - r * r) / 2
+    d = dot(c, n)
+    e = (dot(c, c) - r * r) / 2
     return _wedge([*n, d, d], [x / r for x in (*c, e - 0.5, e + 0.5)])
 
 
 def point_pair(a: Any, b: Any) -> list[list[Any]]:
     """A unit point pair a ^ b."""
     a, b = _numbers(a), _numbers(b)
-    size = sum((x - y) ** 2 for x, y in zip(a, b, strict=True)) / 2
+    difference = subtract(a, b)
+    size = dot(difference, difference) / 2
     return _wedge(_point(a), [x / size for x in _point(b)])
 
 
@@ -58,7 +61,7 @@ def _numbers(values: Any) -> list[Any]:
 
 
 def _point(x: list[Any]) -> list[Any]:
-    square = sum(c * c for c in x) / 2
+    square = dot(x, x) / 2
     return [*x, square - 0.5, square + 0.5]
 
 
@@ -119,8 +122,8 @@ class Surface:
             norm = norm[ends:-ends]
         found = []
         with mpmath.workprec(ROOT_BITS):
-            for low, high in isolated(norm):
-                t = refined(norm, low, high)
+            for low, high in isolate_roots(norm):
+                t = refine_root(norm, low, high)
                 if is_one or value(even, t) * value(odd, t) < 0:
                     away = self._distance(t, o, d)
                     if away is not None:
@@ -146,7 +149,7 @@ class Surface:
         return even, odd
 
     def _distance(self, t: int, origin: list[Any], direction: list[Any]) -> Any:
-        """Where the ray meets the object at t, along its direction; None beside the segment of a pair.
+        """Distance along the ray to the object at t; None beside the segment of a pair.
 
         With infinity put in once comes the plane, or the direction of a pair; once more, the sphere or the middle.
         """
@@ -157,14 +160,14 @@ class Surface:
         sphere = [sum(METRIC[k] * row[k] * way[k] for k in range(5)) for row in b]
         weight = sphere[4] - sphere[3]
         center = [x / weight for x in sphere[:3]]
-        relative = [c - o for c, o in zip(center, origin, strict=True)]
+        relative = subtract(center, origin)
         if self.kind == "circles":
-            return _dot(way[:3], relative) / _dot(way[:3], direction)
-        across = _cross(direction, way[:3])
-        along = _dot(_cross(relative, way[:3]), across) / _dot(across, across)
-        away = [along * x - r for x, r in zip(direction, relative, strict=True)]
-        half = (sphere[3] + sphere[4]) / weight - _dot(center, center)
-        return along if _dot(away, away) <= half else None
+            return dot(way[:3], relative) / dot(way[:3], direction)
+        across = cross(direction, way[:3])
+        along = dot(cross(relative, way[:3]), across) / dot(across, across)
+        away = subtract(scale(direction, along), relative)
+        half = (sphere[3] + sphere[4]) / weight - dot(center, center)
+        return along if dot(away, away) <= half else None
 
 
 def _product(x: Any, y: Any) -> list[list[Polynomial]]:
@@ -184,39 +187,31 @@ def _line(origin: list[Any], direction: list[Any]) -> dict[tuple[int, int], Any]
     return found
 
 
-def _dot(x: Sequence[Any], y: Sequence[Any]) -> Any:
-    return sum(p * q for p, q in zip(x, y, strict=True))
-
-
-def _cross(x: Sequence[Any], y: Sequence[Any]) -> list[Any]:
-    return [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
-
-
-def isolated(polynomial: Polynomial) -> list[tuple[int, int]]:
+def isolate_roots(polynomial: Polynomial) -> list[tuple[int, int]]:
     """Intervals of [0, 1] with one root each, in units of 2^-ROOT_BITS: Descartes' rule on halves."""
     degree = len(polynomial) - 1
     scale = [comb(degree, k) for k in range(degree + 1)]
     common = int(np.lcm.reduce(np.array(scale, object)))
-    found, rest = [], [([int(c) * (common // s) for c, s in zip(polynomial, scale, strict=True)], 0, 0)]
-    while rest:
-        c, place, depth = rest.pop()
+    intervals, pending = [], [([int(c) * (common // s) for c, s in zip(polynomial, scale, strict=True)], 0, 0)]
+    while pending:
+        c, index, depth = pending.pop()
         signs = [x > 0 for x in c if x]
         changes = sum(p != q for p, q in zip(signs, signs[1:], strict=False))
         if changes == 1:
-            found.append((place << (ROOT_BITS - depth), (place + 1) << (ROOT_BITS - depth)))
+            intervals.append((index << (ROOT_BITS - depth), (index + 1) << (ROOT_BITS - depth)))
         elif changes and depth < DEEPEST:
             left, right = [c[0] << degree], [c[-1] << degree]
             for step in range(1, degree + 1):
                 c = [x + y for x, y in zip(c, c[1:], strict=False)]
                 left.append(c[0] << (degree - step))
                 right.append(c[-1] << (degree - step))
-            rest += [(left, 2 * place, depth + 1), (right[::-1], 2 * place + 1, depth + 1)]
+            pending += [(left, 2 * index, depth + 1), (right[::-1], 2 * index + 1, depth + 1)]
         elif changes:
             raise ArithmeticError("two roots closer than the reference can tell")
-    return found
+    return intervals
 
 
-def refined(polynomial: Polynomial, low: int, high: int) -> int:
+def refine_root(polynomial: Polynomial, low: int, high: int) -> int:
     """The root of an interval that has one, in units of 2^-ROOT_BITS: Newton's steps, halves where they leave it."""
     n = len(polynomial) - 1
     slope = [(k + 1) * polynomial[k + 1] - (n - k) * polynomial[k] for k in range(n)]
@@ -235,7 +230,7 @@ def refined(polynomial: Polynomial, low: int, high: int) -> int:
 
 
 def value(polynomial: Polynomial, t: int) -> int:
-    """Of a homogeneous polynomial at (1 - t, t), rounded to a whole number; t in units of 2^-ROOT_BITS."""
+    """Value of a homogeneous polynomial at (1 - t, t), rounded to an integer; t in units of 2^-ROOT_BITS."""
     s, power, total = (1 << ROOT_BITS) - t, 1 << ROOT_BITS, 0
     for c in polynomial:  # Horner in (1 - t), with powers of t beside it
         total = (total * s + power * c) >> ROOT_BITS

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ...errors import SceneError
-from ..study import Case, Errors, Method, Study
+from ...harness.study import PRECISIONS, Array, Case, Errors, Method, Study
+from ...harness.vectors import unit
 from . import crossings
-from .rays import Array, Control, surface_of, tube
+from .rays import SAMPLES, Control, Maker, controls_text, intersect, random_surface, tube
 from .ribbons import ribbon
 
 #: Rays of a case are taken this many times in a call: about those of a picture of 640 x 480, so that building a mesh
@@ -50,89 +49,58 @@ class View:
     meshes: dict[int, Any]
 
 
-def view(kind: str, controls: Callable[[np.random.Generator], list[Control]]) -> Any:
-    """Maker of a surface in the middle of a view."""
-
-    def make(rng: np.random.Generator, count: int) -> View:
-        surface, found = None, []
-        while surface is None:
-            found = controls(rng)
-            surface = surface_of(kind, found)
-        x, y = rng.uniform(-0.2, 0.2, (2, count))
-        directions = np.stack([x, np.ones(count), y], -1)
-        directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-        # single precision holds them exactly, so that all answer the same question
-        directions = directions.astype(np.float32).astype(float)
-        return View(kind, found, surface, np.tile([0.0, -AWAY, 0.0], (count, 1)), directions, {})
-
-    return make
+def view(rng: np.random.Generator, count: int, kind: str, controls: Maker) -> View:
+    """A surface in the middle of a view."""
+    surface, drawn = random_surface(rng, kind, controls)
+    x, y = rng.uniform(-0.2, 0.2, (2, count))
+    # single precision holds them exactly, so that all answer the same question
+    directions = unit(np.stack([x, np.ones(count), y], -1)).astype(np.float32).astype(float)
+    return View(kind, drawn, surface, np.tile([0.0, -AWAY, 0.0], (count, 1)), directions, {})
 
 
-def first_hits(method: str, copies: int) -> Callable[[View, Any], Array | None]:
+def first_hits(inputs: View, setting: Any, *, method: str, copies: int = COPIES) -> Array | None:
     """Distances of first hits before the camera; NaN beside the surface. None where there is no such method."""
-
-    def run(inputs: View, setting: Any) -> Array | None:
-        dtype = np.float32 if setting == "float32" else np.float64
-        samples = setting if isinstance(setting, int) else 64
-        origins, directions = (np.tile(a, (copies, 1)).astype(dtype) for a in (inputs.origins, inputs.directions))
-        try:
-            hits = inputs.surface.intersect(origins, directions, method=method, samples=samples, threads=1)
-        except SceneError:
-            return None
-        n = len(inputs.origins)
-        return np.asarray(hits.t[:n, 0], float)  # all lie before the camera, the nearest first
-
-    return run
+    hits = intersect(inputs.surface, (inputs.origins, inputs.directions), method, setting, copies)
+    # all lie before the camera, the nearest first
+    return None if hits is None else np.asarray(hits.t[: len(inputs.origins), 0], float)
 
 
-def embree(is_built: bool) -> Callable[[View, int], Array | None]:
-    """Distances by a mesh of about so many triangles; it is built in the call, or once before. None without embreex."""
-
-    def run(inputs: View, triangles: int) -> Array | None:
-        try:
-            scene = built(inputs, triangles) if is_built else _build(inputs, triangles)
-        except ImportError:
-            return None
-        origins, directions = (np.tile(a, (COPIES, 1)).astype(np.float32) for a in (inputs.origins, inputs.directions))
-        away = scene.run(origins, directions, query="DISTANCE")
-        n = len(inputs.origins)
-        return np.where(away[:n] < 10 * AWAY, away[:n], np.nan).astype(float)
-
-    return run
+def embree(inputs: View, triangles: int, *, is_built: bool) -> Array:
+    """Distances by a mesh of about so many triangles; it is built in the call, or once before."""
+    scene = inputs.meshes.get(triangles) if is_built else None
+    if scene is None:
+        scene = inputs.meshes[triangles] = build_mesh(inputs.surface, triangles)
+    origins, directions = (np.tile(a, (COPIES, 1)).astype(np.float32) for a in (inputs.origins, inputs.directions))
+    away = scene.run(origins, directions, query="DISTANCE")[: len(inputs.origins)]
+    return np.where(away < 10 * AWAY, away, np.nan).astype(float)
 
 
-def built(inputs: View, triangles: int) -> Any:
-    """A mesh in Embree, kept."""
-    if triangles not in inputs.meshes:
-        inputs.meshes[triangles] = _build(inputs, triangles)
-    return inputs.meshes[triangles]
-
-
-def _build(inputs: View, triangles: int) -> Any:
+def build_mesh(surface: Any, triangles: int) -> Any:
+    """Mesh in Embree."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
-    vertices, faces = tessellated(inputs.surface, triangles)
+    vertices, faces = tessellate(surface, triangles)
     scene = EmbreeScene()
     TriangleMesh(scene, vertices.astype(np.float32), faces)
     return scene
 
 
-def tessellated(surface: Any, triangles: int) -> tuple[Array, Any]:
+def tessellate(surface: Any, triangles: int) -> tuple[Array, Any]:
     """A plain grid of the surface: as many triangles as that, twice as many along circles as along the curve."""
     is_pair = surface.kind == "evolved_point_pairs"
     shape = NARROW if is_pair else 2.0
     rings = max(2, round(np.sqrt(triangles / 2 / shape)))
     around = max(1, round(shape * rings))
     start, end = surface.curve.domain
-    found = surface.curve(np.linspace(start, end, rings + 1)).parameters()
-    share = np.linspace(0, 1, around + 1)[:, None]
+    x = surface.curve(np.linspace(start, end, rings + 1)).parameters()
+    fraction = np.linspace(0, 1, around + 1)[:, None]
     if is_pair:
-        vertices = (1 - share) * found.a[:, None] + share * found.b[:, None]
+        vertices = (1 - fraction) * x.a[:, None] + fraction * x.b[:, None]
     else:
-        axes = _frames(found.normal)
-        ring = np.cos(2 * np.pi * share) * axes[0][:, None] + np.sin(2 * np.pi * share) * axes[1][:, None]
-        vertices = found.center[:, None] + found.radius[:, None, None] * ring
+        u, v = _frames(x.normal)
+        ring = np.cos(2 * np.pi * fraction) * u[:, None] + np.sin(2 * np.pi * fraction) * v[:, None]
+        vertices = x.center[:, None] + x.radius[:, None, None] * ring
     corner = np.arange(rings)[:, None] * (around + 1) + np.arange(around)
     quads = np.stack([corner, corner + 1, corner + around + 2, corner + around + 1], -1).reshape(-1, 4)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
@@ -140,7 +108,7 @@ def tessellated(surface: Any, triangles: int) -> tuple[Array, Any]:
 
 
 def _frames(normal: Array) -> tuple[Array, Array]:
-    """Two axes across each normal that turn with it as little as possible."""
+    """Two axes across each normal that rotate with it as little as possible."""
     u = np.empty_like(normal)
     last = np.eye(3)[np.argmin(np.abs(normal[0]))]
     for i, n in enumerate(normal):
@@ -153,49 +121,56 @@ def _frames(normal: Array) -> tuple[Array, Array]:
 def truth(inputs: View) -> list[float]:
     """Distances of first hits with 50 digits; NaN where there is none."""
     surface = crossings.Surface(inputs.kind, inputs.controls)
-    found = []
+    nearest = []
     for origin, direction in zip(inputs.origins, inputs.directions, strict=True):
         length = float(np.linalg.norm(direction))
-        found.append(min((float(away) * length for _, away in surface.roots(origin, direction)), default=np.nan))
-    return found
+        nearest.append(min((float(away) * length for _, away in surface.roots(origin, direction)), default=np.nan))
+    return nearest
 
 
-def error(answer: Array, exact: list[float], _: View) -> Errors:
-    """Distance between the points; infinite where a hit is lost or false."""
-    want = np.array(exact)
-    off = np.abs(answer - want)
-    return np.where(np.isnan(want) & np.isnan(answer), 0.0, np.where(np.isfinite(off), off, np.inf))
+def distance_errors(answer: Array, exact: Array, limit: float = np.inf) -> Errors:
+    """Difference of distances; infinite where a hit is lost or false, or off by a limit."""
+    off = np.abs(answer - exact)
+    return np.where(np.isnan(exact) & np.isnan(answer), 0.0, np.where(off < limit, off, np.inf))
 
 
 def describe(inputs: View, i: int) -> str:
     """One ray and the surface."""
-    controls = "; ".join(str([np.asarray(x).tolist() for x in c]) for c in inputs.controls)
-    return f"{inputs.kind} {controls}, from {inputs.origins[i].tolist()} along {inputs.directions[i].tolist()}"
+    ray = f"from {inputs.origins[i].tolist()} along {inputs.directions[i].tolist()}"
+    return f"{controls_text(inputs.kind, inputs.controls)}, {ray}"
 
 
 STUDY = Study(
     name="hits",
     title="First hits on evolved surfaces, beside meshes traced by Embree",
     methods=(
-        Method("isolate", first_hits("isolate", COPIES), "precision", ("float32", "float64")),
+        Method("isolate", partial(first_hits, method="isolate"), "precision", PRECISIONS),
         Method(
-            "companion (as printed)", first_hits("companion", FEW_COPIES), "precision", ("float64",), copies=FEW_COPIES,
+            "companion (as printed)", partial(first_hits, method="companion", copies=FEW_COPIES), "precision",
+            ("float64",), copies=FEW_COPIES,
         ),
         Method(
-            "sampled (as printed)", first_hits("sampled", FEW_COPIES), "samples",
-            (8, 16, 32, 64, 128, 256, 512, 1024), copies=FEW_COPIES,
+            "sampled (as printed)", partial(first_hits, method="sampled", copies=FEW_COPIES), "samples", SAMPLES,
+            copies=FEW_COPIES,
         ),
-        Method("Embree, mesh built before", embree(True), "triangles", TRIANGLES),
-        Method("Embree, build included", embree(False), "triangles", TRIANGLES[:-1]),
-        Method("Embree, build included, fine", embree(False), "triangles", TRIANGLES[-1:], slow=True),
+        *(
+            Method(f"Embree, {name}", partial(embree, is_built=is_built), "triangles", settings, slow=slow,
+                   requires="embreex")
+            for name, is_built, settings, slow in (
+                ("mesh built before", True, TRIANGLES, False),
+                ("build included", False, TRIANGLES[:-1], False),
+                ("build included, fine", False, TRIANGLES[-1:], True),
+            )
+        ),
     ),
     cases=(
-        Case("tube", view("circles", partial(tube, 1)), "ordinary", describe),
-        Case("ribbon", view("pairs", partial(ribbon, 1)), "ordinary", describe),
-        Case("tube of degree 3", view("circles", partial(tube, 3)), "ordinary", describe),
+        Case("tube", partial(view, kind="circles", controls=partial(tube, 1))),
+        Case("ribbon", partial(view, kind="pairs", controls=partial(ribbon, 1))),
+        Case("tube of degree 3", partial(view, kind="circles", controls=partial(tube, 3))),
     ),
     reference=truth,
-    error=error,
+    error=lambda answer, exact, _: distance_errors(answer, np.array(exact)),
+    describe=describe,
     unit="of a surface of size one",
     count=COUNT,
     copies=COPIES,

@@ -1,0 +1,148 @@
+"""Writer of reports: raw JSON, work-precision plots and stability tables, in one folder with an HTML page."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from ...codegen.build.cpu_features import processor_name
+from ...codegen.targets.templates import render
+from ...common.executors import Payload, Task, run_pieces
+from ...common.files import write_atomically
+from ...common.progress import ProgressOption, open_progress
+from ...errors import MissingExtraError
+from ..registry import load_study
+from .runner import SEED, Measurement, run_study, time_text
+from .study import Study
+
+_PACKAGES = ("bladesmith", "numpy", "cffi", "sympy", "jinja2", "numba", "mpmath", "clifford")
+
+
+def machine() -> dict[str, str]:
+    """Description of the machine of the measurements."""
+    from ...codegen.build.extension import compiler
+
+    c_compiler = compiler()
+    versions = {}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return {
+        "processor": f"{processor_name()}, {os.cpu_count()} threads",
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": sys.version.split()[0],
+        "compiler": c_compiler.summary if c_compiler else "none",
+        "seed": str(SEED),
+        **versions,
+    }
+
+
+def plot(study: Study, rows: Sequence[Measurement], path: Path) -> None:
+    """Work-precision plot: one panel per case, largest error against time per item, a line per method. For a study
+    with a promised fraction: the measured fractions.
+
+    Raises
+    ------
+    MissingExtraError
+        If matplotlib is not installed.
+    """
+    try:
+        from .plot import draw, draw_fractions, draw_sweeps
+    except ImportError:
+        raise MissingExtraError("plot") from None
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture = draw if study.promised is None else draw_fractions
+    picture(study, [r for r in rows if not r.sweep]).savefig(path)
+    if any(r.sweep for r in rows):
+        draw_sweeps(study, rows).savefig(path.with_name(f"{path.stem}-sweeps.png"))
+
+
+def measure(
+    names: Sequence[str],
+    folder: Path,
+    quick: bool = False,
+    progress: ProgressOption = False,
+    executor: Executor | None = None,
+) -> Iterator[tuple[Study, list[Measurement]]]:
+    """Run studies one after another. Each is drawn and the report written again before it is yielded, so that an
+    interrupt loses nothing but the present study.
+
+    Parameters
+    ----------
+    names : sequence of str
+    folder : Path
+        Folder of the report.
+    quick : bool
+        See `run_study`.
+    progress : bool or callable
+        See `run_study`; with an executor a callable gets a `bladesmith.Progress` of studies.
+    executor : concurrent.futures.Executor, optional
+        Runs one study in each call, on machines that are like this one: times are the workers' own.
+
+    Raises
+    ------
+    InputError
+        If a name is not that of a study, before any is run.
+    ExecutorError
+        If workers of the executor fail or end, and do so again.
+    """
+    studies = [load_study(name) for name in names]
+    results: list[tuple[Study, list[Measurement]]] = []
+
+    def add(study: Study, rows: list[Measurement]) -> None:
+        plot(study, rows, folder / f"{study.name}.png")
+        results.append((study, rows))
+        write_report(results, folder)
+
+    if executor is None:
+        for study in studies:
+            add(study, run_study(study, quick, progress))
+            yield results[-1]
+        return
+    with open_progress(progress, "report", "studies", len(studies)) as report:
+
+        def take(number: int, rows: list[Measurement]) -> None:
+            add(studies[number], rows)
+            report(len(results), studies[number].name)
+
+        pieces = [((study.name,), f"the measurements of {study.name}") for study in studies]
+        run_pieces(executor, Payload.of(_Studies(quick)), _run_named, pieces, take)
+    yield from results
+
+
+@dataclass(frozen=True)
+class _Studies(Task):
+    quick: bool
+
+    def prepare(self) -> bool:
+        return self.quick
+
+
+def _run_named(quick: bool, name: str) -> list[Measurement]:
+    return run_study(load_study(name), quick)
+
+
+def write_report(results: Sequence[tuple[Study, Sequence[Measurement]]], folder: Path) -> Path:
+    """Write ``report.json`` and ``index.html`` with one `plot` per study; return the page's path."""
+    about = machine()
+    raw: Mapping[str, Any] = {
+        "machine": about,
+        "studies": {
+            s.name: {"title": s.title, "unit": s.unit, "rows": [asdict(r) for r in rows]} for s, rows in results
+        },
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / "report.json", json.dumps(raw, indent=1) + "\n")
+    page = render("index.html.j2", machine=about, results=results, time=time_text)
+    write_atomically(folder / "index.html", page)
+    return folder / "index.html"

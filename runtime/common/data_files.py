@@ -1,0 +1,113 @@
+"""Arrays in NPZ files, under a header of plain data, and tables of numbers in CSV files.
+
+Reading an NPZ file never executes anything, and its header is checked before an array is unpacked.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import platform
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.errors import BladesmithError, InputError
+from ..codegen.version import __version__
+from .files import as_path
+
+T = TypeVar("T")
+Arrays = dict[str, NDArray[Any]]
+#: Name of the array that holds the header: JSON in bytes.
+HEADER = "bladesmith"
+#: Largest size of a header, in bytes.
+MAX_HEADER = 1_000_000
+#: Suffixes of the formats.
+FORMATS = (".npz", ".csv")
+
+
+def made_by() -> dict[str, str]:
+    """Versions that made a file, for its header."""
+    return {"bladesmith": __version__, "numpy": np.__version__, "python": platform.python_version()}
+
+
+def npz_bytes(arrays: Mapping[str, NDArray[Any]], header: Mapping[str, Any], compressed: bool = True) -> bytes:
+    """Bytes of an NPZ file of arrays, with a header that JSON can say."""
+    stored: dict[str, Any] = {**arrays, HEADER: np.frombuffer(json.dumps(header).encode(), np.uint8)}
+    buffer = io.BytesIO()
+    (np.savez_compressed if compressed else np.savez)(buffer, **stored)
+    return buffer.getvalue()
+
+
+def read_npz(
+    path: Any, what: str, writer: str, expected: Mapping[str, Any], build: Callable[[dict[str, Any], Arrays], T]
+) -> T:
+    """Read an NPZ file that `npz_bytes` gave.
+
+    Parameters
+    ----------
+    path : path
+    what, writer : str
+        Contents of the file and the function that writes it, for messages: "a trajectory", "trajectory.save".
+    expected : mapping
+        Items that the header has: format and version. Others are of another release.
+    build : callable
+        Makes the result from the header and the arrays; whatever it raises means that the file is damaged.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, or holds something else.
+    """
+    file = as_path(path, f"{what} is read from")
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            header = _read_header(archive, expected)
+            arrays = {name: archive[name] for name in archive.files if name != HEADER}
+        return build(header, arrays)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}.", where=str(file)) from None
+    except BladesmithError as error:
+        raise InputError(str(error), where=str(file)) from None
+    except Exception as error:  # a damaged archive raises anything: zlib.error, MemoryError, NotImplementedError, ...
+        detail = "" if "pickle" in str(error) else f" ({error})"  # NumPy recommends unsafe loading
+        raise InputError(f"is not a file that {writer}() wrote{detail}.", where=str(file)) from None
+
+
+def _read_header(archive: Any, expected: Mapping[str, Any]) -> dict[str, Any]:
+    if archive.zip.getinfo(f"{HEADER}.npy").file_size > MAX_HEADER:
+        raise ValueError("its header is too long")
+    raw = archive[HEADER]
+    if raw.dtype != np.uint8 or raw.ndim != 1:
+        raise ValueError("its header is of another type")
+    header = json.loads(raw.tobytes())
+    for key, value in expected.items():
+        if header[key] != value:
+            raise InputError(
+                f"its {key} is {header[key]!r}; this release reads {value!r}.",
+                remedy="A newer release of bladesmith may read it",
+            )
+    return header  # type: ignore[no-any-return]
+
+
+def csv_text(columns: Iterable[tuple[str, str]], rows: Iterable[Iterable[Any]]) -> str:
+    """Text of a CSV file, whose numbers read back to the last bit.
+
+    Parameters
+    ----------
+    columns : iterable of (name, unit)
+        A column without a unit has an empty one.
+    rows : iterable
+        Texts, and numbers of Python.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in columns])
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+__all__ = ["FORMATS", "csv_text", "made_by", "npz_bytes", "read_npz"]

@@ -1,0 +1,78 @@
+"""Kinds and arrays of coefficients from what users pass: dictionaries by blade, and arrays on a layout."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.algebra.algebra import Kind
+from ..codegen.errors import BladeError, GradeError, ShapeError
+from ..common.dtypes import common_precision
+from ..common.validation import as_int, real_array
+from ..dispatch.types import TypedAlgebra
+from .linear_maps import blade_in
+
+
+def from_mapping(algebra: TypedAlgebra, values: Mapping[Any, Any]) -> tuple[Kind, NDArray[Any]]:
+    """Arrays by blade, broadcast against each other."""
+    columns: dict[int, NDArray[Any]] = {}
+    for key, value in values.items():
+        blade, sign = blade_in(algebra, key)
+        column = real_array(value, f"the coefficient of {key!r}") * sign
+        columns[blade] = columns[blade] + column if blade in columns else column
+    given = [v for v in values.values() if hasattr(v, "dtype")] or [0.0]
+    kind = algebra.layout_of(columns or (0,))
+    try:
+        lead = np.broadcast_shapes(*(c.shape for c in columns.values()))
+    except ValueError:
+        shapes = ", ".join(f"{algebra.blade_name(b)} {c.shape}" for b, c in columns.items())
+        raise ShapeError(f"the coefficients' shapes do not broadcast: {shapes}.") from None
+    data = np.zeros((*lead, kind.size), common_precision(*given))
+    for i, blade in enumerate(kind.blades):
+        if blade in columns:
+            data[..., i] = columns[blade]
+    return kind, data
+
+
+def from_array(
+    algebra: TypedAlgebra,
+    values: Any,
+    grades: Iterable[int] | None,
+    blades: Iterable[Any] | None,
+    kind: str | Kind | None,
+) -> tuple[Kind, NDArray[Any]]:
+    """An array (..., k) on grades, blades, a kind's blades, or all of them."""
+    layout, signs = layout_for(algebra, grades, blades, kind)
+    rows = real_array(values, f"the array of values on {layout.name}", (..., layout.size))
+    data = np.array(rows, order="C") if signs is None else _permute_columns(rows, signs)
+    return layout, data
+
+
+def layout_for(
+    algebra: TypedAlgebra, grades: Iterable[int] | None, blades: Iterable[Any] | None, kind: str | Kind | None
+) -> tuple[Kind, list[tuple[int, int]] | None]:
+    """Layout of an array's columns; where blades were named, the column and sign of each of its blades."""
+    if blades is not None:
+        pairs = [blade_in(algebra, key) for key in blades]
+        layout = algebra.layout_of(blade for blade, _ in pairs)
+        if layout.size != len(pairs) or not pairs:
+            raise BladeError("the list of blades is empty, or names a blade twice.")
+        column = {blade: (i, sign) for i, (blade, sign) in enumerate(pairs)}
+        return layout, [column[blade] for blade in layout.blades]
+    if grades is not None:
+        given = grades if isinstance(grades, Iterable) else (grades,)
+        wanted = sorted({as_int(g, "a grade", 0, algebra.dimension, GradeError) for g in given})
+        return algebra.layout_of(blade for g in wanted for blade in algebra.blades_of_grade(g)), None
+    if kind is not None:
+        return (algebra.layout(kind) if isinstance(kind, str) else kind.layout), None
+    return algebra.layout_of(algebra.blades), None
+
+
+def _permute_columns(rows: NDArray[Any], signs: Sequence[tuple[int, int]]) -> NDArray[Any]:
+    columns = [column for column, _ in signs]
+    data: NDArray[Any] = np.ascontiguousarray(rows[..., columns])
+    data *= np.array([sign for _, sign in signs], rows.dtype)
+    return data

@@ -1,0 +1,371 @@
+"""Multivectors and algebras as users hold them.
+
+A `Multivector` adds to its data (`dispatch.multivector_data`) the operators and the functions of the core. An `Algebra`
+makes multivectors from numbers. Each is in the other's signatures: therefore they share a module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..codegen.algebra.algebra import Kind
+from ..codegen.algebra.blades import validated_identifier
+from ..codegen.algebra.loader import algebra_from_data, data_from_algebra
+from ..codegen.errors import BladeError, GradeError, InputError
+from ..common.deprecation import renamed_attribute
+from ..common.dtypes import F64, as_precision
+from ..common.validation import real_array
+from ..dispatch.stock_kernels import StockKernels
+from ..dispatch.types import TypedAlgebra
+from . import construction, formatting, functions, kind_constraints, linear_maps
+from .operators import Number, Operators
+
+if TYPE_CHECKING:
+    from ..codegen.algebra.multivector import Multivector as SymbolicMultivector
+    from .geometry.parameters import Parameters
+
+
+class Multivector(Operators):
+    """Multivectors of one kind: ``shape`` of them, as rows of coefficients. Made by an algebra, not directly.
+
+    Operators: ``a * b`` geometric, ``a ^ b`` outer, ``a | b`` inner product, ``a & b`` meet (in PGA: join), ``~a``
+    reverse, ``R >> x`` sandwich R x ~R, ``a + b``, ``a - b``, ``2 * a``, ``a / 2``, ``a / b``. Numbers and arrays of
+    numbers broadcast over items, not over coefficients.
+    """
+
+    __slots__ = ()
+
+    @property
+    def algebra(self) -> Algebra:
+        """The algebra it belongs to."""
+        return self._type.algebra  # type: ignore[return-value]
+
+    # -- functions -----------------------------------------------------------------------------------------
+
+    def norm(self) -> NDArray[Any]:
+        """sqrt |<x ~x>_0| of each item."""
+        return functions.norm(self)
+
+    def normalized(
+        self, kind: str | Kind | None = None, strict: bool = False, tolerance: float | None = None
+    ) -> Multivector:
+        """Each item at unit scale, of a constrained kind where that holds; see `functions.normalized`.
+
+        With a ``tolerance`` the nearest member of the kind, and how far that is in `deviation`.
+        """
+        return functions.normalized(self, kind, strict, tolerance)
+
+    normalised = normalized
+
+    def __pos__(self) -> Multivector:
+        return self
+
+    def inverse(self, method: str = "auto", strict: bool = False) -> Multivector:
+        """The y with x y = 1; `SINGULAR` without one. ``method``: "auto", "shirokov", "hitzer" or "matrix"."""
+        return functions.inverse(self, method, strict)
+
+    def exp(self) -> Multivector:
+        """Exponential: a motor from the bivector of a motion, a series for anything else."""
+        return functions.exp(self)
+
+    def log(self, strict: bool = False) -> Multivector:
+        """The bivector whose exponential is this motor; its angle lies in [0, 2 pi)."""
+        return functions.log(self, strict)
+
+    def sqrt(self, strict: bool = False) -> Multivector:
+        """The motor of half the motion."""
+        return functions.sqrt(self, strict)
+
+    def reflect(self, mirror: Multivector, strict: bool = False) -> Multivector:
+        """This object reflected, or inverted, in a blade."""
+        return functions.reflect(self, mirror, strict)
+
+    def __truediv__(self, other: Any) -> Multivector:
+        return self * other.inverse() if isinstance(other, Multivector) else super().__truediv__(other)
+
+    def __rtruediv__(self, other: Any) -> Multivector:
+        return self.inverse().__rmul__(other)
+
+    # -- comparison and conversion -------------------------------------------------------------------------
+
+    def isclose(
+        self, other: Multivector | Number, rtol: float | None = None, atol: float = 0.0
+    ) -> np.bool_ | NDArray[np.bool_]:
+        """For each item, whether the coefficients differ by at most ``atol + rtol * largest coefficient``.
+
+        ``rtol`` is 1e-9 by default, 1e-4 in single precision.
+        """
+        lifted = other if isinstance(other, Multivector) else self.algebra.scalar(other)
+        if rtol is None:
+            rtol = 1e-9 if self.dtype == lifted.dtype == F64 else 1e-4
+        return linear_maps.is_close(self, lifted, rtol, atol)[()]
+
+    def as_kind(self, kind: str | Kind, check: bool = True) -> Multivector:
+        """Convert to another kind of the algebra; `KindError` if an item does not belong to it.
+
+        ``kind`` is a kind or its name; constraints are checked within `kind_constraints.tolerance`, unless they are
+        proved by the kind that it has.
+        """
+        return kind_constraints.convert_to_kind(self, self.algebra.kind(kind) if isinstance(kind, str) else kind, check)
+
+    def to_basis(self, basis: str = "orthonormal") -> Multivector:
+        """This in the algebra of the same signature on orthonormal vectors (in CGA e4 = e+, e5 = e-)."""
+        from . import basis_change
+
+        target = self.algebra.on_basis(basis)
+        return self if target is self.algebra else basis_change.convert(self, target)
+
+    def to_clifford(self, layout: Any = None) -> Any:
+        """This as a multivector (an array of them, for a batch) of the package `clifford`."""
+        from . import clifford_layouts
+
+        return clifford_layouts.to_clifford(self.to_basis(), layout)
+
+    def parameters(self) -> Parameters:
+        """Parameters of the constructor of this kind of object, as a named tuple; see the algebra's ``parameters``."""
+        return self.algebra.parameters(self)
+
+    def to_matrix(self) -> NDArray[Any]:
+        """The 4 x 4 matrix of a motor, or of another versor that keeps points points."""
+        return self.algebra.matrix(self)
+
+    # -- as formulas see it --------------------------------------------------------------------------------
+
+    @property
+    def terms(self) -> dict[int, NDArray[Any]]:
+        """Coefficients by blade, as the code generator's multivectors have them: formulas can run on both."""
+        return {blade: self._data[..., i] for i, blade in enumerate(self._type.blades)}
+
+    def constant(self, value: float) -> Multivector:
+        """A scalar of the same algebra and precision."""
+        return self.algebra.scalar(float(value), self.dtype)
+
+    def scale_blades(self, weight: Callable[[int], float]) -> Multivector:
+        """Each blade's coefficient times a number that depends on the blade."""
+        weights = np.array([float(weight(blade)) for blade in self._type.blades], self.dtype)
+        return self._make(self._type.unconstrained, self._data * weights, self._lead)
+
+    scaled = renamed_attribute("scale_blades")
+
+    # -- objects -------------------------------------------------------------------------------------------
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        kind = self.kind
+        return _rebuilt, (self.algebra, kind.name, kind.blades, kind.is_layout, self._data, self._status)
+
+    def __repr__(self) -> str:
+        return formatting.plain(self)
+
+    def _repr_latex_(self) -> str:
+        return formatting.latex(self)
+
+
+class Algebra(TypedAlgebra):
+    """A geometric algebra whose multivectors hold numbers. Made by `algebra`, or one of the stock ones.
+
+    Basis blades are attributes: ``alg.e12``, ``cga.ni``.
+
+    Attributes
+    ----------
+    blades : tuple of Blade
+        All basis blades in storage order: by grade, then by index. They are bit masks that print as names.
+    kinds : dict of str to Kind
+    signature : (p, q, r)
+    """
+
+    multivector_class = Multivector
+    #: Gives Cl(p, q, r); set by `registry`, which makes each algebra once.
+    _by_signature: ClassVar[Callable[[int, int, int], Algebra]]
+    #: Kernels that were generated for this algebra.
+    stock: StockKernels | None
+    _origin: tuple[Callable[..., Algebra], tuple[Any, ...]] | None = None
+
+    def remember(self, maker: Callable[..., Algebra], *arguments: Any) -> None:
+        """Pickle this algebra as a call that gives it back."""
+        self._origin = maker, arguments
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Algebra:
+        """An algebra with its kinds from plain data, as in a spec or a manifest."""
+        plain = algebra_from_data(data)
+        new = cls(plain.name, plain.vectors, plain.metric, plain.pseudoscalar_name)
+        new.kinds.update({name: replace(kind, algebra=new) for name, kind in plain.kinds.items()})
+        return new
+
+    # -- multivectors --------------------------------------------------------------------------------------
+
+    def multivector(
+        self,
+        values: Any,
+        grades: Iterable[int] | None = None,
+        *,
+        blades: Iterable[Any] | None = None,
+        kind: str | Kind | None = None,
+        basis: str | None = None,
+        dtype: Any = None,
+    ) -> Multivector:
+        """Multivectors from coefficients.
+
+        Parameters
+        ----------
+        values : dict, array of shape (..., k), or Multivector
+            A dictionary gives arrays by blade: a name in any order of vectors (``"e21"`` is ``-e12``), a tuple
+            (``(1, 12)``) or a `Blade`; the arrays broadcast. An array holds k coefficients per item: of the blades
+            of ``grades``, of ``blades``, of ``kind``, or of all blades of the algebra, in storage order. A
+            multivector of an algebra of the same signature is converted.
+        grades : iterable of int, optional
+        blades : iterable of str, tuple or Blade, optional
+        kind : str or Kind, optional
+            Kind of the result; its constraints are checked.
+        basis : "orthonormal", optional
+            The names, or the order of the values, are those of orthonormal vectors (in CGA e4 = e+, e5 = e-).
+        dtype : float64 or float32, optional
+
+        Raises
+        ------
+        BladeError, KindError, ShapeError, InputError
+            For unknown blades, items that are not of the kind, shapes that do not fit, values that are no numbers.
+        """
+        from . import basis_change
+
+        precision = as_precision(dtype)
+        if isinstance(values, Multivector):
+            x = values if values.algebra is self else basis_change.from_algebra(self, values)
+        elif basis is not None:
+            other = self.on_basis(basis)
+            x = other.multivector(values, grades, blades=blades)
+            x = x if other is self else basis_change.from_algebra(self, x)
+        elif isinstance(values, Mapping):
+            x = self.wrap(*construction.from_mapping(self, values))
+        else:
+            x = self.wrap(*construction.from_array(self, values, grades, blades, kind))
+        x = x if precision is None else x.astype(precision)
+        return x if kind is None else x.as_kind(kind)
+
+    def on_basis(self, basis: str = "orthonormal") -> Algebra:
+        """The algebra of the same signature on orthonormal vectors.
+
+        Raises
+        ------
+        InputError
+            If ``basis`` is another word.
+        """
+        from . import basis_change
+
+        if basis != "orthonormal":
+            raise InputError(f"basis is {basis!r}; the only other basis is 'orthonormal'.")
+        return self if basis_change.is_orthonormal(self) else Algebra._by_signature(*self.signature)
+
+    def scalar(self, value: Any, dtype: Any = None) -> Multivector:
+        """Scalars from an array of numbers."""
+        data = real_array(value, "the scalar")
+        data = np.array(data, dtype=as_precision(dtype) or data.dtype)[..., None]
+        return Multivector._make(self.type_of(self.layout_of((0,)), data.dtype), data, data.shape[:-1])
+
+    def wrap(self, kind: Kind, values: NDArray[Any], status: NDArray[np.uint8] | None = None) -> Multivector:
+        """Results of a compiled kernel as multivectors; the array is taken over, not copied."""
+        return Multivector._make(self.type_of(kind, values.dtype), values, values.shape[:-1], status)
+
+    def symbols(
+        self, name: str = "x", kind: str | Kind | None = None, grades: Iterable[int] | None = None
+    ) -> SymbolicMultivector:
+        """A symbolic multivector whose coefficients are SymPy symbols ``x_e12``, for formulas in GA notation."""
+        import sympy
+
+        from ..codegen.algebra.multivector import from_values
+        from ..codegen.rings.sympy_ring import SymbolicRing
+
+        name = validated_identifier(name, "a symbol's name")
+        wanted = self.kind(kind) if isinstance(kind, str) else kind
+        blades = (wanted or construction.layout_for(self, grades, None, None)[0]).blades
+        symbols = [sympy.Symbol(f"{name}_{self.blade_name(b)}" if b else name, real=True) for b in blades]
+        return from_values(self, SymbolicRing(), blades, symbols)
+
+    # -- geometry, where the algebra has one ---------------------------------------------------------------
+
+    def parameters(self, x: Multivector) -> Parameters:
+        """Parameters of a geometric object.
+
+        Raises
+        ------
+        GradeError
+            If the algebra stands for no geometry.
+        """
+        raise GradeError(f"{self.name} has no geometric objects; they are those of cga3d and pga3d.")
+
+    def matrix(self, x: Multivector) -> NDArray[Any]:
+        """Matrix of a versor's action on points.
+
+        Raises
+        ------
+        GradeError
+            If the algebra stands for no geometry.
+        """
+        raise GradeError(f"{self.name} has no points to act on; they are those of cga3d and pga3d.")
+
+    # -- objects -------------------------------------------------------------------------------------------
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name == "vectors":
+            raise AttributeError(name)
+        try:
+            blade, sign = self.parse_blade(name)
+        except BladeError as error:
+            raise AttributeError(f"{self.name} has no {name!r}, and it is no blade: {error}") from None
+        return self.multivector({self.named_blades[blade]: float(sign)})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self._origin:
+            return self._origin
+        key = _hashable(data_from_algebra(self))
+        _INTERNED.setdefault((type(self), key), self)
+        return from_hashable, (type(self), key)
+
+    @classmethod
+    def intern(cls, data: Mapping[str, Any]) -> Algebra:
+        """The one algebra of this class, in this process, of plain data."""
+        return from_hashable(cls, _hashable(data))
+
+
+#: Algebras made from data, by class and data: unpickling gives back the one that was pickled in this process.
+_INTERNED: WeakValueDictionary[Any, Algebra] = WeakValueDictionary()
+
+
+def from_hashable(cls: type[Algebra], data: Any) -> Algebra:
+    """The algebra of data as nested tuples; called by pickle."""
+    algebra = _INTERNED.get((cls, data))
+    if algebra is None:
+        plain = _plain_data(data)
+        if not isinstance(plain, dict):
+            raise InputError("the pickled data is not an algebra.")
+        algebra = _INTERNED[cls, data] = cls.from_data(plain)
+    return algebra
+
+
+def _hashable(data: Any) -> Any:
+    """Plain data as nested tuples, so that the same data gives the same algebra in one process."""
+    if isinstance(data, Mapping):
+        return ("map", *((key, _hashable(value)) for key, value in data.items()))
+    return ("list", *map(_hashable, data)) if isinstance(data, list | tuple) else data
+
+
+def _plain_data(data: Any) -> Any:
+    if not isinstance(data, tuple):
+        return data
+    if data[0] == "map":
+        return {key: _plain_data(value) for key, value in data[1:]}
+    return [_plain_data(value) for value in data[1:]]
+
+
+def _rebuilt(
+    algebra: Algebra, name: str, blades: tuple[int, ...], is_layout: bool, data: NDArray[Any], status: Any
+) -> Multivector:
+    """Rebuild a pickled multivector; its kind is looked up by name, so that no code travels."""
+    kind = algebra.layout_of(blades) if is_layout else algebra.kind(name)
+    return Multivector._make(algebra.type_of(kind, data.dtype), data, data.shape[:-1], status)

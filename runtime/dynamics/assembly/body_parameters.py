@@ -1,0 +1,198 @@
+"""Parameters of bodies, springs and loads as the compiled driver reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.multivector import Multivector
+from ...dispatch.formulas import ArrayOperand, evaluate
+from ...mechanics.arguments import coefficients, multivector_of
+from ..model import loads as load_types
+from .callbacks import arity
+from .data import Assembly, item_of
+
+if TYPE_CHECKING:
+    from ...core.multivector import Algebra
+
+Array = NDArray[Any]
+#: Number of parameters of a body.
+BODY_SIZE = 122
+#: Offset and number of each parameter of a body, as in templates/c/programs/dynamics/dynamics_rates.j2.
+OFFSETS = {
+    "metric": (0, 6), "inverse": (6, 6), "roots": (12, 6), "weight": (18, 3), "center": (21, 3), "world": (24, 6),
+    "wrench": (30, 6), "drag": (36, 2), "mass": (38, 36), "compliance": (74, 36), "flows": (110, 9),
+    "moments": (119, 3),
+}  # fmt: skip
+#: Number of parameters of a spring.
+SPRING_SIZE = 9
+
+
+def loads_present(loads: Sequence[Any]) -> tuple[str, ...]:
+    """Types of loads that a program needs, in the order of the program."""
+    present = set()
+    for load in loads:
+        constant = isinstance(getattr(load, "wrench", None), Multivector)
+        match load:
+            case load_types.Gravity():
+                present.add("gravity")
+            case load_types.Spring():
+                present.add("spring")
+            case load_types.Damper():
+                present.add("drag")
+            case load_types.BodyWrench():
+                present.add("body_wrench" if constant else "user")
+            case _:
+                present.add("world_wrench" if constant else "user")
+    return tuple(
+        name for name in ("gravity", "body_wrench", "world_wrench", "drag", "spring", "user") if name in present
+    )
+
+
+def mass_matrix(algebra: Algebra, mass: Any, moments: Array, frame: Multivector) -> Array:
+    """Mass matrices (..., 6, 6); see the formula `mechanics.mass_matrix`."""
+    row: Array = evaluate(
+        algebra,
+        "mechanics.mass_matrix",
+        ArrayOperand(mass, 0, "the mass"),
+        algebra.vector(moments, "the moments"),
+        frame,
+    ).value
+    return row.reshape(*row.shape[:-1], 6, 6)
+
+
+def _put(numbers: Array, name: str, values: Any) -> None:
+    offset, count = OFFSETS[name]
+    numbers[:, offset : offset + count] = values
+
+
+def pack_bodies(assembly: Assembly, loads: Sequence[Any]) -> None:
+    """Add mass, inertia, frame and constant loads of each body."""
+    algebra = assembly.algebra
+    gravity = sum((load.acceleration for load in loads if isinstance(load, load_types.Gravity)), np.zeros(3))
+    for i, (body, frame) in enumerate(zip(assembly.bodies, assembly.frames, strict=True)):
+        numbers = np.zeros((assembly.size, BODY_SIZE))
+        put = partial(_put, numbers)
+
+        axes = algebra.motor_from_matrix(body.axes)  # from the principal axes to the body's
+        matrix = mass_matrix(algebra, body.mass, body.moments, (~frame.to_body * axes).as_kind("motor", check=False))
+        metric = matrix.diagonal(axis1=-2, axis2=-1)
+        inverse = 1 / metric
+        if frame.allowed is not None:
+            inverse = np.where(frame.allowed, inverse, 0.0)
+            allowed = np.flatnonzero(frame.allowed)
+            compliance = np.zeros(matrix.shape)
+            inner = (..., allowed[:, None], allowed)
+            compliance[inner] = np.linalg.inv(matrix[inner])
+            put("compliance", compliance.reshape(*matrix.shape[:-2], 36))
+        put("metric", metric)
+        put("inverse", inverse)
+        put("roots", np.sqrt(1 / metric))
+        put("mass", matrix.reshape(*matrix.shape[:-2], 36))
+        put("weight", np.asarray(body.mass)[..., None] * gravity)
+        put("center", algebra.matrix(~frame.to_body)[..., :3, 3])
+        put("flows", rotation_flows(frame.moments))
+        put("moments", frame.moments)
+        put("world", _wrenches(assembly, i, loads, load_types.WorldWrench, assembly.shift))
+        in_body = _wrenches(assembly, i, loads, load_types.BodyWrench, frame.to_body)
+        put("wrench", evaluate(algebra, "mechanics.covector_of", algebra.wrap(algebra.kind("twist"), in_body)).value)
+        dampers = [
+            d for d in loads if isinstance(d, load_types.Damper) and assembly.body_index(d.body, "a damper") == i
+        ]
+        for d in dampers:
+            numbers[:, OFFSETS["drag"][0]] += d.angular
+            numbers[:, OFFSETS["drag"][0] + 1] += d.linear
+        assembly.append(numbers)
+
+
+def _wrenches(assembly: Assembly, body: int, loads: Sequence[Any], kind: type[Any], frame: Multivector) -> Array:
+    """Sum of the constant wrenches of a kind on a body, in a frame, on twists' blades."""
+    total = np.zeros((assembly.size, 6))
+    for load in loads:
+        acts = type(load) is kind and assembly.body_index(load.body, "a wrench") == body
+        if acts and isinstance(load.wrench, Multivector):
+            wrench = ~frame >> multivector_of(load.wrench, assembly.algebra, "the wrench")
+            total = total + coefficients(wrench, "twist", "the wrench")
+    return total
+
+
+def rotation_flows(moments: Array) -> Array:
+    """Parameters (..., 9) of the flows of a free rotation: the middle moment for all axes, differences for two."""
+    order = np.argsort(moments, -1)
+    rates = 1 / np.take_along_axis(moments, order, -1)
+    eye = np.eye(3)
+    middle = rates[..., 1:2]
+    return np.concatenate(
+        [middle, eye[order[..., 0]], rates[..., 0:1] - middle, eye[order[..., 2]], rates[..., 2:3] - middle], -1
+    )
+
+
+def pack_springs(assembly: Assembly, loads: Sequence[Any]) -> None:
+    """Add springs, their ends in the driver's frames."""
+    assembly.spring_offset = assembly.parameter_count
+    for load in loads:
+        if not isinstance(load, load_types.Spring):
+            continue
+        body, other = (assembly.body_index(b, "a spring") for b in (load.body, load.other))
+        ends = [
+            _point_in_driver_frame(assembly, body, load.point),
+            _point_in_driver_frame(assembly, other, load.anchor),
+        ]
+        shape = np.broadcast_shapes((assembly.size,), *[e.shape[:-1] for e in ends])
+        numbers = [np.broadcast_to(x, shape)[..., None] for x in (load.stiffness, load.length, load.damping)]
+        assembly.append(np.concatenate([np.broadcast_to(e, (*shape, 3)) for e in ends] + numbers, -1))
+        assembly.springs.append((body, other))
+        assembly.damped = assembly.damped or bool((load.damping != 0).any())
+
+
+def _point_in_driver_frame(assembly: Assembly, body: int, point: Array) -> Array:
+    """Point of a body, or of the world (-1), in the driver's frame."""
+    if body < 0:
+        return point - assembly.origin
+    matrix = assembly.algebra.matrix(~assembly.frames[body].to_body)
+    return np.asarray(np.einsum("...ij,...j->...i", matrix[..., :3, :3], point) + matrix[..., :3, 3])
+
+
+def pack_functions(assembly: Assembly, loads: Sequence[Any]) -> None:
+    """Add wrenches that are functions."""
+    for load in loads:
+        world = isinstance(load, load_types.WorldWrench)
+        if not (world or isinstance(load, load_types.BodyWrench)) or isinstance(load.wrench, Multivector):
+            continue
+        body = assembly.body_index(load.body, "a wrench")
+        name = f"the {'world' if world else 'body'} wrench"
+        assembly.user_loads.append(
+            (body, world, assembly.callbacks.add(_load_function(assembly, body, world, load.wrench, name), name, 6))
+        )
+
+
+def _load_function(
+    assembly: Assembly, body: int, world: bool, function: Callable[..., Any], name: str
+) -> Callable[[int, float, Array], Array]:
+    count, frame = arity(function, name), assembly.frames[body]
+    assembly.depends_on_state = assembly.depends_on_state or count != 1
+
+    def evaluate(item: int, t: float, state: Array) -> Array:
+        if count == 1:
+            value = function(t)
+        else:
+            motor, twist = one_state(assembly, body, item, state)
+            value = function(t, motor, twist)
+        wrench = multivector_of(value, assembly.algebra, name)
+        to_body = item_of(frame.to_body, item)
+        local = ~item_of(assembly.shift, item) >> wrench if world else ~to_body >> wrench
+        return coefficients(local, "twist", name)
+
+    return evaluate
+
+
+def one_state(assembly: Assembly, body: int, item: int, state: Array) -> tuple[Multivector, Multivector]:
+    """Motor and twist of a body in the user's terms, from a state (14,) of the driver."""
+    algebra, to_body = assembly.algebra, item_of(assembly.frames[body].to_body, item)
+    motor = algebra.wrap(algebra.kind("motor"), state[:8].copy())
+    twist = algebra.wrap(algebra.kind("twist"), state[8:].copy())
+    return (item_of(assembly.shift, item) * (motor * ~to_body)).as_kind("motor", check=False), to_body >> twist

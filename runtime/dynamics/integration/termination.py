@@ -1,0 +1,76 @@
+"""Termination of runs: with all states, by an interrupt, or by an error, reported with the states until then."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...codegen.errors import SimulationError
+from ...common.progress import Report
+from . import driver
+from .initial_conditions import contradiction
+
+
+def finish(run: driver.Run, report: Report) -> str:
+    """Run the integration to its end; return an empty string, or the reason for early termination."""
+    try:
+        while run.advance(len(run.times)):
+            report(float(run.reached.min()))
+        report(float(run.reached.min()))
+        error = run.driver.assembly.callbacks.error
+        if error is not None and not isinstance(error, Exception):  # an interrupt while a user's function ran
+            run.driver.assembly.callbacks.error = None
+            run.status[run.status == driver.USER_FAILED] = driver.STOPPED
+            raise error
+    except KeyboardInterrupt:
+        run.stop()
+        raise
+    return message_of(run) if error is None else str(error)
+
+
+_REASONS = {
+    driver.NOT_FINITE: ("the state is no longer finite", "Take a smaller step, or integrator='adaptive'"),
+    driver.UNDERFLOW: ("steps became too small to go on", "Allow a larger rtol, or look for what is singular there"),
+    driver.RANK_CHANGED: ("the rank of the constraints changed: the mechanism is singular there", None),
+    driver.USER_FAILED: ("a function failed", None),
+    driver.NOT_SOLVED: ("the implicit step was not solved", "Take a smaller step"),
+    driver.STALLED: (
+        "the steps have become so small that the run would not end, and the bodies hardly move",
+        "Give atol, the error in radians that is allowed, or a larger rtol; or integrator='rk4' with a step. Functions "
+        "with jumps, and stiff springs, cause this",
+    ),
+    driver.VIOLATED: (
+        "",
+        "Check that the prescribed paths are compatible; if they are, take a smaller step",
+    ),  # see `contradiction`
+}
+
+
+def message_of(run: driver.Run) -> str:
+    """Reason and time of early termination; of several simulations, those of the first one."""
+    if not run.status.any():
+        return ""
+    failed = np.flatnonzero(np.isin(run.status, list(_REASONS)))
+    if not len(failed):
+        return ""
+    first = int(failed[0])
+    return _reason(run, first) + ("" if len(run.status) == 1 else f", simulation {first}")
+
+
+def _reason(run: driver.Run, item: int) -> str:
+    """Reason and time of early termination of one simulation."""
+    status = int(run.status[item])
+    what = contradiction(run, item) if status == driver.VIOLATED else _REASONS[status][0]
+    return f"{what}, at time {run.reached[item]:.6g}"
+
+
+def raise_ending(run: driver.Run, trajectory: object) -> None:
+    """Raise the error that ended a simulation early, the first of a batch."""
+    error = run.driver.assembly.callbacks.error
+    run.driver.assembly.callbacks.error = None
+    if error is not None and not isinstance(error, SimulationError):
+        failure = SimulationError(str(error), trajectory=trajectory) if isinstance(error, Exception) else error
+        raise failure from error
+    failed = np.flatnonzero(np.isin(run.status, list(_REASONS)))
+    if len(failed):
+        remedy = _REASONS[int(run.status[failed[0]])][1]
+        raise SimulationError(f"{message_of(run)}.", remedy=remedy, trajectory=trajectory)

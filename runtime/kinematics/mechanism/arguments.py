@@ -1,0 +1,81 @@
+"""Arguments that name joints, bodies and points of a mechanism, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Set
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...codegen.errors import InputError
+from ...common.validation import finite_array, short_repr
+from ...core.multivector import Multivector
+from ...mechanics.arguments import vectors
+from ...mechanics.joints.base import Joint
+from .structure import Assembly
+
+Array = NDArray[Any]
+
+
+def as_list(x: Any) -> list[Any]:
+    """One item or several, as a list.
+
+    Raises
+    ------
+    InputError
+        If the items have no order.
+    """
+    if isinstance(x, Mapping):
+        return list(x.items())
+    if isinstance(x, Set):
+        raise InputError(f"{short_repr(x)} has no order.", remedy="Give a list")
+    if isinstance(x, str | tuple | Joint | Multivector | None) or not isinstance(x, Iterable):
+        return [x]
+    return [v.item() if isinstance(v, np.generic) else v for v in x]
+
+
+def body_and_value(x: Any, what: str) -> tuple[Any, Any]:
+    """A body, and the value that is paired with it, if any.
+
+    Raises
+    ------
+    InputError
+        If it is neither a body nor such a pair.
+    """
+    if not isinstance(x, tuple):
+        return x, None
+    if len(x) != 2 or isinstance(x[1], str | Joint):
+        raise InputError(f"{x!r} is not a pair (body, {what}).", remedy="Give several bodies or joints as a list")
+    return x
+
+
+def point_coordinates(point: Multivector, what: str) -> Array:
+    """Coordinates (..., 3) of points.
+
+    Raises
+    ------
+    InputError
+        If the objects are not points.
+    """
+    parameters = point.parameters()
+    if not hasattr(parameters, "xyz"):
+        raise InputError(f"{what} is a {type(parameters).__name__.lower()}; a point is needed.")
+    return np.asarray(parameters.xyz)
+
+
+def position_of(point: Any, what: str) -> Array:
+    """Coordinates (3,) of a point, given as a multivector or by coordinates."""
+    values = point_coordinates(point, what) if isinstance(point, Multivector) else vectors(point, what)
+    return finite_array(values, what, (3,))
+
+
+def check_coordinates(mechanism: Assembly, joint: int) -> None:
+    """Raise `InputError` if a joint has no coordinate: it closes a loop, or its freedoms vary."""
+    name = mechanism.joint_names[joint]
+    if joint not in mechanism.tree.child_of:
+        raise InputError(
+            f"{name} closes a loop, and has no coordinate.", remedy="Take another joint of it, or its bodies"
+        )
+    if any(c.product is not None for c in mechanism.joints[joint].conditions()):
+        raise InputError(f"{name} has freedoms that change with the pose, and no coordinate.", remedy="Take its bodies")

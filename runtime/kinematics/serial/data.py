@@ -1,0 +1,215 @@
+"""Data of a serial chain and its forward kinematics: axes, tool, limits; poses and Jacobians (thesis 7.3).
+
+Axes, tool and frames are given in the world where all joints are at zero. The loops are compiled (`driver`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...codegen.errors import AlgebraMismatchError, GradeError, InputError
+from ...common.validation import as_bool, as_choice, as_instance, broadcast_to, check_shape, positive_float, real_array
+from ...core.multivector import Multivector
+from ...dispatch.formulas import invalidate_nonfinite, raise_first
+from ...dispatch.multivector_data import Statuses
+from ...status import Status
+from .axes import chain_parameters, join_axes, joint_limits, joint_names, translation_ranges
+from .driver import AT_ORIGIN, AT_POINT, IN_TOOL, Driver, SearchOptions
+
+Array = NDArray[Any]
+#: Frames of Jacobians.
+FRAMES = ("world", "tool")
+#: Singular values below this fraction of the largest are zero.
+TOLERANCE = 1e-9
+#: Poses from which the generic rank of a chain is determined.
+SAMPLES = 5
+
+
+class SerialChainData:
+    """A chain of joints from the fixed base to a tool: see `Chain`, which has its parameters."""
+
+    def __init__(
+        self,
+        axes: Any,
+        tool: Multivector | None = None,
+        names: Sequence[str] | None = None,
+        limits: Any = None,
+        *,
+        frames: Multivector | None = None,
+        length: float | None = None,
+    ) -> None:
+        self.axes = join_axes(axes)
+        self.algebra, self.count = self.axes.algebra, len(self.axes)
+        self.tool = self._motors(tool, "tool", ())
+        self.frames = self._motors(frames, "frames", (self.count,))
+        self.names = joint_names(names, self.count)
+        self.limits = joint_limits(limits, self.names)
+        self.parameters, distances = chain_parameters(self.axes, self.tool, self.frames, self.names)
+        self.searches: dict[Any, SearchOptions] = {}
+        self.reach = float(distances.sum() + translation_ranges(self.parameters, self.limits).sum())
+        size = float(distances.sum()) or self.reach
+        self.length = positive_float(length, "length") if length is not None else size if 0 < size < np.inf else 1.0
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__} of {self.count} joints in {self.algebra.name}: {', '.join(self.names[:8])}" + (
+            ", ..." if self.count > 8 else ""
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """State without the compiled driver: another process builds its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "driver"}
+
+    def __len__(self) -> int:
+        return self.count
+
+    @cached_property
+    def driver(self) -> Driver:
+        """The compiled loops."""
+        return Driver(self.algebra.name, self.parameters)
+
+    def _motors(self, motor: Multivector | None, what: str, shape: tuple[int, ...]) -> Multivector:
+        one = self.algebra.translator(np.zeros(3)).as_kind("motor")
+        motors = one if motor is None else self.as_motors(motor, f"the {what}")
+        if motor is not None:
+            check_shape(motors, f"the {what}", shape)
+        if not np.isfinite(motors.values).all():
+            raise InputError(f"the {what} are not finite.")
+        if motors.shape == shape:
+            return motors
+        return motors._make(motors._type, np.broadcast_to(motors._data, (*shape, 8)).copy(), shape, None)
+
+    def as_motors(self, x: Any, what: str) -> Multivector:
+        """x on the blades of motors.
+
+        Raises
+        ------
+        InputError, AlgebraMismatchError, KindError
+        """
+        motor = as_instance(x, what, Multivector, "a motor", remedy="Make it with translator and rotor")
+        home, kind = motor.algebra, motor.kind
+        if home is not self.algebra:
+            raise AlgebraMismatchError(f"{what}: a motor of {home.name}; the axes belong to {self.algebra.name}.")
+        if kind.name == "motor":
+            return motor
+        if not set(kind.blades) <= set(home.kind("motor").blades):
+            raise GradeError(f"{what}: a {kind.name} is not a motor.", remedy="See Multivector.as_kind('motor')")
+        return motor.as_kind("motor")
+
+    # -- poses and velocities --------------------------------------------------------------------------------
+
+    def coordinates(self, q: ArrayLike, name: str = "q") -> Array:
+        """Coordinates (..., n) in the form that the driver takes.
+
+        Raises
+        ------
+        InputError, ShapeError
+        """
+        return np.asarray(real_array(q, name, (..., self.count)), np.float64)
+
+    def forward(
+        self, q: ArrayLike, all: bool = False, *, strict: bool = False, threads: int | None = None
+    ) -> Multivector:
+        """Motor of the tool's frame, exp(-q1 S1/2) ... exp(-qn Sn/2) tool.
+
+        Parameters
+        ----------
+        q : array (..., n)
+        all : bool
+            Motors of the frames of all links instead: shape (..., n).
+        strict : bool
+            Raise for coordinates that are not finite; otherwise their items are NaN and INVALID.
+        threads : int, optional
+            Default: the package's (`bladesmith.set_threads`).
+
+        Returns
+        -------
+        Multivector of motors, shape (...)
+        """
+        x = self.coordinates(q)
+        every = as_bool(all, "all")
+        motors = self.driver.forward(x.reshape(-1, self.count), every, threads)
+        shape = (*x.shape[:-1], self.count) if every else x.shape[:-1]
+        return self.wrap("motor", motors, shape, strict, "forward")
+
+    @overload
+    def jacobian(
+        self, q: ArrayLike, frame: str = ..., point: ArrayLike | None = ..., *,
+        status: Literal[False] = ..., strict: bool = ..., threads: int | None = ...,
+    ) -> Array: ...  # fmt: skip
+    @overload
+    def jacobian(
+        self, q: ArrayLike, frame: str = ..., point: ArrayLike | None = ..., *,
+        status: Literal[True], strict: bool = ..., threads: int | None = ...,
+    ) -> tuple[Array, Statuses]: ...  # fmt: skip
+    def jacobian(
+        self,
+        q: ArrayLike,
+        frame: str = "world",
+        point: ArrayLike | None = None,
+        *,
+        status: bool = False,
+        strict: bool = False,
+        threads: int | None = None,
+    ) -> Array | tuple[Array, Statuses]:
+        """Matrices (..., 6, n) from joint rates to the tool's angular velocity w and velocity v, three rows each.
+
+        Parameters
+        ----------
+        q : array (..., n)
+        frame : {"world", "tool"}
+            Axes along which both are given. In the world v is the velocity of the tool's point at the world's origin,
+            as in twists w I3 + v n, in the tool's frame the velocity of the frame's own origin.
+        point : array (3,) or (..., 3), optional
+            A point of the tool, in its frame, to take the velocity v of instead.
+        status : bool
+            Return codes of `bladesmith.Status` (...), too: INVALID where a coordinate is not finite and the matrix NaN.
+        strict : bool
+            Raise for the first such item instead.
+        """
+        x = self.coordinates(q)
+        lead = x.shape[:-1]
+        world_frame = AT_ORIGIN if as_choice(frame, "frame", FRAMES) == "world" and point is None else AT_POINT
+        at = np.zeros(3) if point is None else np.asarray(real_array(point, "point", (..., 3)), np.float64)
+        if at.ndim > 1:
+            at = broadcast_to(at, (*lead, 3), "point").reshape(-1, 3)
+        matrices = self.driver.jacobian(
+            x.reshape(-1, self.count), IN_TOOL if frame == "tool" else world_frame, at, threads
+        ).reshape(*lead, 6, self.count)
+        if not (as_bool(status, "status") or as_bool(strict, "strict")):
+            return matrices
+        codes = np.where(np.isfinite(matrices).all((-1, -2)), Status.OK, Status.INVALID).astype(np.uint8)
+        if strict:
+            raise_first(codes, "jacobian")
+        return (matrices, codes[()]) if status else matrices
+
+    @cached_property
+    def freedom(self) -> int:
+        """Rank of the Jacobian at generic poses."""
+        low, high = (
+            np.where(np.isfinite(side), side, other) for side, other in zip(self.limits.T, (-3.0, 3.0), strict=True)
+        )
+        joints = np.arange(self.count)
+        fraction = (np.outer(np.arange(1, SAMPLES + 1), np.sqrt(2.0) * (joints + 1)) + 0.3 * joints) % 1
+        matrices, _ = self.scaled_jacobian(low + fraction * (high - low), 1)
+        values = np.linalg.svd(matrices, compute_uv=False)
+        return int((values > TOLERANCE * values[:, :1]).sum(-1).max())
+
+    def scaled_jacobian(self, x: Array, threads: int | None = None) -> tuple[Array, Array]:
+        """Jacobians at the tool's origin in units of `length`, zero where they are not finite; and the finite ones."""
+        matrices = self.jacobian(x, "world", np.zeros(3), threads=threads)
+        matrices[..., 3:, :] /= self.length
+        finite_items = np.asarray(np.isfinite(matrices).all((-1, -2)))
+        return np.where(finite_items[..., None, None], matrices, 0.0), finite_items
+
+    def wrap(self, kind: str, data: Array, shape: tuple[int, ...], strict: bool, name: str) -> Multivector:
+        """Coefficients as a multivector of a kind; with ``strict`` an error for the first item that is not valid."""
+        home = self.algebra.kind(kind)
+        result = invalidate_nonfinite(self.algebra.wrap(home, data.reshape(*shape, home.size)))
+        if strict:
+            raise_first(result._status, name)
+        return result

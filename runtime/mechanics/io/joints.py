@@ -1,0 +1,173 @@
+"""Tables of joints in files of mechanisms and simulations: by positions and directions, or by shared objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from ...common.documents import Table
+from ..joints import bilinear, standard
+from ..joints.base import Joint
+from .fields import Direction, Name, Place, present_keys
+from .geometry import AnyObject
+
+if TYPE_CHECKING:
+    from ...core.multivector import Algebra
+
+Array = NDArray[Any]
+#: Classes of joints by their kind in a file.
+KINDS: dict[str, Callable[..., Joint]] = {
+    "spherical": standard.Spherical, "revolute": standard.Revolute, "cylindrical": standard.Cylindrical,
+    "prismatic": standard.Prismatic, "planar": standard.Planar, "universal": bilinear.Universal,
+    "rigid": standard.Rigid, "bilinear": bilinear.Bilinear,
+}  # fmt: skip
+
+
+class JointTable(Table):
+    """A joint between two bodies at the start, by positions and directions or by shared objects."""
+
+    a: Name
+    b: Name
+    name: Name | None = None
+    objects: list[AnyObject] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> JointTable:
+        own = [key for key in type(self).model_fields if key not in (*JointTable.model_fields, "kind", "product")]
+        own, required = present_keys(self, *own), self.required_keys()
+        if self.objects is not None and own:
+            raise ValueError(f"objects and {' and '.join(own)} are alternatives; give one of them")
+        if self.objects is None:
+            for key in required:
+                if key == "objects":
+                    raise ValueError("has no objects; it is between two")
+                if getattr(self, key) is None:
+                    raise ValueError(f"has neither {key} nor objects; one is needed")
+        return self
+
+    def required_keys(self) -> tuple[str, ...]:
+        """Keys that are required without objects."""
+        return tuple(key for key in ("point", "axis", "normal", "axis_a", "axis_b") if key in type(self).model_fields)
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        """Arguments of the joint's class, after the bodies, from the table's positions and directions.
+
+        Parameters
+        ----------
+        point : array (3,)
+            Where the joint is.
+        algebra : Algebra
+        """
+        raise NotImplementedError
+
+
+class SphericalTable(JointTable):
+    """Rotation about a point; or a sphere."""
+
+    kind: Literal["spherical"]
+    point: Place | None = None
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        return (algebra.point(point, strict=True),)
+
+
+class AxisTable(JointTable):
+    """A joint with an axis."""
+
+    point: Place | None = None
+    axis: Direction | None = None
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        return (algebra.line(point, self.axis, strict=True),)
+
+
+class RevoluteTable(AxisTable):
+    """Rotation about an axis; or a circle, a point pair, a line and a point."""
+
+    kind: Literal["revolute"]
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        if algebra.is_degenerate:
+            return (*super().objects_at(point, algebra), algebra.point(point, strict=True))
+        return (algebra.circle(point, self.axis, 1.0, strict=True),)
+
+
+class CylindricalTable(AxisTable):
+    """Rotation about an axis and translation along it; or a line."""
+
+    kind: Literal["cylindrical"]
+
+
+class PrismaticTable(AxisTable):
+    """Translation along an axis; or two objects."""
+
+    kind: Literal["prismatic"]
+
+    def required_keys(self) -> tuple[str, ...]:
+        return ("axis",)
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        axis = np.array(self.axis, float)
+        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        return (*super().objects_at(point, algebra), algebra.direction(across, strict=True))
+
+
+class PlanarTable(JointTable):
+    """Translation in a plane and rotation about its normal; or a plane."""
+
+    kind: Literal["planar"]
+    point: Place | None = None
+    normal: Direction | None = None
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        normal = np.array(self.normal, float)
+        unit = normal / np.linalg.norm(normal)
+        return (algebra.plane(unit, float(unit @ point), strict=True),)
+
+
+class UniversalTable(JointTable):
+    """Two axes at right angles, one of each body; or two circles."""
+
+    kind: Literal["universal"]
+    point: Place | None = None
+    axis_a: Direction | None = None
+    axis_b: Direction | None = None
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        return tuple(algebra.circle(point, axis, 1.0, strict=True) for axis in (self.axis_a, self.axis_b))
+
+
+class RigidTable(JointTable):
+    """Two bodies as one."""
+
+    kind: Literal["rigid"]
+    point: Place | None = None
+
+    def required_keys(self) -> tuple[str, ...]:
+        if self.objects is not None:
+            raise ValueError("a rigid joint has no objects; its point says where the bodies meet")
+        return ()
+
+    def objects_at(self, point: Array, algebra: Algebra) -> tuple[Any, ...]:
+        return point, algebra
+
+
+class BilinearTable(JointTable):
+    """A product of two objects, one of each body, that stays zero."""
+
+    kind: Literal["bilinear"]
+    product: Literal["outer", "inner", "meet", "anticommutator"] = "outer"
+
+    def required_keys(self) -> tuple[str, ...]:
+        return ("objects",)
+
+
+AnyJoint = Annotated[
+    SphericalTable | RevoluteTable | CylindricalTable | PrismaticTable | PlanarTable | UniversalTable | RigidTable
+    | BilinearTable,
+    Field(discriminator="kind"),
+]  # fmt: skip

@@ -1,0 +1,13 @@
+from . import palette as palette
+from .axes_setup import axes as axes
+from .axes_setup import panels as panels
+from .axes_setup import save as save
+from .bivector_plots import orbit as orbit
+from .bivector_plots import orbit_paths as orbit_paths
+from .bivector_plots import screw as screw
+from .bivector_plots import screw_parts as screw_parts
+from .bivector_plots import twist_field as twist_field
+from .bivector_plots import velocities as velocities
+from .drawing import count_skipped as count_skipped
+from .drawing import draw as draw
+from .drawing import paths as paths

@@ -1,0 +1,1 @@
+from .registration import *  # noqa: F403

@@ -1,0 +1,147 @@
+"""The result of a search: candidates refined, the pose of least cost, its covariance and its free motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...codegen.errors import UndeterminedError
+from ...codegen.programs.registration.registration import KINDS
+from ...core.multivector import Multivector
+from ..estimation.gauge_freedom import NEARLY_FREE, canonical_twist_basis, describe_twists, free_motions
+from ..estimation.refinement import RefinedPose, covariance, eigenmodes, normal_matrix, refine_pose
+from ..model.normalization import motors_to_world, twists_to_world
+from ..result import PerItem, Registration, Step
+from ..search.problem import RegistrationProblem
+from ..search.state import SearchState
+from .ranking import SEARCH_RADIUS_FACTOR, distinct, duplicate_distance
+
+Array = NDArray[Any]
+#: Largest distance of a match, over the median distance.
+MATCH_RANGE_FACTOR = 4.0
+#: Smallest range of matches: rounding.
+MIN_MATCH_RANGE = 1e-7
+#: Largest range of matches, over the inlier scale of the search.
+MAX_RANGE_GROWTH = 4.0
+#: Rounds of matching, with a range that follows the distances, and refinement.
+REFINEMENT_ROUNDS = 4
+#: A pose has not converged if refinement leaves a smaller fraction of the matches.
+MIN_REMAINING_FRACTION = 0.7
+
+
+def assemble_result(
+    problem: RegistrationProblem, state: SearchState, rounds: int, counts: Mapping[str, int]
+) -> Registration:
+    """Result of a search, after at most ``rounds`` of iterative matching of each candidate.
+
+    ``counts`` are the numbers of objects of the whole query model, by kind.
+    """
+    if not len(state.motors):
+        return _empty_result(problem, counts)
+    if math.isnan(state.inlier_scale):
+        state.compare()
+    motors = _refine(problem, state.motors[: state.n_equivalent], state.inlier_scale, rounds)
+    on_subset = problem.scene.n_selected < len(problem.rows)
+    problem.verify_on_all()
+    if on_subset:
+        motors = _refine(problem, motors, state.inlier_scale, rounds)
+    best, indices, spread = _refine_pose(problem, motors[0], state.inlier_scale)
+    others = motors[distinct(motors, duplicate_distance(state.inlier_scale))[1:]]
+    return _result(problem, state, best, indices, spread, others, counts)
+
+
+def _refine(problem: RegistrationProblem, motors: Array, inlier_scale: float, rounds: int) -> Array:
+    """Candidates after iterative matching, in the order of their scores."""
+    problem.accept_within(SEARCH_RADIUS_FACTOR * inlier_scale)
+    refined, scores, _, _ = problem.scene.refine(motors, rounds)
+    best: Array = refined[np.argsort(-scores, kind="stable")]
+    return best
+
+
+def _empty_result(problem: RegistrationProblem, counts: Mapping[str, int]) -> Registration:
+    """Result of a search without candidates; raise if the objects leave motions free."""
+    matches = {kind: np.full(n, -1) for kind, n in counts.items()}
+    no_motions = twists_to_world(problem.driver, np.empty((0, 6)), problem.reference, problem.algebra)
+    result = Registration(
+        motor=problem.algebra.wrap(problem.algebra.kind("motor"), np.eye(8)[0]), matches=PerItem(matches),
+        inliers=PerItem({k: m >= 0 for k, m in matches.items()}), cost=0.0, history=problem.history, converged=False,
+        covariance=np.full((6, 6), np.nan), undetermined=no_motions,
+        doubt=math.inf, center=problem.reference.center, unit=problem.reference.unit,
+        message="no motion was found that matches objects of the query with objects of the reference",
+    )  # fmt: skip
+    for name, model in (("query", problem.query), ("reference", problem.reference)):
+        twists = free_motions(eigenmodes(normal_matrix(model.data)), least=NEARLY_FREE)
+        free = canonical_twist_basis(twists, problem.algebra)
+        if len(free):
+            motions = twists_to_world(problem.driver, free, model, problem.algebra)
+            free_text = describe_twists(motions)
+            what = f"the objects of the kinds that both models have leave free, or nearly free, {free_text}"
+            remedy = "Give objects that move with them: points off the line, lines or planes of another direction"
+            raise UndeterminedError(what, where=f"the {name}", remedy=remedy, motions=motions, result=result)
+    return result
+
+
+def _refine_pose(problem: RegistrationProblem, motor: Array, inlier_scale: float) -> tuple[RefinedPose, Array, float]:
+    """Refined pose of a candidate, its matches, and their largest distance."""
+    limit, before = SEARCH_RADIUS_FACTOR * inlier_scale, None
+    for _ in range(REFINEMENT_ROUNDS):
+        problem.accept_within(limit)
+        indices, squares, _ = problem.scene.match(motor)
+        if before is not None and np.array_equal(indices, before):
+            break
+        pose = refine_pose(problem.scene, problem.driver, motor, problem.by_kind(indices))
+        hit = indices >= 0
+        spread = MATCH_RANGE_FACTOR * math.sqrt(_median(squares[hit])) if hit.any() else limit
+        motor, before = pose.motor, indices
+        limit = min(max(spread, MIN_MATCH_RANGE), MAX_RANGE_GROWTH * inlier_scale)
+    return pose, indices, limit
+
+
+def _median(values: Array) -> float:
+    ordered, half = np.sort(values), len(values) // 2
+    return float(ordered[half] + ordered[-half - 1]) / 2
+
+
+def _result(
+    problem: RegistrationProblem, state: SearchState, best: RefinedPose, indices: Array, spread: float, others: Array,
+    counts: Mapping[str, int],
+) -> Registration:  # fmt: skip
+    world = motors_to_world(
+        problem.driver, np.concatenate([best.motor[None], others]), problem.query, problem.reference, problem.algebra
+    )
+    matches = {}
+    for kind, count in counts.items():
+        of_kind = problem.kinds == KINDS.index(kind)
+        matches[kind] = indices[of_kind].astype(np.int64) if of_kind.any() else np.full(count, -1)
+    covariance_, inflation = covariance(best)
+    free = canonical_twist_basis(free_motions(best.rates.modes, covariance_), problem.algebra)
+    to_world = np.asarray(twists_to_world(problem.driver, np.eye(6), problem.reference, problem.algebra)._data).T
+    undetermined = problem.algebra.wrap(problem.algebra.kind("twist"), free @ to_world.T)
+    problem.history.append(Step("polish", spread, state.candidates, int((indices >= 0).sum()), best.cost))
+    message = _message(problem, state, undetermined, int((indices >= 0).sum()))
+    return Registration(
+        motor=world[0], matches=PerItem(matches), inliers=PerItem({k: m >= 0 for k, m in matches.items()}),
+        cost=best.cost, history=problem.history, converged=not message,
+        covariance=inflation * (to_world @ covariance_ @ to_world.T),
+        ambiguous=[world[i] for i in range(1, len(others) + 1)], undetermined=undetermined, doubt=state.log_nfa,
+        threshold=spread * problem.reference.unit, center=problem.reference.center, unit=problem.reference.unit,
+        message=message,
+    )  # fmt: skip
+
+
+def _message(problem: RegistrationProblem, state: SearchState, undetermined: Multivector, matched: int) -> str:
+    """Reason why the result has not converged, or an empty text."""
+    if state.is_significant:
+        if matched < MIN_REMAINING_FRACTION * state.hits[0]:
+            return "refinement lost inliers: too few matches, or noise comparable to the spacing of the objects"
+        free = f"the matches leave free, or nearly free, {describe_twists(undetermined)}"
+        return free if len(undetermined) else ""
+    if state.ranking is not None and problem.scene.n_selected <= state.ranking.size:
+        return f"nothing confirms the pose: {state.ranking.size} objects are needed for one, and there are no more"
+    if state.is_ambiguous:
+        return "other poses, which contradict this one, have nearly as many inliers"
+    return "the pose is not significant: as many matches are expected by chance"
