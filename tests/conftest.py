@@ -1,14 +1,19 @@
 """What every test runs under: one cache of compiled kernels, no display, repeatable examples."""
 
 import os
-import shutil
-import tempfile
+from importlib import resources
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from platformdirs import user_cache_dir
+
+from bladesmith.codegen.generator import outdated_modules
+from bladesmith.errors import BladesmithError
 
 CACHE_VARIABLE = "BLADESMITH_CACHE_DIR"
-KEPT_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR")  # a developer's: kept between sessions
+#: The user's, kept between sessions: the second one compiles nothing. Not inside the cache that programs use.
+TEST_CACHE = os.environ.get("BLADESMITH_TEST_CACHE_DIR") or user_cache_dir("bladesmith-tests", appauthor=False)
 
 STRICT = os.environ.get("BLADESMITH_STRICT_TESTS", "") not in ("", "0")
 MACHINE_LACKS = (
@@ -24,19 +29,31 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Before collection, since modules declare kernels when they are imported.
+def refuse_outdated() -> None:
+    """Compiled kernels are what most tests run: of formulas that have changed since, they would say nothing.
 
-    The workers of pytest-xdist inherit the variable from their controller, and so share the cache.
+    Raises
+    ------
+    pytest.UsageError
+        If formulas are newer than the texts that were generated from them.
     """
+    try:
+        stale = outdated_modules(Path(str(resources.files("bladesmith.generated"))))
+    except BladesmithError as error:
+        raise pytest.UsageError(str(error)) from None
+    if stale:
+        raise pytest.UsageError(
+            f"formulas, or generated files by hand, have changed since these were generated: {', '.join(stale)}.\n"
+            "Run `bladesmith generate --update` (it writes ./generated), then the tests again."
+        )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Before collection, since modules declare kernels when they are imported."""
     os.environ["MPLBACKEND"] = "Agg"
     if not hasattr(config, "workerinput"):
-        os.environ[CACHE_VARIABLE] = KEPT_CACHE or tempfile.mkdtemp(prefix="bladesmith-tests-")
-
-
-def pytest_unconfigure(config: pytest.Config) -> None:
-    if not hasattr(config, "workerinput") and not KEPT_CACHE:
-        shutil.rmtree(os.environ[CACHE_VARIABLE], ignore_errors=True)
+        refuse_outdated()
+    os.environ[CACHE_VARIABLE] = TEST_CACHE
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

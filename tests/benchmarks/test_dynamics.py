@@ -4,17 +4,25 @@ peers that solve the same problems."""
 from __future__ import annotations
 
 import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bladesmith.report.registry import load_study
-from bladesmith.report.runner import Measurement, run_study
-from bladesmith.report.studies import drift, exact_motions, integrators, pendulums, stiffness, tops, violations
+from bladesmith.benchmarks.harness.runner import Measurement, run_study
+from bladesmith.benchmarks.registry import load_study
+from bladesmith.benchmarks.studies.dynamics import (
+    drift,
+    exact_motions,
+    integrators,
+    pendulums,
+    stiffness,
+    tops,
+    violations,
+)
+
+from ..support.benchmarks import benchmark_module
 
 NAMES = ("tops", "pendulums", "drift", "violations", "stiffness")
 GRAVITY = np.array([0.3, -1.0, -9.0])
@@ -113,6 +121,7 @@ def test_errors_are_angles_and_shares():
     assert np.isinf(integrators.error(replace(exact, spin=1.2 * exact.spin), exact, inputs)).all()
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     ("name", "order", "few"),
     [("rk4", 4, 250), ("rkmk4", 4, 250), ("cf4", 4, 250), ("midpoint", 2, 1000), ("strang", 2, 250),
@@ -136,13 +145,14 @@ def short(case):
 CASES = [c for study in (tops, pendulums, stiffness) for c in study.STUDY.cases if not c.sweep]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_what_auto_takes_is_exact_everywhere(case):
     inputs = short(case)
     found = integrators.integrate(inputs, None, integrator="auto")
     assert integrators.error(found, integrators.truth(inputs), inputs)[0] < 1e-8
     (chosen,) = inputs.chosen
-    assert case.describe(inputs, 0).endswith(f"auto takes {chosen}")
+    assert integrators.describe(inputs, 0).endswith(f"auto takes {chosen}")
 
 
 def test_what_has_no_flows_is_left_out():
@@ -167,7 +177,7 @@ def test_studies_are_listed_and_their_cases_can_be_made(name):
     assert any(not case.sweep for case in study.cases) and all(method.most for method in study.methods)
     for case in study.cases:
         inputs = case.make(np.random.default_rng(0), 1)
-        assert len(inputs) == 1 and case.describe(inputs, 0).startswith("moments (")
+        assert len(inputs) == 1 and study.describe(inputs, 0).startswith("moments (")
 
 
 def test_a_small_study_runs_and_is_judged():
@@ -200,10 +210,10 @@ def test_flows_keep_energy_and_momentum_and_runge_kutta_does_not():
         if case.sweep or "heavy" not in case.name:
             continue
         inputs = motions_of(case)
-        kept = drift.drifted(inputs, None, integrator="yoshida6")[0]
-        lost = drift.drifted(inputs, None, integrator="rk4")[0]
+        kept = drift.largest_drift(inputs, None, integrator="yoshida6")[0]
+        lost = drift.largest_drift(inputs, None, integrator="rk4")[0]
         assert kept < 1e-10 and lost > 10 * kept
-    assert np.isinf(drift.error(np.array([1.5, np.nan]), np.zeros(2), inputs)).all()
+    assert np.isinf(drift.STUDY.error(np.array([1.5, np.nan]), np.zeros(2), inputs)).all()
 
 
 def test_long_runs_that_end_early_are_lost(monkeypatch):
@@ -212,19 +222,20 @@ def test_long_runs_that_end_early_are_lost(monkeypatch):
     class Cut:
         time = np.zeros(3)
 
-    monkeypatch.setattr(integrators, "ran", lambda *given, **options: Cut())
-    assert drift.drifted(inputs, None, integrator="rk4").tolist() == [np.inf]
+    monkeypatch.setattr(integrators, "run_if_possible", lambda *given, **options: Cut())
+    assert drift.largest_drift(inputs, None, integrator="rk4").tolist() == [np.inf]
 
 
-@pytest.mark.parametrize("way", violations.WAYS)
+@pytest.mark.compiles
+@pytest.mark.parametrize("way", violations.METHODS)
 def test_violations_by_how_constraints_are_kept(way):
     found = {}
     for case in violations.STUDY.cases:
         if case.sweep and case.sweep[1] == 1e3:
             inputs = motions_of(case)
-            answer = violations.kept(inputs, None, way=way)
+            answer = violations.integrate_constrained(inputs, None, method=way)
             found[inputs.held] = None if answer is None else violations.error(answer, 0, inputs)[0]
-            assert violations.kept(inputs, 250, way=way) is None
+            assert violations.integrate_constrained(inputs, 250, method=way) is None
     if way == "null-space":
         assert found.pop("sphere") is None
     assert set(found) >= {"line", "point"}
@@ -237,7 +248,10 @@ def test_violations_by_how_constraints_are_kept(way):
 def test_the_ways_to_keep_constraints_give_one_motion():
     inputs = replace(motions_of(violations.STUDY.cases[1]), duration=1.0)
     exact = integrators.truth(inputs)
-    errors = [violations.error(violations.kept(inputs, 1000, way=way), exact, inputs)[0] for way in violations.WAYS]
+    errors = [
+        violations.error(violations.integrate_constrained(inputs, 1000, method=way), exact, inputs)[0]
+        for way in violations.METHODS
+    ]
     assert max(errors) < 1e-9
 
 
@@ -246,17 +260,8 @@ def test_the_ways_to_keep_constraints_give_one_motion():
 
 @pytest.fixture(scope="module")
 def bench():
-    folder = Path(__file__).parents[1] / "benchmarks"
-    if not folder.is_dir():
-        pytest.skip("no benchmarks here")
-    sys.path.insert(0, str(folder))
-    try:
-        spec = importlib.util.spec_from_file_location("bench_dynamics", folder / "bench_dynamics.py")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+    with benchmark_module("bench_dynamics") as module:
         yield module
-    finally:
-        sys.path.remove(str(folder))
 
 
 #: Peers of the `benchmark` extra are tested where they are installed.
@@ -266,6 +271,7 @@ PEERS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("peer", [name for name, module in PEERS.items() if importlib.util.find_spec(module)])
 def test_peers_solve_the_same_problems(bench, peer):
     package, make, _ = bench.peers.PEERS[peer]

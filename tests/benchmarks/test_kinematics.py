@@ -5,21 +5,34 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bladesmith import cga3d as cga
+from bladesmith.benchmarks.harness import runner
+from bladesmith.benchmarks.harness import study as harness
+from bladesmith.benchmarks.harness.runner import Measurement, run_study
+from bladesmith.benchmarks.harness.vectors import cross, dot, subtract
+from bladesmith.benchmarks.registry import load_study
+from bladesmith.benchmarks.studies.kinematics import (
+    chains,
+    delta,
+    delta_joints,
+    mechanisms,
+    mechanisms_reaching,
+)
+from bladesmith.benchmarks.studies.kinematics.chains_exact import ExactArm
+from bladesmith.benchmarks.studies.kinematics.delta_exact import (
+    ExactDelta,
+    differences,
+    floats,
+)
 from bladesmith.dynamics import screw_coordinates
-from bladesmith.kinematics.delta import DeltaRobot
-from bladesmith.report.registry import load_study
-from bladesmith.report.runner import Measurement, run_study
-from bladesmith.report.studies import chains, delta, delta_joints, mechanisms, mechanisms_reaching
-from bladesmith.report.studies.chains_exact import ExactArm
-from bladesmith.report.studies.delta_exact import ExactDelta, cross, differences, dot, floats, sub
+from bladesmith.kinematics.delta.robot import DeltaRobot
+
+from ..support.benchmarks import benchmark_module
 
 NAMES = ("delta", "chains", "mechanisms", "reaching")
 #: Usual lengths, a platform larger than the base, and a needle.
@@ -46,9 +59,9 @@ def test_exact_deltas_keep_their_lengths(lengths, angles):
     y, small = digits.forward(theta), digits.mp.mpf(10) ** -45
     centers = digits.centers(theta)
     for a in centers:
-        assert abs(digits.mp.sqrt(dot(sub(y, a), sub(y, a))) - digits.mp.mpf(lengths[3])) < small
-    normal = cross(sub(centers[1], centers[0]), sub(centers[2], centers[0]))
-    assert dot(normal, sub(y, centers[0])) > 0  # far: beyond the elbows, which run counter-clockwise
+        assert abs(digits.mp.sqrt(dot(subtract(y, a), subtract(y, a))) - digits.mp.mpf(lengths[3])) < small
+    normal = cross(subtract(centers[1], centers[0]), subtract(centers[2], centers[0]))
+    assert dot(normal, subtract(y, centers[0])) > 0  # far: beyond the elbows, which run counter-clockwise
     assert max(abs(a - b) for a, b in zip(digits.inverse(y), theta, strict=True)) < small
 
 
@@ -72,7 +85,7 @@ def test_poses_that_are_not_there_have_no_truth():
 
 
 def test_exact_arms_are_products_of_exponentials():
-    arm = chains.random(4)(seeded(), 2)
+    arm = chains.random(seeded(), 2, 4)
     digits, mp = arm.digits, arm.digits.mp
     for q in arm.q:
         pose = mp.eye(4)
@@ -90,7 +103,7 @@ def test_exact_arms_are_products_of_exponentials():
         truth = np.array(pose.tolist(), float)[:3]
         assert np.abs(digits.matrix(q) - truth).max() < 1e-15
         tool = [pose[k, 3] for k in range(3)]
-        exact = np.array([[float(c) for c in (*a, *cross(a, sub(tool, p)))] for a, p in columns]).T
+        exact = np.array([[float(c) for c in (*a, *cross(a, subtract(tool, p)))] for a, p in columns]).T
         assert np.abs(digits.jacobian(q) - exact).max() < 1e-15
 
 
@@ -103,10 +116,11 @@ def test_arms_with_axes_of_any_length():
 # -- the Delta robot ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("away", [0.0, 10.0])
 def test_all_ways_to_its_jacobians(back, away):
-    asked = delta.usual(back=back, away=away, swept=False)(seeded(), 3)
+    asked = delta.usual(seeded(), 3, is_inverse=back, away=away, is_swept=False)
     for method in delta.STUDY.methods:
         found = method.run(asked, method.settings[1] if len(method.settings) > 1 else None)
         if found is None:
@@ -118,20 +132,20 @@ def test_all_ways_to_its_jacobians(back, away):
 
 
 def test_known_poses_close_all_joints():
-    asked = delta.usual(unit=1e-3, away=3e-3)(seeded(), 2)
-    mechanism, poses, *_ = asked.held
+    asked = delta.usual(seeded(), 2, unit=1e-3, away=3e-3)
+    mechanism, poses, *_ = asked.jointed_robot
     for i in range(2):
         moved = mechanism.at({name: poses[name][i] for name in mechanism.moving})
         assert moved.residual() < 1e-12
-        platform = (poses["platform"][i] >> cga.point(asked.held.point)).parameters().xyz
-        assert np.abs(platform - asked.known[1][i] - asked.place).max() < 1e-12
+        platform = (poses["platform"][i] >> cga.point(asked.jointed_robot.point)).parameters().xyz
+        assert np.abs(platform - asked.known_pose[1][i] - asked.position).max() < 1e-12
 
 
 def test_the_thesis_matrix_allows_what_the_joints_allow():
-    asked = delta.usual(away=1.0)(seeded(), 1)
-    (matrix,) = delta_joints.constraints(asked.points, asked.place)
+    asked = delta.usual(seeded(), 1, away=1.0)
+    (matrix,) = delta_joints.constraints(asked.points, asked.position)
     assert matrix.shape == (51, 60) and np.linalg.matrix_rank(matrix) == 51
-    mechanism, poses, *_ = asked.held
+    mechanism, poses, *_ = asked.jointed_robot
     moved = mechanism.at({name: poses[name][0] for name in mechanism.moving})
     assert moved.mobility() == 9
     for motion in moved.free_motions():
@@ -142,13 +156,13 @@ def test_the_thesis_matrix_allows_what_the_joints_allow():
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("condition", [1e2, 1e6, 1e8])
 def test_poses_are_as_near_to_singular_ones_as_is_said(back, condition):
-    asked = delta.singular(back)(condition)(seeded(), 3)
+    asked = delta.singular(seeded(), 3, condition, back)
     assert (np.abs(np.log10(asked.condition / condition)) < 0.5).all()
     assert f"condition number {asked.condition[1]:.3g}" in delta.describe(asked, 1)
 
 
 def test_errors_of_jacobians_are_relative_and_nothing_right_is_lost():
-    asked = delta.usual()(seeded(), 4)
+    asked = delta.usual(seeded(), 4)
     found = asked.exact.copy()
     found[1] *= 1.001
     found[2] = -found[2]
@@ -182,8 +196,10 @@ def test_the_table_has_times_and_largest_errors():
 
 @pytest.mark.parametrize("what", ["pose", "jacobian"])
 def test_all_ways_along_an_arm(what):
-    arm = chains.six(what, away=2.0)(seeded(), 3)
+    arm = chains.six(seeded(), 3, quantity=what, away=2.0)
     for method in chains.STUDY.methods:
+        if method.requires and harness.optional_module(method.requires) is None:
+            continue
         found = method.run(arm, None)
         assert chains.error(found, arm.exact, arm).max() < 2e-14, method.name
     wrong = arm.exact.copy()
@@ -193,24 +209,17 @@ def test_all_ways_along_an_arm(what):
 
 
 def test_chains_are_studied_without_pinocchio(monkeypatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *more: None if name == "pinocchio" else find(name, *more)
-    )
-    spec = find("bladesmith.report.studies.chains")
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)
-    spec.loader.exec_module(module)
-    assert "Pinocchio is not installed" in module.STUDY.notes
-    assert not any("Pinocchio" in method.name for method in module.STUDY.methods)
-    case = replace(module.STUDY.cases[1], make=module.six())
-    rows = run_study(replace(module.STUDY, cases=(case,), count=1), quick=True)
-    assert len(rows) == 3 and all(row.max_error < 1e-14 and not row.lost for row in rows)
+    monkeypatch.setattr(runner, "optional_module", lambda name: None)
+    monkeypatch.setattr(harness, "find_spec", lambda name: None)
+    assert chains.STUDY.missing_packages == ["pinocchio"]
+    rows = run_study(replace(chains.STUDY, cases=chains.STUDY.cases[1:2], count=1), quick=True)
+    assert len(rows) == 3 and not any("Pinocchio" in row.method for row in rows)
+    assert all(row.max_error < 1e-14 and not row.lost for row in rows)
 
 
 @pytest.mark.parametrize(("make", "size", "bodies"), [(mechanisms.chain, 12, 12), (mechanisms.ladder, 5, 15)])
 def test_grown_mechanisms_both_ways(make, size, bodies):
-    grown = make(float(size))(seeded(), 1)
+    grown = make(seeded(), 1, float(size))
     assert grown.mobility == size and len(grown.bodies) == bodies + 1
     for solve in (mechanisms.by_loops, mechanisms.by_singular_values):
         mobility, jacobian = solve(grown)
@@ -221,18 +230,18 @@ def test_grown_mechanisms_both_ways(make, size, bodies):
 
 
 def test_dense_matrices_are_left_out_where_they_take_long():
-    assert mechanisms.by_singular_values(mechanisms.chain(101.0)(seeded(), 1)) is None
+    assert mechanisms.by_singular_values(mechanisms.chain(seeded(), 1, 101.0)) is None
 
 
 def test_long_chains_and_ladders_stay_exact():
     for make, size in ((mechanisms.chain, 300.0), (mechanisms.ladder, 60.0)):
-        grown = make(size)(seeded(), 1)
+        grown = make(seeded(), 1, size)
         assert mechanisms.error((grown, mechanisms.by_loops(grown)), None, grown)[0] < 1e-11
 
 
 def test_families_are_run_by_size(monkeypatch):
     monkeypatch.setattr(mechanisms, "SIZES", (9, 102))
-    inputs = mechanisms.family(mechanisms.ladder, 3)(seeded(), 1)
+    inputs = mechanisms.family(seeded(), 1, mechanisms.ladder, 3)
     for solve, sizes in ((mechanisms.by_loops, (9, 102)), (mechanisms.by_singular_values, (9,))):
         found = {n: mechanisms.run(inputs, n, solve=solve) for n in (None, 9, 102)}
         assert tuple(n for n, x in found.items() if x is not None) == sizes
@@ -246,17 +255,17 @@ def test_families_are_run_by_size(monkeypatch):
 # -- reaching ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("what", ["angles", "place"])
+@pytest.mark.parametrize("what", ["angles", "position"])
 @pytest.mark.parametrize("steps", [1, 4])
 def test_poses_of_a_delta_are_reached(what, steps):
-    goal = mechanisms_reaching.delta_goals(what)(0.4)(seeded(), 3)
+    goal = mechanisms_reaching.delta_goals(seeded(), 3, 0.4, what)
     found = mechanisms_reaching.by_newton(goal, None, steps=steps)
     assert mechanisms_reaching.error(found, goal.exact, goal).max() < 1e-12
     assert mechanisms_reaching.plain(goal, 5) is None and mechanisms_reaching.by_chain(goal, 5, attempts=1) is None
 
 
 def test_poses_of_an_arm_are_reached_and_fewer_steps_come_less_near():
-    goal = mechanisms_reaching.arm_goals(0.1)(seeded(), 5)
+    goal = mechanisms_reaching.arm_goals(seeded(), 5, 0.1)
     errors = [
         mechanisms_reaching.error(mechanisms_reaching.by_chain(goal, n, attempts=1), goal.exact, goal).max()
         for n in (4, 60)
@@ -282,7 +291,7 @@ def test_studies_are_listed_and_their_cases_can_be_made(name):
     for case in study.cases:
         if not case.sweep or case.sweep[1] <= 1e3:
             inputs = case.make(seeded(), 2)
-            assert 1 <= len(inputs) <= 2 and case.describe(inputs, 0)
+            assert 1 <= len(inputs) <= 2 and study.describe(inputs, 0)
 
 
 def test_a_small_study_of_the_delta_runs():
@@ -302,19 +311,11 @@ def test_a_small_study_of_the_delta_runs():
 
 @pytest.fixture(scope="module")
 def bench():
-    folder = Path(__file__).parents[1] / "benchmarks"
-    if not folder.is_dir():
-        pytest.skip("no benchmarks here")
-    sys.path.insert(0, str(folder))
-    try:
-        spec = importlib.util.spec_from_file_location("bench_kinematics", folder / "bench_kinematics.py")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+    with benchmark_module("bench_kinematics") as module:
         yield module
-    finally:
-        sys.path.remove(str(folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("peer", ["numba", "NumPy", "clifford, pose by pose"])
 def test_peers_solve_the_same_problems(bench, peer):
     package, make, most = bench.peers.PEERS[peer]

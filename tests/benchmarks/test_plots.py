@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from bladesmith.report import plot
-from bladesmith.report.runner import Measurement, time_text, time_unit
-from bladesmith.report.study import Case, Study
-from bladesmith.report.write import plot as write_plot
+from bladesmith.benchmarks.harness import plot
+from bladesmith.benchmarks.harness.runner import Measurement, time_text, time_unit
+from bladesmith.benchmarks.harness.study import Case, Study
+from bladesmith.benchmarks.harness.write import plot as write_plot
 
 
 def study(**options):
@@ -34,6 +34,7 @@ def test_times_are_told_with_their_unit():
     assert told == ["12.3 ns", "1.23 us", "4.57 ms", "7.8 s"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scale", "name"), [(1.0, "ns"), (1e3, "us"), (1e6, "ms"), (1e9, "s")])
 def test_all_panels_of_a_picture_have_one_unit(scale, name):
     rows = [row(2 * scale), row(30 * scale, case="d"), row(5 * scale, error=float("nan"), lost=200, case="d")]
@@ -46,6 +47,7 @@ def test_all_panels_of_a_picture_have_one_unit(scale, name):
         assert low < min(xs) and max(xs) < high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hits", "count"), [(190, 200), (200, 200), (0, 10), (1, 3), (9_500, 10_000)])
 def test_intervals_of_shares(hits, count):
     stats = pytest.importorskip("scipy.stats")
@@ -55,7 +57,7 @@ def test_intervals_of_shares(hits, count):
 
 def test_a_picture_of_shares_tells_which_cases_keep_the_promise(tmp_path):
     rows = [row(lost=10, case="right"), row(lost=1, case="too wide"), row(lost=40, case="too narrow")]
-    figure = plot.draw_shares(study(promised=0.95), rows)
+    figure = plot.draw_fractions(study(promised=0.95), rows)
     (panel,) = figure.axes
     assert [t.get_text() for t in panel.get_yticklabels()] == ["right", "too wide", "too narrow"]
     points = [line for line in panel.lines if line.get_marker() == "o"]

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d
-from bladesmith.report import plot
-from bladesmith.report.registry import load_study
-from bladesmith.report.runner import Measurement, run_study
-from bladesmith.report.studies import claims, pose_peers, poses, registrations, symmetries
-from bladesmith.report.study import Case, Method, Study
+from bladesmith.benchmarks.harness import plot, runner
+from bladesmith.benchmarks.harness import study as harness
+from bladesmith.benchmarks.harness.runner import Measurement, run_study
+from bladesmith.benchmarks.harness.study import Case, Method, Study
+from bladesmith.benchmarks.registry import load_study
+from bladesmith.benchmarks.studies.registration import claims, pose_peers, poses, registrations, symmetries
 
 NAMES = ("registrations", "robustness", "symmetries", "claims", "coverage")
 EVERY = {"point": 6, "point_pair": 5, "line": 7, "circle": 5, "plane": 6, "sphere": 5}
@@ -97,7 +98,7 @@ def test_symmetries_take_shapes_to_themselves(shape):
 
 
 def test_true_poses_of_symmetric_scenes_begin_with_the_one_that_was_made():
-    made = symmetries.symmetric_scenes(symmetries.prism)(np.random.default_rng(4), 2)
+    made = symmetries.symmetric_scenes(np.random.default_rng(4), 2, symmetries.prism)
     for scene, every in zip(made.items, symmetries.true_symmetric(made), strict=True):
         assert every.shape == (12, 4, 4) and np.allclose(every[0], scene.pose, atol=1e-14)
 
@@ -106,7 +107,7 @@ def test_true_poses_of_symmetric_scenes_begin_with_the_one_that_was_made():
 
 
 def test_points_for_others_lie_on_the_lines_and_are_never_the_same():
-    scene = poses.scene(np.random.default_rng(5), {"line": 8}, displacement=0.1, slide=1.0)
+    scene = poses.scene(np.random.default_rng(5), {"line": 8}, displacement=0.1, offset=1.0)
     query, reference = pose_peers.clouds(scene)
     for cloud, model in ((query, scene.query), (reference, scene.reference)):
         rows = model.parameters["line"]
@@ -120,15 +121,19 @@ def test_points_for_others_lie_on_the_lines_and_are_never_the_same():
 
 def test_others_run_where_they_are_installed_and_are_left_out_where_not(monkeypatch):
     scene = poses.scene(np.random.default_rng(6), {"line": 20}, displacement=0.1)
-    if pose_peers.installed("small_gicp"):
+    if harness.optional_module("small_gicp"):
         assert poses.pose_errors(pose_peers.local(scene)[None], scene.pose[None])[0] < 0.01
-    if pose_peers.installed("open3d"):
+    if harness.optional_module("open3d"):
         assert poses.pose_errors(pose_peers.anywhere(scene, 10_000)[None], scene.pose[None])[0] < poses.RIGHT
-    monkeypatch.setattr(pose_peers, "installed", lambda name: None)
-    monkeypatch.setattr(registrations, "find_spec", lambda name: None)
-    assert [m.name for m in registrations.methods()] == ["register", "REFORM by proximity", "iterative matching"]
+    monkeypatch.setattr(runner, "optional_module", lambda name: None)
+    monkeypatch.setattr(harness, "find_spec", lambda name: None)
+    small = replace(registrations.STUDY, cases=registrations.STUDY.cases[:1], count=10)
+    small = replace(small, methods=tuple(replace(m, settings=m.settings[:1], most=1) for m in small.methods))
+    assert [row.method for row in run_study(small)] == ["register", "REFORM by proximity", "iterative matching"]
+    assert small.missing_packages == ["clifford", "open3d", "small_gicp"]
 
 
+@pytest.mark.slow
 def test_rotors_of_clifford_become_poses():
     g3c = pytest.importorskip("clifford.g3c")
     motor = cga3d.translator((1.0, -2.0, 0.5)) * cga3d.rotor((1.0, 2.0, 3.0), 1.2)
@@ -146,7 +151,7 @@ def test_studies_are_listed_and_their_cases_can_be_made(name):
     assert study.name == name and len({case.name for case in study.cases}) == len(study.cases)
     for case in study.cases[:: 1 if len(study.cases) < 10 else 5]:
         inputs = case.make(np.random.default_rng(0), 2)
-        assert len(study.reference(inputs)) == len(inputs.items) == 2 and case.describe(inputs, 1)
+        assert len(study.reference(inputs)) == len(inputs.items) == 2 and study.describe(inputs, 1)
 
 
 def test_registrations_find_what_the_text_does_not():
@@ -184,15 +189,17 @@ def test_all_poses_of_a_box_are_listed():
 
 
 def test_listed_poses_are_judged_by_what_is_asked():
-    made = symmetries.symmetric_scenes(symmetries.box)(np.random.default_rng(7), 1)
+    made = symmetries.symmetric_scenes(np.random.default_rng(7), 1, symmetries.box)
     true = symmetries.true_symmetric(made)
     other = np.eye(4)
     other[:3, 3] = 2.0
     lists = {"all": true[0], "first": true[0][:1], "others": true[0][1:], "one more": np.stack([*true[0], other])}
     found = {
-        (name, wanted): bool(np.isfinite(symmetries.error(symmetries.Listed([given], wanted), true, made))[0])
+        (name, criterion): bool(
+            np.isfinite(symmetries.error(symmetries.ListedPoses([given], criterion), true, made))[0]
+        )
         for name, given in lists.items()
-        for wanted in ("one", "all", "only")
+        for criterion in ("one", "all", "only")
     }
     assert [key for key, good in found.items() if not good] == [
         ("first", "all"), ("others", "one"), ("others", "all"), ("one more", "only"),
@@ -207,7 +214,7 @@ def test_strangers_are_never_believed():
 
 
 def test_false_claims_are_counted():
-    scenes = poses.scenes({"line": 5})(np.random.default_rng(8), 3)
+    scenes = poses.scenes(np.random.default_rng(8), 3, {"line": 5})
     true = poses.true_poses(scenes)
     wrong = true[1].copy()
     wrong[:3, 3] += 1
@@ -216,7 +223,7 @@ def test_false_claims_are_counted():
 
 
 def test_a_window_of_a_front_stands_where_its_pose_says():
-    for scene in claims.windows(0.0)(np.random.default_rng(2), 3).items:
+    for scene in claims.windows(np.random.default_rng(2), 3, 0.0).items:
         seen = scene.true["line"] >= 0
         assert np.bincount(scene.true["line"][seen]).tolist() == [1] * 5 and len(scene.query) == 15
         assert len(scene.reference) == 30
@@ -228,9 +235,9 @@ def test_a_window_of_a_front_stands_where_its_pose_says():
 
 
 def test_covariances_are_of_the_size_of_errors():
-    from bladesmith.report.studies import coverage
+    from bladesmith.benchmarks.studies.registration import coverage
 
-    inputs = poses.scenes({"line": 20}, noise=1e-2)(np.random.default_rng(9), 40)
+    inputs = poses.scenes(np.random.default_rng(9), 40, {"line": 20}, noise=1e-2)
     squares = coverage.squared_radii(inputs, None)
     assert 2 < np.median(squares) < 9  # chi squared with six degrees of freedom has 5.3
     assert np.isinf(coverage.error(np.array([12.5, 12.7, np.nan]), squares, inputs)).tolist() == [False, True, True]

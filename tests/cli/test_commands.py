@@ -12,9 +12,11 @@ import click
 import pytest
 
 from bladesmith.cli import demo, doctor, main
-from bladesmith.codegen import build, cache, version
+from bladesmith.codegen import version
+from bladesmith.codegen.build import cache, extension
 from bladesmith.codegen.errors import suggest
 from bladesmith.codegen.programs import cga3d
+from bladesmith.codegen.targets.c.source import ExtensionSource
 from bladesmith.errors import (
     BladeError,
     CompileError,
@@ -28,7 +30,7 @@ from bladesmith.errors import (
 )
 
 PATIENCE = 60.0  # seconds for a process on a busy machine
-needs_compiler = pytest.mark.skipif(build.compiler() is None, reason="no C compiler")
+needs_compiler = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
 
 
 @pytest.fixture
@@ -224,7 +226,7 @@ def test_doctor_tells_fresh_from_stale(monkeypatch, tmp_path):
         "const char *bs_source_hash(void) { return BS_SOURCE_HASH; }\n"
         "int bs_kernel_count(void) { return 3; }\n"
     )
-    module = build.load(build.generated_extension(folder, headers))
+    module = extension.load(extension.generated_extension(folder, headers))
     monkeypatch.setattr(doctor, "_extension", lambda name: module)
     assert doctor._freshness(folder, headers) == "3 kernels, compiled from these sources"
     (headers / "scene.h").write_text("/* not included */")
@@ -238,10 +240,10 @@ def test_doctor_tells_fresh_from_stale(monkeypatch, tmp_path):
 @needs_compiler
 def test_cache_lists_and_clears(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(tmp_path / "cache"))
-    monkeypatch.setattr(build, "_loading", build._Loading())
+    monkeypatch.setattr(extension, "_loading", extension._Loading())
     assert main.run(["cache"]) == 0
     assert capsys.readouterr().out == f"0 entries, 0.0 kB, in {tmp_path / 'cache'}\n"
-    build.load(build.ExtensionSource("listed", "int one(void);", "int one(void) { return 1; }"))
+    extension.load(ExtensionSource("listed", "int one(void);", "int one(void) { return 1; }"))
     assert main.run(["cache"]) == 0
     assert "bs_listed_" in capsys.readouterr().out
     assert main.run(["cache", "--clear"]) == 0
@@ -257,18 +259,100 @@ def test_a_cache_that_is_a_file_is_told(monkeypatch, tmp_path, capsys):
         assert cache.DIRECTORY_VARIABLE in capsys.readouterr().err
 
 
+@pytest.mark.compiles
 def test_the_demo_renders_the_scene_as_it_is_shown(tmp_path):
     from PIL import Image
 
-    said = demo._render(tmp_path, 48, 1, quiet=False)
+    said = demo._render(demo.Page(tmp_path, 48), 1, quiet=False)
     with Image.open(tmp_path / "scene.png") as picture:
         assert picture.size == (48, 32) and said.startswith("48 x 32 pixels")  # 768 x 512, smaller
 
 
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def test_the_demo_keeps_what_was_done_before_an_interrupt(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(demo, "_compile", interrupt)
+    assert main.run(["demo", "-o", str(tmp_path / "d"), "--width", "48", "--quiet"]) == main.INTERRUPTED
+    page = (tmp_path / "d" / "index.html").read_text()
+    assert (tmp_path / "d" / "scene.png").exists() and 'src="scene.png"' in page
+    assert "48 x 32 pixels" in page and "was interrupted" in page and "objects.png" not in page
+    assert "index.html" in capsys.readouterr().err
+
+
+def test_the_formula_of_the_demo_is_what_the_page_says():
+    from bladesmith.benchmarks.harness.compilation import blend, compile_blend
+
+    made = compile_blend()
+    assert made.formula.splitlines()[1] == "def blend(x, y, alpha):" and "type:" not in made.formula
+    assert f"blend {made.operations.multiplications} mul" in made.source
+    assert made.kind == "circle" and blend.traced.outputs[0].kind.name == "circle"
+    assert 0 < made.error < 1e-14
+
+
+def small_study(name, run=lambda inputs, setting: inputs):
+    import numpy as np
+
+    from bladesmith.benchmarks.harness.study import Case, Method, Study
+
+    case = Case("numbers", lambda rng, count: rng.normal(size=count))
+    return Study(name, name, (Method("itself", run),), (case,), lambda x: x, lambda a, b, _: np.abs(a - b), "units")
+
+
+def test_a_report_says_first_how_long_it_takes_and_keeps_each_study(tmp_path, capsys, monkeypatch):
+    from bladesmith.benchmarks import registry
+    from bladesmith.benchmarks.harness import write
+
+    studies = {"one": small_study("one"), "two": small_study("two", interrupt)}
+    entries = {"one": registry.Entry("one", 40, 4), "two": registry.Entry("two", 200, 20)}
+    monkeypatch.setattr(write, "load_study", studies.__getitem__)
+    monkeypatch.setattr(registry, "STUDIES", entries)
+    assert main.run(["report", "-o", str(tmp_path)]) == main.INTERRUPTED
+    said = capsys.readouterr()
+    first, second = said.out.splitlines()
+    assert first == "2 studies, about 4 min on two cores"
+    assert second.startswith("one: 1 measurements") and second.endswith("1 left, about 3 min")
+    assert f"1 of 2 studies are in {tmp_path / 'index.html'}" in said.err
+    assert list(json.loads((tmp_path / "report.json").read_text())["studies"]) == ["one"]
+    assert (tmp_path / "one.png").exists() and 'src="one.png"' in (tmp_path / "index.html").read_text()
+
+
+def test_an_unknown_study_is_refused_before_any_is_run(tmp_path, capsys):
+    assert main.run(["report", "-o", str(tmp_path / "r"), "--study", "products", "--study", "distanc"]) == 2
+    assert "distance" in capsys.readouterr().err and not (tmp_path / "r").exists()
+
+
+def test_a_report_measures_each_study_once_and_not_where_nothing_can_be_written(tmp_path, capsys, monkeypatch):
+    from bladesmith.benchmarks import registry
+    from bladesmith.benchmarks.harness import write
+
+    measured = []
+    studies = {"one": small_study("one", lambda x, setting: measured.append(1) or x)}
+    monkeypatch.setattr(write, "load_study", studies.__getitem__)
+    monkeypatch.setattr(registry, "load_study", studies.__getitem__)
+    monkeypatch.setattr(registry, "STUDIES", {"one": registry.Entry("one", 40, 4)})
+    (tmp_path / "file").write_text("")
+    assert main.run(["report", "-o", str(tmp_path / "file" / "r"), "--study", "one"]) == 2
+    assert not measured and f"{tmp_path / 'file' / 'r'}: cannot be written: Not a directory" in capsys.readouterr().err
+    assert main.run(["report", "-o", str(tmp_path / "r"), "--study", "one", "--study", "one"]) == 0
+    assert measured and capsys.readouterr().out.startswith("1 study, about ")
+
+
+def test_every_study_says_how_long_it_takes():
+    from bladesmith.benchmarks.harness.runner import duration_text
+    from bladesmith.benchmarks.registry import STUDIES, expected_seconds
+
+    assert set(demo.DEMO_STUDIES) <= set(STUDIES)
+    assert all(0 < entry.quick_seconds <= entry.seconds for entry in STUDIES.values())
+    assert expected_seconds(demo.DEMO_STUDIES, quick=True) < 45
+    assert [duration_text(s) for s in (1, 42, 99, 100, 1790)] == ["5 s", "40 s", "100 s", "2 min", "30 min"]
+
+
 def test_plots_tell_errors_from_losses_and_keep_labels_apart(tmp_path):
-    from bladesmith.report import plot
-    from bladesmith.report.runner import Measurement
-    from bladesmith.report.study import Case, Study
+    from bladesmith.benchmarks.harness import plot
+    from bladesmith.benchmarks.harness.runner import Measurement
+    from bladesmith.benchmarks.harness.study import Case, Study
 
     def row(setting, error, lost, time):
         return Measurement("m", "n", setting, "c", "ordinary", 10, error, "", lost, "", time, "")
@@ -278,7 +362,7 @@ def test_plots_tell_errors_from_losses_and_keep_labels_apart(tmp_path):
     figure = plot.draw(study, rows)
     panel = figure.axes[0]
     crosses = [line for line in panel.lines if line.get_marker() == "x"]
-    assert [line.get_ydata()[0] for line in crosses] == [plot.TOP]
+    assert [line.get_ydata()[0] for line in crosses] == [plot.LOST_HEIGHT]
     boxes = [text.get_window_extent() for text in panel.texts]
     frame = panel.get_window_extent()
     assert [text.get_text() for text in panel.texts] == ["8 (9 lost)", "16 (1 lost)", "32", "64 (3 lost)"]
@@ -291,7 +375,8 @@ def test_plots_tell_errors_from_losses_and_keep_labels_apart(tmp_path):
 def test_verbose_says_what_is_compiled(tmp_path):
     code = (
         "import sys, click; from types import ModuleType; from bladesmith.cli import main\n"
-        "from bladesmith.codegen.build import ExtensionSource, load\n"
+        "from bladesmith.codegen.build.extension import load\n"
+        "from bladesmith.codegen.targets.c.source import ExtensionSource\n"
         "module = ModuleType('bladesmith.cli.work'); main.COMMANDS['work'] = ''\n"
         "sys.modules[module.__name__] = module\n"
         "source = ExtensionSource('worked', 'int one(void);', 'int one(void) { return 1; }')\n"

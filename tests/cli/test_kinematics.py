@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from bladesmith.cli import main
-from bladesmith.kinematics.delta import DeltaRobot
+from bladesmith.kinematics.delta.robot import DeltaRobot
+
+from ..support.files import names
 
 DELTA = """
 [delta]
@@ -32,16 +34,13 @@ def delta(tmp_path, monkeypatch):
     return "delta.toml"
 
 
-def names(folder):
-    return sorted(p.name for p in folder.iterdir())
-
-
 def asked(capsys, *arguments):
     assert main.run(["kinematics", *map(str, arguments), "--json"]) == 0
     out, err = capsys.readouterr()
     return json.loads(out), err
 
 
+@pytest.mark.slow
 def test_a_robot_is_told_and_nothing_is_written(delta, tmp_path, capsys):
     assert main.run(["kinematics", delta]) == 0
     out, err = capsys.readouterr()
@@ -63,6 +62,7 @@ def test_the_same_as_json(delta, capsys):
     assert data["file"] == "delta.toml" and data["mobility"] == 9 and len(data["joints"]) == 15
 
 
+@pytest.mark.slow
 def test_options_win_over_the_file(delta, capsys):
     data, _ = asked(capsys, delta, "-j", "motor_1=30", "-j", "motor_3=10", "--degrees")
     assert np.allclose(list(data["pose"].values())[::2], np.radians([30, 10]))
@@ -77,6 +77,7 @@ def test_options_win_over_the_file(delta, capsys):
         assert np.allclose(motion["coordinates"], ROBOT.inverse(motion["position"]), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_everything_that_can_be_asked_for(delta, tmp_path, capsys):
     files = "-o robot.pdf --motion a.csv --motion b.npz --workspace slices.png --to 0 0 1.3 --quiet"
     assert main.run(["kinematics", delta, *files.split(), "--box", "-1", "1", "-1", "1", "0.9", "1.3"]) == 0
@@ -88,7 +89,7 @@ def test_everything_that_can_be_asked_for(delta, tmp_path, capsys):
 
 
 def test_a_urdf_by_itself(tmp_path, monkeypatch, capsys):
-    from bladesmith.kinematics.urdf import urdf_example
+    from bladesmith.kinematics.urdf.robot import urdf_example
 
     monkeypatch.chdir(tmp_path)
     data, _ = asked(capsys, urdf_example("scara"), "-j", "inner=0.4", "-j", "plunge=0.3")
@@ -110,17 +111,17 @@ def test_a_urdf_by_itself(tmp_path, monkeypatch, capsys):
             "InputError: broken.toml, line 3: delta.base_radios is not a known key; did you mean 'base_radius'?",
         ),
         (["delta.toml", "--motion", "a.npz"], "InputError: delta.toml: has no path. Describe one under [path]"),
-        (["delta.toml", "--motion", "a.txt"], "InputError: a.txt: motions are written as .npz or .csv."),
+        (["delta.toml", "--motion", "a.txt"], "InputError: a.txt: motions are written as .npz or .csv, not .txt."),
         (["delta.toml", "--motion", "no/a.csv"], "InputError: no/a.csv: there is no folder no."),
         (["delta.toml", "--motion", "folder.csv"], "InputError: folder.csv: it is a folder."),
         (["delta.toml", "-o", "a.png", "--workspace", "./a.png"], "InputError: a.png: two results have this name."),
-        (["delta.toml", "-o", "a.xyz"], "InputError: a.xyz: 'xyz' is no format of pictures. Use one of"),
+        (["delta.toml", "-o", "a.xyz"], "InputError: a.xyz: 'xyz' is not a format of pictures. Use one of"),
         (["link.csv", "--motion", "link.csv"], "the result would take the place of the robot's file."),
         (["delta.toml", "-j", "motor_1"], "InputError: --joint is 'motor_1'; it is NAME=VALUE, such as motor_1=0.5."),
         (["delta.toml", "-j", "motor_1=inf"], "it is NAME=VALUE, such as motor_1=0.5."),
         (
             ["delta.toml", "-j", "moter_1=1"],
-            "'moter_1' is no joint that is driven (did you mean 'motor_1'?); there are",
+            "'moter_1' is not an actuated joint (did you mean 'motor_1'?); there are",
         ),
         (["delta.toml", "--position", "nan", "0", "1"], "InputError: --position is (nan, 0.0, 1.0); finite numbers"),
         (["delta.toml", "--position", "0", "1"], "Option '--position' requires 3 arguments"),
@@ -157,6 +158,7 @@ def test_a_path_that_is_not_all_reached_leaves_what_there_is(delta, tmp_path, ca
     assert rows[1].endswith(",OK") and rows[-1].endswith(",nan,UNREACHABLE") and len(rows) == 102
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 @pytest.mark.parametrize("option", ["-o", "--motion", "--workspace"])
 def test_nothing_is_left_half_written(what, option, delta, tmp_path, monkeypatch, capsys):
@@ -180,3 +182,18 @@ def test_help_shows_an_example(capsys):
     assert "Example: bladesmith kinematics delta.toml -o robot.png --motion motion.csv --workspace slices.png" in shown
     assert main.run(["--help"]) == 0
     assert "kinematics Say what a robot can do, draw it, move it." in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_workspace_without_a_box_is_refused_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = tmp_path / "arm.toml"
+    robot.write_text(
+        '[mechanism]\nbodies = ["base", "arm"]\ninputs = ["motor"]\ntool = { body = "arm", point = [1, 0, 0] }\n'
+        '[[joints]]\nname = "motor"\nkind = "revolute"\na = "base"\nb = "arm"\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n'
+        "[path]\njoints = { motor = [0, 1] }\nsamples = 3\n"
+    )
+    given = [str(robot), "--motion", str(tmp_path / "m.csv"), "--workspace", str(tmp_path / "w.png")]
+    assert main.run(["kinematics", *given]) == 2
+    assert "has no box" in capsys.readouterr().err
+    assert [x.name for x in tmp_path.iterdir()] == ["arm.toml"]

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import stat
 import subprocess
 import sys
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bladesmith import reform
+from bladesmith import registration
 from bladesmith.cli import main
+from bladesmith.errors import InputError
 
-from .reform_support import fresh, moved, rotation
+from ..support.checkout import CHECKOUT
+from ..support.registration import fresh, lines_and_planes, moved, rotation
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "chapter5"
+EXAMPLES = CHECKOUT / "examples" / "registration"
 TABLE, QUERY = str(EXAMPLES / "table.json"), str(EXAMPLES / "table_query.json")
 PATIENCE = 60.0  # seconds for a process on a busy machine
 
 
+@pytest.mark.slow
 def test_a_result_is_told_and_written(tmp_path, capsys):
     output, picture = tmp_path / "result.json", tmp_path / "result.png"
     assert main.run(["register", QUERY, TABLE, "-o", str(output), "--picture", str(picture), "--seed", "3"]) == 0
@@ -29,9 +33,9 @@ def test_a_result_is_told_and_written(tmp_path, capsys):
     for line in ("pose:        turn by ", "matches:     22 of 22 lines", "converged:   yes", "ambiguous:   "):
         assert f"\n{line}" in f"\n{out}"
     assert err == f"wrote {output}\nwrote {picture}\n"
-    found = reform.load_registration(output)
-    models = [reform.Model.load(path) for path in (QUERY, TABLE)]
-    assert found.motor.values.tobytes() == reform.register(*models, seed=3).motor.values.tobytes()
+    found = registration.load_registration(output)
+    models = [registration.Model.load(path) for path in (QUERY, TABLE)]
+    assert found.motor.values.tobytes() == registration.register(*models, seed=3).motor.values.tobytes()
     data = json.loads(output.read_text())
     assert data["settings"]["seed"] == 3 and data["settings"]["start"] == "global"
     assert data["query"] == {"name": "table, moved", "lines": 22}
@@ -46,8 +50,8 @@ def test_options_reach_the_registration(monkeypatch, tmp_path, capsys):
         seen.update(settings)
         return real(query, reference, seed=settings["seed"])
 
-    real = reform.register
-    monkeypatch.setattr(reform, "register", register)
+    real = registration.register
+    monkeypatch.setattr(registration, "register", register)
     options = (
         "--samples 9 --sample-size 3 --iterations 5 --seed 4 --threads 1 --backend c --oriented --length 2 --quiet"
     )
@@ -64,18 +68,18 @@ def test_options_reach_the_registration(monkeypatch, tmp_path, capsys):
 def test_a_result_can_be_gone_on_from(tmp_path, monkeypatch, capsys):
     output = tmp_path / "result.json"
     assert main.run(["register", QUERY, TABLE, "-o", str(output), "--quiet"]) == 0
-    wanted, seen = reform.load_registration(output).motor, []
-    real = reform.register
+    wanted, seen = registration.load_registration(output).motor, []
+    real = registration.register
 
     def register(*models, start, **settings):
         seen.append(start)
         return real(*models, **settings)
 
-    monkeypatch.setattr(reform, "register", register)
+    monkeypatch.setattr(registration, "register", register)
     assert main.run(["register", QUERY, TABLE, "--start", str(output), "--quiet"]) == 0
     assert seen[0].values.tobytes() == wanted.values.tobytes()
     assert main.run(["register", QUERY, TABLE, "--start", TABLE]) == 2
-    assert f'{TABLE}: is no registration: it has no "format"' in capsys.readouterr().err
+    assert f'{TABLE}: is not a registration: it has no "format"' in capsys.readouterr().err
 
 
 def rounds(tmp_path, factor):
@@ -89,7 +93,7 @@ def rounds(tmp_path, factor):
         x[:, -1] *= factor
         large[kind] = x[random.permutation(len(x))[2:]]
     for name, parts in (("small", small), ("large", large)):
-        reform.Model(**parts, name=name).save(tmp_path / f"{name}.json")
+        registration.Model(**parts, name=name).save(tmp_path / f"{name}.json")
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = factor * turn, shift
     return str(tmp_path / "small.json"), str(tmp_path / "large.json"), matrix
@@ -99,7 +103,7 @@ def rounds(tmp_path, factor):
 def test_a_similarity_of_rounds_is_told_written_and_drawn(factor, tmp_path, capsys, monkeypatch):
     query, reference, wanted = rounds(tmp_path, factor)
     output, place, drawn = tmp_path / "r.json", tmp_path / "r.png", []
-    picture = import_module("bladesmith.reform.picture")
+    picture = import_module("bladesmith.registration.plotting.picture")
     real = picture.picture
     monkeypatch.setattr(picture, "picture", lambda *given, **rest: drawn.append(real(*given, **rest)))
     options = ["--similarity", "--quiet", "-o", str(output), "--picture", str(place)]
@@ -111,7 +115,10 @@ def test_a_similarity_of_rounds_is_told_written_and_drawn(factor, tmp_path, caps
     assert data["settings"]["similarity"] is True
     assert data["scale"] == pytest.approx(factor, rel=1e-12)
     np.testing.assert_allclose(data["motor"]["matrix"], wanted, atol=1e-9)
-    found, models = reform.load_registration(output), [reform.Model.load(path) for path in (query, reference)]
+    found, models = (
+        registration.load_registration(output),
+        [registration.Model.load(path) for path in (query, reference)],
+    )
     assert found.scale == data["scale"]
     assert sum(found.inliers) == 16
     figure = drawn[0]
@@ -154,24 +161,24 @@ def test_a_scaled_result_is_gone_on_from_only_with_a_scale(tmp_path, capsys):
 
 def test_planes_tell_no_scale_and_that_is_said(tmp_path, capsys):
     path = str(tmp_path / "planes.json")
-    reform.Model(planes=fresh("planes", 9, np.random.default_rng(3))).save(path)
+    registration.Model(planes=fresh("planes", 9, np.random.default_rng(3))).save(path)
     assert main.run(["register", path, path, "--similarity"]) == 1
-    assert "nothing that the models have in common tells their scale" in capsys.readouterr().err
+    assert "the objects that the models have in common do not determine a scale" in capsys.readouterr().err
 
 
 def test_a_pose_that_is_not_to_be_relied_on_is_a_failure(tmp_path, capsys):
     random = np.random.default_rng(0)
     paths = [str(tmp_path / name) for name in ("a.json", "b.json")]
     for path in paths:
-        reform.Model(points=random.uniform(-1, 1, (10, 3))).save(path)
+        registration.Model(points=random.uniform(-1, 1, (10, 3))).save(path)
     assert main.run(["register", *paths, "-o", str(tmp_path / "r.json"), "--quiet"]) == 1
     assert "converged:   no: " in capsys.readouterr().out
-    assert not reform.load_registration(tmp_path / "r.json").converged
+    assert not registration.load_registration(tmp_path / "r.json").converged
 
 
 def test_motions_that_are_left_free_are_a_failure_in_words(tmp_path, capsys):
     path = str(tmp_path / "a.json")
-    reform.Model(lines=[[(0, 0, z), (1, 0, 0)] for z in range(3)]).save(path)
+    registration.Model(lines=[[(0, 0, z), (1, 0, 0)] for z in range(3)]).save(path)
     assert main.run(["register", path, path]) == 1
     assert "translation along (1, 0, 0)" in "".join(capsys.readouterr())
 
@@ -181,23 +188,23 @@ def test_motions_that_are_left_free_are_a_failure_in_words(tmp_path, capsys):
     [
         ([], "Missing argument"),
         (["no.json", TABLE], "InputError: no.json: cannot be read: No such file"),
-        (["broken.json", TABLE], "broken.json: lines[0].direction is [0.0, 0.0, 0.0]; a direction is not zero"),
-        (["misspelt.json", TABLE], "misspelt.json: lines[0].directon is not a known key; did you mean 'direction'?"),
+        (["broken.json", TABLE], "broken.json, line 1: lines[0].direction is [0.0, 0.0, 0.0]; a direction is not zero"),
+        (["misspelt.json", TABLE], "line 1: lines[0].directon is not a known key; did you mean 'direction'?"),
         (["empty.json", TABLE], "InputError: the query is empty; a pose needs objects."),
         (["points.json", TABLE], "InputError: the models have no kind of object in common: points and lines."),
         ([QUERY, TABLE, "--samples", "0"], "InputError: samples is 0; a whole number from 1 to"),
         ([QUERY, TABLE, "--samples", "many"], "Invalid value for '--samples'"),
         ([QUERY, TABLE, "--seed", "-1"], "InputError: seed is -1; a whole number of at least 0"),
-        ([QUERY, TABLE, "--length", "0"], "InputError: length is 0; "),
+        ([QUERY, TABLE, "--length", "0"], "InputError: length is 0.0; "),
         ([QUERY, TABLE, "--threads", "0"], "Invalid value for '--threads'"),
         ([QUERY, TABLE, "--backend", "fortran"], "Invalid value for '--backend'"),
-        ([QUERY, TABLE, "--start", "nearby"], "InputError: start is 'nearby'; it is one of global, proximity"),
+        ([QUERY, TABLE, "--start", "nearby"], "InputError: start is 'nearby'; one of global, proximity is needed"),
         ([QUERY, TABLE, "--start", "none.json"], "InputError: none.json: cannot be read"),
         ([QUERY, TABLE, "-o", "no/r.json"], "InputError: no/r.json: there is no folder no."),
         ([QUERY, TABLE, "-o", "."], "InputError: .: it is a folder."),
         ([QUERY, "empty.json", "-o", "empty.json"], "empty.json: the result would take the place of a model."),
-        ([QUERY, TABLE, "--picture", "p.xyz"], "InputError: p.xyz: 'xyz' is no format of pictures. Use one of"),
-        ([QUERY, TABLE, "--picture", "p.png", "-o", "p.png"], "InputError: p.png: result and picture have one name."),
+        ([QUERY, TABLE, "--picture", "p.xyz"], "InputError: p.xyz: 'xyz' is not a format of pictures. Use one of"),
+        ([QUERY, TABLE, "--picture", "p.png", "-o", "p.png"], "InputError: p.png: two results have this name."),
     ],
 )  # fmt: skip
 def test_bad_input_is_one_line_and_exit_status_2(arguments, says, tmp_path, monkeypatch, capsys):
@@ -233,20 +240,20 @@ def test_nothing_is_left_under_the_final_name_by_a_full_disk_or_an_interrupt(whe
     left = [p.name for p in tmp_path.iterdir()]
     assert left == ([] if when == "text" else ["r.json"])  # which is whole
     if left:
-        assert reform.load_registration(places["r.json"]).converged
+        assert registration.load_registration(places["r.json"]).converged
 
 
 CODE = """
 import sys, time
 from bladesmith.cli.main import main
-from bladesmith.reform import job, search
-search.Search._is_enough = lambda self, here: False
-tell = job.Job.tell
+from bladesmith.registration.search import problem as job, global_search as search
+search.GlobalSearch._has_converged = lambda self, state, sets: False
+tell = job.RegistrationProblem.report
 def slowly(self, found):
     tell(self, found)
     print(int(found.hits[0]) if len(found.hits) else 0, flush=True)
     time.sleep(0.02)
-job.Job.tell = slowly
+job.RegistrationProblem.report = slowly
 main(["register", *sys.argv[1:], "--samples", "100000", "-o", "result.json"])
 """
 
@@ -270,5 +277,24 @@ def test_an_interrupt_keeps_the_best_so_far_under_another_name(tmp_path):
     assert process.returncode == 1
     assert err.strip() == "interrupted: the best so far matches 22 of 22 objects: result.partial.json"
     assert [p.name for p in tmp_path.iterdir()] == ["result.partial.json"]
-    found = reform.load_registration(tmp_path / "result.partial.json")
+    found = registration.load_registration(tmp_path / "result.partial.json")
     assert (found.converged, found.message, found.inliers.sum()) == (False, "interrupted", 22)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")
+def test_a_full_device_is_told_and_stays(tmp_path, capsys):
+    link = tmp_path / "result.json"  # should it be replaced after all, then it is this link
+    link.symlink_to("/dev/full")
+    with pytest.raises(InputError, match="cannot be written: No space left"):
+        lines_and_planes().save(link)
+    lines_and_planes().save(tmp_path / "m.json")
+    files = [str(tmp_path / "m.json")] * 2
+    assert main.run(["register", *files, "-o", str(link)]) == 1
+    assert "No space left on device" in capsys.readouterr().err
+    assert link.is_symlink() and stat.S_ISCHR(os.stat("/dev/full").st_mode)
+
+
+def test_an_empty_start_is_no_file(tmp_path, capsys):
+    lines_and_planes().save(tmp_path / "m.json")
+    assert main.run(["register", *[str(tmp_path / "m.json")] * 2, "--start", ""]) == 2
+    assert "start is ''; one of global, proximity is needed" in capsys.readouterr().err

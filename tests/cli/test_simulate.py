@@ -16,7 +16,10 @@ from bladesmith import dynamics
 from bladesmith.cli import main
 from bladesmith.errors import SimulationError
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "chapter6"
+from ..support.checkout import CHECKOUT
+from ..support.files import names
+
+EXAMPLES = CHECKOUT / "examples" / "dynamics"
 PENDULUM = str(EXAMPLES / "pendulum_on_sphere.toml")
 PATIENCE = 60.0  # seconds for a process on a busy machine
 
@@ -39,10 +42,6 @@ def body(tmp_path, monkeypatch):
     return "body.toml"
 
 
-def names(folder):
-    return sorted(p.name for p in folder.iterdir())
-
-
 def test_a_trajectory_is_told_and_written(body, tmp_path, capsys):
     assert main.run(["simulate", body]) == 0
     out, err = capsys.readouterr()
@@ -55,6 +54,7 @@ def test_a_trajectory_is_told_and_written(body, tmp_path, capsys):
     assert np.array_equal(record.position, dynamics.load_simulation(body).run().position)
 
 
+@pytest.mark.slow
 def test_everything_that_can_be_asked_for(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     asked = "-o a.npz -o a.csv --plot --picture b.pdf --animate c.html --animate d.gif --rate 2 --speed 1 --quiet"
@@ -83,8 +83,11 @@ def test_everything_that_can_be_asked_for(tmp_path, monkeypatch, capsys):
             ["body.toml", "-o", "a.npz", "--plot", "--picture", "a.png"],
             "InputError: a.png: two results have this name.",
         ),
-        (["body.toml", "--picture", "a.xyz"], "InputError: a.xyz: 'xyz' is no format of pictures. Use one of"),
-        (["body.toml", "--animate", "a.avi"], "InputError: a.avi: films are .gif, .mp4, pages .html."),
+        (["body.toml", "--picture", "a.xyz"], "InputError: a.xyz: 'xyz' is not a format of pictures. Use one of"),
+        (
+            ["body.toml", "--animate", "a.avi"],
+            "InputError: a.avi: films and pages are written as .gif, .mp4 or .html, not .avi.",
+        ),
         (["body.toml", "--speed", "0"], "InputError: --speed is 0; a positive number is needed."),
         (["body.toml", "--rate", "nan"], "InputError: --rate is nan; a positive number is needed."),
         (["body.toml", "--rate", "fast"], "Invalid value for '--rate'"),
@@ -122,6 +125,7 @@ def test_a_simulation_that_cannot_go_on_leaves_what_there_is(body, tmp_path, mon
     assert dynamics.load_trajectory("a.partial.npz").time[-1] == 0.1
 
 
+@pytest.mark.compiles
 def test_an_interrupt_leaves_whole_files(tmp_path):
     """Ctrl-C in a run that would take hours: what there is can be read, and nothing else was written."""
     text = BODY.replace("duration = 0.2", 'duration = 1e7\ninterval = 100.0\nintegrator = "rk4"\nstep = 1e-3')
@@ -156,6 +160,7 @@ def _running(pid):
     raise AssertionError("the process does not compute")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 @pytest.mark.parametrize("asked", [[], ["--plot"], ["--picture", "b.png"], ["--animate", "b.gif", "--rate", "2"]])
 def test_nothing_is_left_half_written(what, asked, body, tmp_path, monkeypatch, capsys):

@@ -12,9 +12,9 @@ import pytest
 from bladesmith import cga3d as cga
 from bladesmith import codegen
 from bladesmith import pga3d as pga
+from bladesmith.codegen.algebra.multivector import Multivector
 from bladesmith.codegen.errors import InputError, KindError, TraceError
-from bladesmith.codegen.multivector import Multivector
-from bladesmith.codegen.trace import status
+from bladesmith.codegen.trace.outputs import status
 
 
 def scalar_kernel(formula: Callable[..., Any], count: int = 1, name: str = "f") -> Any:
@@ -118,6 +118,7 @@ def test_what_goes_wrong_in_a_formula_is_a_trace_error(formula: Callable[..., An
         scalar_kernel(formula)(1.0)
 
 
+@pytest.mark.slow
 def test_objects_of_the_algebra_are_constants_of_a_formula() -> None:
     @codegen.kernel(cga.kind("point"), cga.kind("point"))
     def line(a: Multivector, b: Multivector) -> Multivector:
@@ -150,6 +151,7 @@ def test_arguments_by_name() -> None:
 # -- calls in formulas, derivatives --------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 def test_rows_and_statuses_of_called_kernels() -> None:
     powers = scalar_kernel(lambda x: codegen.row([x, x * x, x * x * x]), name="powers")
     total = scalar_kernel(lambda x: powers(x)[2] - powers(x)[0])
@@ -169,6 +171,7 @@ def test_rows_and_statuses_of_called_kernels() -> None:
     np.testing.assert_allclose(kernel.derivative("x")(3.0).ravel(), 2.0)
 
 
+@pytest.mark.compiles
 def test_second_derivatives_and_blades_of_derivatives() -> None:
     @codegen.kernel(codegen.scalar, algebra=pga)
     def path(a: Multivector) -> Multivector:
@@ -207,6 +210,7 @@ def test_arrays_prove_nothing() -> None:
         move(cga.multivector(np.ones(8), blades=["1", "e12", "e13", "e1ni", "e23", "e2ni", "e3ni", "e123ni"]), x)
 
 
+@pytest.mark.compiles
 def test_first_use_from_many_threads() -> None:
     @codegen.kernel(cga.kind("motor"), cga.kind("line"))
     def turn(m: Multivector, x: Multivector) -> Multivector:

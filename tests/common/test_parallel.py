@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 import time
 
@@ -9,8 +10,9 @@ import numpy as np
 import pytest
 
 import bladesmith
-from bladesmith import cga3d, parallel
-from bladesmith.codegen import binding
+from bladesmith import cga3d
+from bladesmith.codegen.execute import arrays
+from bladesmith.common import parallel
 from bladesmith.errors import InputError
 
 N = 2 * parallel.GRAIN + 7  # items enough to be shared
@@ -31,7 +33,7 @@ def test_progress_adds_up_in_the_calling_thread():
         names.add(threading.current_thread())
 
     parallel.run(lambda begin, end: None, 1000, 2, 10, progress)
-    assert sum(told) == 1000 and names == {threading.current_thread()}
+    assert told[-1] == 1000 and told == sorted(told) and names == {threading.current_thread()}
 
 
 def test_several_threads_work_at_once():
@@ -110,23 +112,23 @@ def test_batches_on_several_threads_are_the_same_bits(one_thread_again, monkeypa
     assert shared and set(shared) == {(N, 3)}
     assert all(np.array_equal(a.view(np.uint64), b.view(np.uint64)) for a, b in zip(alone, together, strict=True))
     bladesmith.set_threads(1)
-    assert binding._splitter is None
+    assert arrays._splitter is None
     bladesmith.set_threads(None)
-    assert (binding._splitter is None) == (parallel.thread_count() == 1)
+    assert (arrays._splitter is None) == (parallel.thread_count() == 1)
 
 
 WRONG_COUNTS = [
-    (0, "threads is 0; at least one"),
-    (-1, "threads is -1; at least one"),
-    (np.int64(-2), "threads is -2; at least one"),
-    (2.5, "threads is 2.5; a whole number"),
-    (float("nan"), "threads is nan; a whole number"),
-    ("two", "threads is 'two'; a whole number"),
-    (True, "threads is True; a whole number"),
-    (np.True_, "threads is .*True_?; a whole number"),
-    (np.arange(10_000).reshape(100, 100), r"threads is array.{,40}; a whole number"),
-    (10**9, "threads is 1000000000; at most 4096 are started"),
-    (10**4000, r"threads is 10+\.\.\.0+; at most 4096"),
+    (0, "threads is 0; a whole number from 1 to 4096 is needed"),
+    (-1, "threads is -1; a whole number from 1 to 4096 is needed"),
+    (np.int64(-2), "threads is -2; a whole number from 1 to 4096 is needed"),
+    (2.5, "threads is 2.5; a whole number from 1 to 4096"),
+    (float("nan"), "threads is nan; a whole number from 1 to 4096"),
+    ("two", "threads is 'two'; a whole number from 1 to 4096"),
+    (True, "threads is True; a whole number from 1 to 4096"),
+    (np.True_, "threads is .*True_?; a whole number from 1 to 4096"),
+    (np.arange(10_000).reshape(100, 100), r"threads is array.{,40}; a whole number from 1 to 4096"),
+    (10**9, "threads is 1000000000; a whole number from 1 to 4096 is needed"),
+    (10**4000, r"threads is 10+\.\.\.0+; a whole number from 1 to 4096"),
 ]
 
 
@@ -151,3 +153,49 @@ def test_counts_of_threads_of_any_integer_type_are_taken():
         3,
         parallel.MOST_THREADS,
     ]
+
+
+def test_an_interrupt_lets_progress_be_told_and_a_second_does_not():
+    """A bar takes locks, which an exception between two lines would leave locked for ever."""
+
+    def progress(count):
+        signal.raise_signal(signal.SIGINT)
+        told.append(count)
+
+    for threads in (1, 2):
+        told = []
+        with pytest.raises(KeyboardInterrupt):
+            parallel.run(lambda begin, end: None, 100, threads, 10, progress)
+        assert told and len(told) <= 2 * threads
+    told = []
+
+    def insists(count):
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        told.append(count)
+
+    with pytest.raises(KeyboardInterrupt):
+        parallel.run(lambda begin, end: None, 100, 2, 10, insists)
+    assert told == []
+
+
+def test_the_default_of_all_functions_is_that_of_set_threads(one_thread_again):
+    bladesmith.set_threads(3)
+    assert parallel.thread_count() == 3 and parallel.thread_count(2) == 2
+    seen = set()
+    parallel.run(lambda begin, end: seen.add(threading.current_thread()), 2, chunk=1, grain=5)
+    assert threading.current_thread() not in seen
+    ranges = []
+    parallel.run(lambda begin, end: ranges.append((begin, end)), 10, grain=10)
+    assert ranges == [(0, 10)]
+
+
+def test_a_number_of_threads_is_that_number_also_for_kernels_inside(one_thread_again):
+    bladesmith.set_threads(3)
+    seen = set()
+
+    def part(begin, end):
+        seen.add(threading.current_thread())
+
+    parallel.split(lambda begin, end: parallel.split(part, N), N, threads=1)
+    assert seen == {threading.current_thread()}

@@ -10,22 +10,14 @@ import pytest
 import bladesmith as bs
 from bladesmith import errors
 
+from ..support.vectors import rotation_matrix
+
 N = 50
 RANDOM = np.random.default_rng(11)
 A, B, C, D, V = RANDOM.normal(size=(5, N, 3))
 RADIUS = RANDOM.uniform(0.1, 3.0, N)
 OFFSET = RANDOM.normal(size=N)
 UNIT = V / np.linalg.norm(V, axis=-1, keepdims=True)
-
-
-def rotation(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Rodrigues' formula: an independent truth for rotors."""
-    a = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
-    k = np.zeros((*a.shape[:-1], 3, 3))
-    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
-    k -= np.swapaxes(k, -1, -2)
-    s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
-    return np.eye(3) + s * k + (1 - c) * (k @ k)
 
 
 # -- parameters come back ----------------------------------------------------------------------------------
@@ -155,7 +147,7 @@ def apply(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 def test_motors_are_the_rigid_motions(algebra: str) -> None:
     alg = getattr(bs, algebra)
     angle = RANDOM.uniform(-7, 7, N)
-    turn = rotation(V, angle)
+    turn = rotation_matrix(V, angle)
     about = alg.rotor(V, angle, point=A)
     assert np.allclose((about >> alg.point(B)).parameters().xyz, np.einsum("nij,nj->ni", turn, B - A) + A)
     motor = alg.translator(C) * alg.rotor(V, angle)
@@ -369,7 +361,7 @@ def test_degenerate_objects() -> None:
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda: bs.cga3d.point([1.0, 2.0]), errors.ShapeError, "xyz has shape .* 3 entries"),
+        (lambda: bs.cga3d.point([1.0, 2.0]), errors.ShapeError, "xyz has shape .* 3. is needed"),
         (lambda: bs.cga3d.sphere(np.zeros((4, 3)), np.ones(3)), errors.ShapeError, "broadcast"),
         (lambda: bs.cga3d.point("abc"), errors.InputError, "real numbers"),
         (lambda: bs.cga3d.sphere([0, 0, 0], None), errors.InputError, "real numbers"),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith.codegen.catalogue import data_from_algebra
+from bladesmith.codegen.algebra.loader import data_from_algebra
 
 
 def test_round_trips(tmp_path: Path) -> None:
@@ -132,7 +132,7 @@ def test_an_interrupted_save_leaves_the_old_file(tmp_path: Path, monkeypatch: py
 
 
 def test_what_cannot_be_saved(tmp_path: Path) -> None:
-    with pytest.raises(bs.errors.InputError, match="multivectors"):
+    with pytest.raises(bs.errors.InputError, match="a multivector is needed"):
         bs.save(tmp_path / "x.npz", np.ones(3))  # type: ignore[arg-type]
     with pytest.raises(bs.errors.InputError, match="one multivector"):
         bs.save(tmp_path / "x.npz")

@@ -12,8 +12,8 @@ import bladesmith as bs
 from bladesmith import Status, curves
 from bladesmith import cga3d as cga
 
-from .curve_support import FAMILIES, KNOTS, MP, RANDOM, RING, near_objects, parameters
-from .formula_support import precise, stock
+from ..support.curves import FAMILIES, KNOTS, MP, RANDOM, RING, near_objects, parameters
+from ..support.formulas import precise, stock
 
 # -- objects: 50 digits ------------------------------------------------------------------------------------
 
@@ -115,6 +115,7 @@ def exact_spline(name: str, x: Any) -> Any:
     return lambda t: MP.matrix([powers(piece_of(t), t, 0)]) * solution
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["point", "point_pair", "line", "circle", "plane", "sphere", "mixed"])
 @pytest.mark.parametrize("name", FAMILIES)
 def test_values_and_derivatives_have_fifty_digits_behind_them(name: str, kind: str) -> None:

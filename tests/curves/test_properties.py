@@ -15,7 +15,7 @@ import bladesmith as bs
 from bladesmith import Status, curves, errors
 from bladesmith import cga3d as cga
 
-from .curve_support import FAMILIES, KNOTS, MP, POINTS, POSITIONS, RANDOM, near_objects, parameters
+from ..support.curves import FAMILIES, KNOTS, MP, POINTS, POSITIONS, RANDOM, near_objects, parameters
 
 # -- points: the classical curves --------------------------------------------------------------------------
 

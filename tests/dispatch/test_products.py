@@ -15,11 +15,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import bladesmith as bs
-from bladesmith import calls, dispatch, general, specialise, stock
-from bladesmith.algebras import Algebra
-from bladesmith.codegen.binding import BoundKernel
-from bladesmith.codegen.kinds import add_plain_kinds
-from bladesmith.codegen.toolchain import compiler
+from bladesmith.codegen.algebra.algebra import add_plain_kinds
+from bladesmith.codegen.build.toolchain import compiler
+from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.core.multivector import Algebra
+from bladesmith.dispatch import formulas, plans, product_tables, specialization, stock_kernels
 
 MOST = 6  # dimensions of random signatures
 
@@ -78,9 +78,7 @@ def signatures(draw: Any) -> tuple[int, int, int]:
 def operands(draw: Any, n: int, most: int = 8) -> dict[tuple[int, ...], int]:
     """A sparse multivector with integer coefficients: products of doubles are then exact."""
     masks = draw(st.lists(st.integers(0, 2**n - 1), min_size=1, max_size=most, unique=True))
-    return {
-        tuple(i for i in range(n) if mask >> i & 1): draw(st.integers(-(10**6), 10**6)) for mask in masks
-    }
+    return {tuple(i for i in range(n) if mask >> i & 1): draw(st.integers(-(10**6), 10**6)) for mask in masks}
 
 
 def runtime(alg: Algebra, x: dict[tuple[int, ...], int]) -> bs.Multivector:
@@ -107,6 +105,7 @@ PRODUCTS = {
 }
 
 
+@pytest.mark.slow
 @settings(max_examples=600, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data())
 def test_products_equal_exact_ones(data: Any) -> None:
@@ -153,6 +152,7 @@ def null_algebra(p: int, q: int, pairs: int) -> Algebra:
 NULL_ALGEBRAS = [null_algebra(*counts) for counts in [(3, 0, 1), (1, 1, 1), (0, 1, 2), (2, 0, 2)]]
 
 
+@pytest.mark.slow
 @settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
 @given(st.sampled_from(NULL_ALGEBRAS), st.data())
 def test_products_on_null_bases_equal_those_on_orthonormal_ones(alg: Algebra, data: Any) -> None:
@@ -195,25 +195,25 @@ def test_duality(signature: tuple[int, int, int]) -> None:
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("n", [1, 3, 4, 17, 1000])
 def test_compiled_loop_equals_numpy(dtype: Any, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    if general.library() is None:
+    if product_tables.library() is None:
         pytest.skip("the extension was not built")
     alg = bs.algebra(2, 1, 1)
     random = np.random.default_rng(n)
-    table = general.product_table(alg, "geometric", tuple(map(int, alg.blades)), tuple(map(int, alg.blades)))
+    table = product_tables.product_table(alg, "geometric", tuple(map(int, alg.blades)), tuple(map(int, alg.blades)))
     a, b = (random.normal(size=(n, 16)).astype(dtype) for _ in range(2))
     fast, slow = (np.empty((n, 16), dtype) for _ in range(2))
-    dispatch.table_rows(table, int(dtype == np.float32))(fast, a, b, n)
+    plans.table_rows(table, int(dtype == np.float32))(fast, a, b, n)
     table.multiply(slow, a, b)
     tolerance = 64 * np.finfo(dtype).eps
     assert np.allclose(fast, slow, rtol=tolerance, atol=tolerance)
     single = np.empty((n, 16), dtype)  # each item alone gives the same bits as in the batch
     for i in range(n):
-        dispatch.table_rows(table, int(dtype == np.float32))(single[i : i + 1], a[i : i + 1], b[i : i + 1], 1)
+        plans.table_rows(table, int(dtype == np.float32))(single[i : i + 1], a[i : i + 1], b[i : i + 1], 1)
     assert np.array_equal(single, fast)
 
 
 def test_instances_give_the_same_bits() -> None:
-    module = general.library()
+    module = product_tables.library()
     if module is None:
         pytest.skip("the extension was not built")
     alg = bs.algebra(3, 1)
@@ -233,9 +233,9 @@ def test_without_the_extension(monkeypatch: pytest.MonkeyPatch) -> None:
     alg = bs.algebra(1, 3)
     x, y = (alg.multivector(np.random.default_rng(i).normal(size=(20, 16))) for i in range(2))
     expected = [x * y, x >> y, x[0] ^ y, x[0] & y[1]]
-    monkeypatch.setattr(general, "library", lambda: None)
-    monkeypatch.setattr(dispatch, "PLANS", {})
-    monkeypatch.setattr("bladesmith.operators.PLANS", dispatch.PLANS)
+    monkeypatch.setattr(product_tables, "library", lambda: None)
+    monkeypatch.setattr(plans, "PLANS", {})
+    monkeypatch.setattr("bladesmith.core.operators.PLANS", plans.PLANS)
     found = [x * y, x >> y, x[0] ^ y, x[0] & y[1]]
     assert all(np.all(a.isclose(b, rtol=1e-13)) for a, b in zip(found, expected, strict=True))
 
@@ -302,8 +302,8 @@ def test_too_many_terms_are_refused() -> None:
 def test_a_combination_used_much_is_specialised(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
     if compiler() is None:
         pytest.skip("no compiler")
-    monkeypatch.setattr(specialise, "HOT_ITEMS", 1000)
-    monkeypatch.delenv(specialise.SPECIALISE_VARIABLE, raising=False)
+    monkeypatch.setattr(specialization, "HOT_ITEMS", 1000)
+    monkeypatch.delenv(specialization.SPECIALISE_VARIABLE, raising=False)
     alg = bs.algebra(2, 0, 2)
     x, y = (alg.multivector(np.random.default_rng(i).normal(size=(600, 6)), grades=[2]) for i in range(2))
     first = x * y
@@ -317,8 +317,8 @@ def test_a_combination_used_much_is_specialised(monkeypatch: pytest.MonkeyPatch,
 
 
 def test_specialisation_can_be_switched_off(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
-    monkeypatch.setattr(specialise, "HOT_ITEMS", 10)
-    monkeypatch.setenv(specialise.SPECIALISE_VARIABLE, "0")
+    monkeypatch.setattr(specialization, "HOT_ITEMS", 10)
+    monkeypatch.setenv(specialization.SPECIALISE_VARIABLE, "0")
     alg = bs.algebra(1, 1, 2)
     x = alg.multivector(np.ones((50, 4)), grades=[3])
     with caplog.at_level(logging.INFO, "bladesmith"):
@@ -330,7 +330,7 @@ def test_a_formula_used_much_is_compiled(monkeypatch: pytest.MonkeyPatch, caplog
     if compiler() is None:
         pytest.skip("no compiler")
     cga = bs.cga3d
-    monkeypatch.setattr(calls, "WORTH_COMPILING", 150)
+    monkeypatch.setattr(formulas, "WORTH_COMPILING", 150)
     monkeypatch.setattr(cga, "targets", {})
     mirror = cga.circle([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 2.0)
     points = cga.point(np.random.default_rng(0).normal(size=(100, 3)))
@@ -348,7 +348,7 @@ def test_stock_kernels_serve_their_kinds() -> None:
     if cga.stock is None or cga.stock.library is None:
         pytest.skip("the stock kernels are not built")
     motor, point = cga.kind("motor"), cga.kind("point")
-    found = dispatch._stock("sandwich", cga.type_of(motor, np.dtype(float)), cga.type_of(point, np.dtype(float)))
+    found = plans._stock("sandwich", cga.type_of(motor, np.dtype(float)), cga.type_of(point, np.dtype(float)))
     assert found is not None and found[1].inputs == (motor, point) and found[1].outputs[0].kind == point
     assert isinstance(found[0].bound(found[1]), BoundKernel)
 
@@ -358,14 +358,14 @@ def test_stock_kernels_run_without_their_extension(monkeypatch: pytest.MonkeyPat
     if cga.stock is None:
         pytest.skip("the stock kernels are not generated")
     compiled = cga.rotor([1.0, 2.0, 3.0], 0.3), cga.sphere(np.ones((5, 3)), [1.0, 2.0, -1.0, 3.0, 4.0])
-    plain = stock.StockKernels(cga, cga.stock.folder, stock.read_manifest(cga.stock.folder))
-    monkeypatch.setattr(stock.StockKernels, "library", None)
+    plain = stock_kernels.StockKernels(cga, cga.stock.folder, stock_kernels.read_manifest(cga.stock.folder))
+    monkeypatch.setattr(stock_kernels.StockKernels, "library", None)
     monkeypatch.setattr(cga, "stock", plain)
     monkeypatch.setattr(cga, "targets", {})
-    monkeypatch.setattr(dispatch, "PLANS", {})
-    monkeypatch.setattr("bladesmith.operators.PLANS", dispatch.PLANS)
+    monkeypatch.setattr(plans, "PLANS", {})
+    monkeypatch.setattr("bladesmith.core.operators.PLANS", plans.PLANS)
     slow = cga.rotor([1.0, 2.0, 3.0], 0.3), cga.sphere(np.ones((5, 3)), [1.0, 2.0, -1.0, 3.0, 4.0])
-    assert isinstance(plain.bound(plain.entries["conformal.sphere"][0]), stock.PlainKernel)
+    assert isinstance(plain.bound(plain.entries["conformal.sphere"][0]), stock_kernels.PlainKernel)
     for a, b in zip(compiled, slow, strict=True):
         assert a.kind == b.kind and np.array_equal(a.status, b.status)
         assert np.array_equal(a.values, b.values, equal_nan=True)
@@ -390,22 +390,16 @@ def test_algebras_of_one_name_are_kept_apart() -> None:
         assert (x >> alg.e1)["e1"] == pytest.approx(0.6**2 - 0.8**2)
 
 
-def test_checked_in_sources_of_the_general_product() -> None:
-    from bladesmith.codegen.targets.general import general_files
-
-    folder = stock.bundled("general")
-    for name, text in general_files().items():
-        assert (folder / name).read_text(encoding="utf-8") == text, f"{name}: write it again from general_files()"
-
-
 def test_a_generated_folder_is_an_algebra(tmp_path: Path) -> None:
     if compiler() is None:
         pytest.skip("no compiler")
-    from bladesmith.codegen.generator import generate, plain_spec
+    from bladesmith.codegen.declarations import plain_spec
+    from bladesmith.codegen.generator import generate
 
     spec = plain_spec(2, 0, 1, "pga2d_test")
     spec["kernels"] = [{"formula": "products.geometric", "operands": [["vector", "vector"]]}]
     for name, text in generate(spec).items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     alg = bs.load_algebra(tmp_path)
     assert alg is bs.load_algebra(tmp_path) and alg.stock is not None and alg.stock.library is not None
@@ -417,4 +411,4 @@ def test_a_generated_folder_is_an_algebra(tmp_path: Path) -> None:
         bs.load_algebra(tmp_path / "nowhere")
     (tmp_path / "manifest.json").write_text("[]")
     with pytest.raises(bs.errors.SpecError, match="not a manifest"):
-        stock.read_manifest(tmp_path)
+        stock_kernels.read_manifest(tmp_path)

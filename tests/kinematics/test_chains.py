@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import mpmath as mp
 import numpy as np
@@ -12,13 +13,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import bladesmith as bs
-from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.programs.chains import CLASSES, Needs, chain_program, class_of
-from bladesmith.codegen.toolchain import compiler
+from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.build.toolchain import compiler
+from bladesmith.codegen.programs.chains import CLASSES, ChainConfig, chain_program, class_of
 from bladesmith.dynamics import screw_coordinates, twist
-from bladesmith.errors import AlgebraMismatchError, GradeError, InputError, ShapeError, SingularError
-from bladesmith.kinematics.chains import Chain
-from bladesmith.kinematics.chains_axes import prismatic_axis, revolute_axis, screw_axis
+from bladesmith.errors import AlgebraMismatchError, GradeError, InputError, Interrupted, ShapeError, SingularError
+from bladesmith.kinematics.serial.axes import prismatic_axis, revolute_axis, screw_axis
+from bladesmith.kinematics.serial.chain import Chain
+from bladesmith.status import Status
 
 ALGEBRAS = [bs.cga3d, bs.pga3d]
 DIGITS = 50
@@ -91,6 +93,7 @@ def digits():
 # -- poses ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
 @pytest.mark.parametrize(("scale", "origin"), [(1.0, 0.0), (1.0, 1e4), (1e-6, 0.0), (1e3, 0.0)])
 def test_poses_are_products_of_exponentials(algebra, scale, origin):
@@ -106,6 +109,7 @@ def test_poses_are_products_of_exponentials(algebra, scale, origin):
             assert np.abs(matrix[:3, 3] - truth[:3, 3]).max() < 4e-14 * (scale + origin)
 
 
+@pytest.mark.compiles
 @given(
     st.lists(
         st.tuples(st.integers(0, 2), *[st.floats(-4, 4)] * 6, st.floats(-7, 7)), min_size=1, max_size=12
@@ -141,6 +145,7 @@ def test_chains_of_any_joints(joints):
         assert np.abs(((ends[0] - ends[1]) / (2 * step)).T - j[3:]).max() < 1e-6
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
 def test_links_and_their_frames(algebra):
     chain, q = mixed(algebra, 5)
@@ -172,6 +177,7 @@ def test_axes_of_any_length_and_lines():
     assert np.allclose(moved @ [2, 0, 0, 1], [1, 1, 0, 1], atol=1e-15)  # counter-clockwise
 
 
+@pytest.mark.compiles
 def test_a_long_chain_takes_linear_time_and_keeps_its_digits():
     rng = np.random.default_rng(0)
     n = 1000
@@ -211,6 +217,7 @@ def test_a_long_chain_takes_linear_time_and_keeps_its_digits():
 # -- Jacobians and twists --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
 @pytest.mark.parametrize(("scale", "origin"), [(1.0, 0.0), (1.0, 1e4), (1e-6, 0.0)])
 def test_jacobians_against_differences_at_fifty_digits(algebra, scale, origin):
@@ -291,7 +298,7 @@ def test_twists_add_up_along_the_chain(algebra):
 def test_every_instance_and_any_number_of_threads_give_the_same_bits():
     chain, _ = mixed(bs.cga3d, 2)
     q = np.random.default_rng(0).uniform(-3, 3, (103, 6))
-    driver = chain._driver
+    driver = chain.driver
     best = driver._instance
     point = np.random.default_rng(1).normal(size=(103, 3))
 
@@ -325,7 +332,7 @@ def test_shapes_and_empty_batches():
     assert chain.jacobian(np.zeros((0, 6))).shape == (0, 6, 6)
     assert chain.velocity(np.zeros((2, 6)), np.ones(6)).shape == (2,)
     assert chain.inverse(chain.forward(np.zeros((0, 6)))).q.shape == (0, 6)
-    assert chain.singularity(np.zeros((2, 3, 6))).values.shape == (2, 3, 6)
+    assert chain.singularity(np.zeros((2, 3, 6))).singular_values.shape == (2, 3, 6)
     assert np.abs(chain.forward(np.ones(6, np.float32)).values - chain.forward(np.ones(6)).values).max() == 0
 
 
@@ -352,7 +359,7 @@ def test_inverse_reaches_poses(algebra, scale, center):
     near = chain.inverse(targets, q + 0.05)
     assert (near.status == 0).all()
     exact = 1e-10 + 1e-14 * np.abs(center).max() / scale * 1e3  # where the axes themselves are rounded
-    good = chain.singularity(q).values[:, -1] > 1e-2
+    good = chain.singularity(q).singular_values[:, -1] > 1e-2
     assert good.sum() > 50
     assert np.abs(near.q - q)[good].max() < exact
     far = chain.inverse(targets)
@@ -385,7 +392,7 @@ def test_inverse_stays_within_limits():
     outside[:, 5] += 2.5  # another roll than any that is allowed, with most others
     beyond = chain.inverse(chain.forward(outside), nearest=True)
     assert (beyond.q >= limits[:, 0]).all() and (beyond.q <= limits[:, 1]).all()
-    resting = np.flatnonzero(beyond.status == bs.Status.UNREACHABLE)
+    resting = np.flatnonzero(beyond.status == bs.Status.NOT_CONVERGED)  # within all lengths: nothing is proved
     assert len(resting) > 20
     poses, goals = (bs.cga3d.matrix(chain.forward(x[resting])) for x in (beyond.q, outside))
     j = chain.jacobian(beyond.q[resting], point=np.zeros(3)) / np.repeat([1, chain.length], 3)[:, None]
@@ -473,10 +480,10 @@ def test_what_is_lost_at_singular_poses(algebra):
     assert found.rank.tolist() == [5, 6] and found.singular.tolist() == [True, False]
     assert found.manipulability[0] < 1e-15 < 1e-4 < found.manipulability[1]
     j = chain.jacobian(q)
-    assert np.abs(j[0] @ found.still[0]).max() < 1e-15
-    assert np.abs(np.abs(found.still[0][[3, 5]]) - np.sqrt(0.5)).max() < 1e-12
+    assert np.abs(j[0] @ found.null_rates[0]).max() < 1e-15
+    assert np.abs(np.abs(found.null_rates[0][[3, 5]]) - np.sqrt(0.5)).max() < 1e-12
     # no joint rates give it, not even in part: one more column, and the rank is full
-    lost = screw_coordinates(found.lost)[0]
+    lost = screw_coordinates(found.lost_twist)[0]
     assert np.linalg.matrix_rank(np.column_stack([j[0], lost]), 1e-9) == 6
     place = algebra.matrix(chain.forward(q[0]))[:3, 3]
     about = np.concatenate([lost[:3], (lost[3:] - np.cross(place, lost[:3])) / chain.length])
@@ -491,7 +498,7 @@ def test_a_stretched_arm_cannot_move_outwards():
     planar = Chain(revolute_axis([[0, 0, 0], [1, 0, 0], [2, 0, 0]], UP), bs.cga3d.translator([2.5, 0, 0]))
     found = planar.singularity([0.4, 0.0, 0.0])
     assert planar.freedom == 3 and found.rank == 2 and found.singular
-    w, v = np.split(screw_coordinates(found.lost), 2)
+    w, v = np.split(screw_coordinates(found.lost_twist), 2)
     along = np.array([np.cos(0.4), np.sin(0.4), 0])
     assert np.abs(w).max() < 1e-12
     assert abs(abs(v @ along) / np.linalg.norm(v) - 1) < 1e-12
@@ -508,7 +515,7 @@ def test_a_stretched_arm_cannot_move_outwards():
         (lambda: Chain([0 * revolute_axis([0, 0, 0], UP)]), InputError, "axis of joint_1 .joint 0. is zero"),
         (lambda: Chain([revolute_axis([0, 0, 0], UP), revolute_axis([0, 0, 0], [0, 0, 0])]), InputError, "joint_2"),
         (lambda: Chain([bs.cga3d.point([0, 0, 0])]), GradeError, "axis 0"),
-        (lambda: Chain([bs.cga3d.circle([0, 0, 0], UP, 1.0)]), GradeError, "no line"),
+        (lambda: Chain([bs.cga3d.circle([0, 0, 0], UP, 1.0)]), GradeError, "not a line"),
         (lambda: Chain([revolute_axis([0, 0, 0], UP), revolute_axis([0, 0, 0], UP, bs.pga3d)]), AlgebraMismatchError,
          "axis 1"),
         (lambda: arm(names=["a", "b"]), ShapeError, "2 names for 6"),
@@ -529,7 +536,7 @@ def test_a_stretched_arm_cannot_move_outwards():
         (lambda: arm().jacobian(np.zeros((2, 6)), point=np.zeros((3, 3))), ShapeError, "point"),
         (lambda: arm().velocity(np.zeros((2, 6)), np.zeros((3, 6))), ShapeError, "dq"),
         (lambda: arm().inverse(np.eye(4)), InputError, "targets"),
-        (lambda: arm().inverse(bs.cga3d.point([0, 0, 0])), GradeError, "no motor"),
+        (lambda: arm().inverse(bs.cga3d.point([0, 0, 0])), GradeError, "not a motor"),
         (lambda: arm().inverse(arm().tool, attempts=0), InputError, "attempts"),
         (lambda: arm().inverse(arm().tool, iterations=1.5), InputError, "iterations"),
         (lambda: arm().inverse(arm().tool, tolerance=-1), InputError, "tolerance"),
@@ -552,17 +559,48 @@ def test_coordinates_that_are_not_finite_are_marked():
     assert status.tolist() == [0, bs.Status.INVALID, 0] and np.isfinite(j[[0, 2]]).all()
     assert chain.velocity(q, q).status.tolist() == [0, bs.Status.INVALID, 0]
     found = chain.singularity(q)
-    assert np.isnan(found.values[1]).all() and np.isfinite(found.values[[0, 2]]).all()
+    assert np.isnan(found.singular_values[1]).all() and np.isfinite(found.singular_values[[0, 2]]).all()
     bad = revolute_axis([[0, 0, 0], [0, 0, 0]], [[0, 0, 0], UP])
     assert bad.status.tolist() == [bs.Status.INVALID, 0] and np.isnan(bad.values[0]).all()
     assert (prismatic_axis(UP) - twist(0, UP)).values.max() == 0
 
 
 def test_the_driver_compiles_without_a_warning(tmp_path):
-    extension = chain_program(Needs("pga3d", CLASSES[-1])).extension()
+    extension = chain_program(ChainConfig("pga3d", CLASSES[-1])).extension()
     (tmp_path / "kernels.c").write_text(extension.source)
     for name, text in extension.headers.items():
         (tmp_path / name).write_text(text)
     command = [*compiler().command, *C_FLAGS, "-O0", *WARNING_FLAGS, "-c", "kernels.c", "-o", "kernels.o"]
     made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert made.returncode == 0, made.stderr
+
+
+# -- many targets ----------------------------------------------------------------------------------------------
+
+
+def test_workers_of_an_executor_find_the_same_bits(monkeypatch):
+    monkeypatch.setattr("bladesmith.kinematics.serial.inverse.TARGETS_PER_CALL", 8)
+    chain = arm()
+    targets = chain.forward(np.random.default_rng(3).uniform(-1, 1, (40, 6)))
+    here, told = chain.inverse(targets), []
+    with ThreadPoolExecutor(2) as pool:
+        there = chain.inverse(targets, executor=pool, progress=told.append)
+    for name in ("q", "status", "angle", "distance", "steps"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+    assert [p.done for p in told] == [8, 16, 24, 32, 40] and told[0].unit == "targets"
+
+
+def test_an_interrupt_keeps_the_targets_that_were_reached(monkeypatch):
+    def stop(progress):
+        raise KeyboardInterrupt
+
+    chain = arm()
+    targets = chain.forward(np.random.default_rng(4).uniform(-1, 1, (200, 6)))
+    with pytest.raises(Interrupted) as caught:
+        chain.inverse(targets, threads=1, progress=stop)
+    q, status = caught.value.partial
+    found, codes = chain.inverse(targets)
+    done = np.isfinite(q).all(-1)
+    assert 0 < done.sum() < 200 and (status[~done] == Status.NOT_CONVERGED).all()
+    np.testing.assert_array_equal(q[done], found[done])
+    np.testing.assert_array_equal(status[done], codes[done])

@@ -1,7 +1,6 @@
 """The Delta robot against 50-digit geometry, the thesis's own formulas, all fifteen joints, and brute force."""
 
 import itertools
-import warnings
 
 import mpmath
 import numpy as np
@@ -11,15 +10,20 @@ from hypothesis import strategies as st
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
-from bladesmith import dynamics
-from bladesmith.codegen.declare import KernelFunction
+from bladesmith import dynamics, kinematics
+from bladesmith.codegen.algebra.algebra import numbers, scalar_argument
+from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.errors import InputError, ShapeError, SingularError
-from bladesmith.codegen.formulas import delta as formulas
-from bladesmith.codegen.formulas import delta_digits
-from bladesmith.codegen.kinds import numbers, scalar_argument
-from bladesmith.codegen.rings import NumericRing
-from bladesmith.kinematics import delta_plots
-from bladesmith.kinematics.delta import DeltaRobot
+from bladesmith.codegen.formulas.delta import delta as formulas
+from bladesmith.codegen.formulas.products.double_double import Steps
+from bladesmith.codegen.rings.double_double import DoubledRing
+from bladesmith.codegen.rings.protocol import NumericRing
+from bladesmith.kinematics.delta import plots
+from bladesmith.kinematics.delta.robot import DeltaRobot
+
+from ..oracles.sequences import dot
+
+pytestmark = pytest.mark.filterwarnings("error")
 
 MP = mpmath.mp.clone()
 MP.dps = 50
@@ -34,13 +38,6 @@ LENGTHS = [
     (0.3, 0.3 - 1e-3, 1.0, 5e-3),
 ]
 USUAL = DeltaRobot(*LENGTHS[0])
-
-
-@pytest.fixture(autouse=True)
-def no_warnings():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        yield
 
 
 # -- 50 digits, from distances alone ---------------------------------------------------------------------------
@@ -58,10 +55,6 @@ def frame(i):
         [MP.sin(turn), -MP.cos(turn), MP.mpf(0)],
         [MP.mpf(c) for c in (0, 0, 1)],
     )
-
-
-def dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def along(*parts):
@@ -101,7 +94,7 @@ def centers(robot, theta):
 
 
 def forward_exact(robot, theta, side=1):
-    """Where three spheres meet, by elimination: two planes and a quadratic; the root on one side of the centres."""
+    """Where three spheres meet, by elimination: two planes and a quadratic; the farther along e3, -1: the nearer."""
     a = centers(robot, theta)
     rows = MP.matrix([[2 * (p - q) for p, q in zip(a[k], a[0], strict=True)] for k in (1, 2)])
     right = [dot(a[k], a[k]) - dot(a[0], a[0]) for k in (1, 2)]
@@ -113,7 +106,7 @@ def forward_exact(robot, theta, side=1):
     left = robot_lengths(robot)[3] ** 2 - dot(start, start)
     if left < 0:
         return None
-    step = side * MP.sqrt(left / dot(normal, normal))
+    step = side * (1 if normal[2] >= 0 else -1) * MP.sqrt(left / dot(normal, normal))
     return [place[k] + step * normal[k] for k in range(3)]
 
 
@@ -283,6 +276,7 @@ def text_inverse_jacobian(robot, y, theta):
 # -- Jacobians -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lengths", LENGTHS[:4])
 def test_jacobians_to_50_digits(lengths):
     """Against differences at 50 digits, at 1e-14 times the square of what the pose is ill-conditioned by."""
@@ -366,11 +360,13 @@ def test_single_precision():
     assert small.dtype == np.float32 and np.abs(small * 1e6 - y).max() < 1e-5
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("name", ["inverse", "forward"])
 def test_targets_give_the_same_bits(name):
     """C on vectors, and the same text on NumPy columns."""
     theta, y = poses(USUAL, 101, seed=9)
-    operands = {"inverse": [y, USUAL._row, np.ones(3)], "forward": [theta, USUAL._row, np.array(1.0)]}[name]
+    row = USUAL.parameters
+    operands = {"inverse": [y, row, np.ones(3)], "forward": [theta, row, np.array([0.0, 1.0])]}[name]
     kinds = [numbers(cga, a.shape[-1]) if a.ndim else scalar_argument(cga) for a in operands]
     kernel = KernelFunction(getattr(formulas, name), kinds, None, name, cga)
     compiled, plain = (kernel.on(target)(*operands) for target in ("c", "numpy"))
@@ -446,9 +442,9 @@ def test_stretched_arms():
     near = USUAL.singularity_at(stretched(USUAL, 1e-10))
     assert abs(near.sines[0]) < 1e-4 and np.abs(near.sines[1:]).min() > 0.1
     direction = np.array([-np.sin(0.5), 0, np.cos(0.5)])
-    assert np.allclose(near.lost, direction, atol=1e-4)
-    assert USUAL.arm_status(y + 1e-6 * near.lost)[0] == bs.Status.UNREACHABLE
-    assert (USUAL.arm_status(y - 1e-6 * near.lost) == bs.Status.OK).all()
+    assert np.allclose(near.lost_direction, direction, atol=1e-4)
+    assert USUAL.arm_status(y + 1e-6 * near.lost_direction)[0] == bs.Status.UNREACHABLE
+    assert (USUAL.arm_status(y - 1e-6 * near.lost_direction) == bs.Status.OK).all()
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
@@ -487,7 +483,8 @@ def test_forward_jacobians_near_flat_forearms(gap):
 
 def test_twice_the_digits():
     """Sums, products, sines of the ring that roots are made on: 30 digits of sums and products, 18 of sines."""
-    ring = delta_digits.DoubledRing(NumericRing(np.dtype(np.float64)), cga)
+    base = NumericRing(np.dtype(np.float64))
+    ring = DoubledRing(base, Steps(base, cga))
     rng = np.random.default_rng(21)
     a, b, c, angle = (rng.uniform(-3.2, 3.2, 50) for _ in range(4))
     doubles = [(x, None) for x in (a, b, c)]
@@ -557,7 +554,7 @@ def test_bad_lengths(lengths, words):
 
 
 def test_bad_arguments():
-    with pytest.raises(ShapeError, match="length|3 entries"):
+    with pytest.raises(ShapeError, match="length|3. is needed"):
         USUAL.inverse([1.0, 2.0])
     with pytest.raises(ShapeError):
         USUAL.forward(1.0)
@@ -634,7 +631,7 @@ def test_the_fifteen_joints_have_nullity_nine():
     mechanism = USUAL.mechanism(theta)
     found = mechanism.jacobian(list(mechanism.joints)[:3], ("platform", USUAL.forward(theta)))
     assert mechanism.mobility() == 9 and np.abs(found - USUAL.forward_jacobian(theta)).max() < 1e-12
-    shared = USUAL.joint_objects(theta).shared()
+    shared = USUAL.joint_objects(theta).incidences()
     bodies = [*dict.fromkeys(name for a, b, _ in shared for name in (a, b) if name != "base")]
     twists = [dynamics.twist(w, v) for w, v in [(e, 0) for e in np.eye(3)] + [(0, e) for e in np.eye(3)]]
     rows = []
@@ -708,6 +705,7 @@ def test_workspace():
         USUAL.workspace(points=0)
 
 
+@pytest.mark.slow
 def test_trajectory():
     """Angles, speeds and accelerations along a path, against derivatives at 50 digits."""
 
@@ -768,21 +766,33 @@ def test_the_robot_falls():
 
 def test_pictures(tmp_path):
     y = np.array([[0.1, 0.0, 0.9], [0.2, 0.1, 1.0], [9.0, 0.0, 0.0]])
-    ax = delta_plots.picture(USUAL, y=y, path=tmp_path / "robot.png")
+    ax = plots.picture(USUAL, y=y, path=tmp_path / "robot.png")
     low, high = ax.get_zlim3d()
     assert low > high and (tmp_path / "robot.png").stat().st_size > 10_000
     space = USUAL.workspace(points=15)
-    figure = delta_plots.slices(space, tmp_path / "slices.png", across="z", at=[0.9])
+    figure = plots.slices(space, tmp_path / "slices.png", across="z", at=[0.9])
     (mesh,) = figure.axes[0].collections
     shown = np.ma.filled(mesh.get_array(), np.nan).reshape(15, 15)
     number = int(np.abs(space.z - 0.9).argmin())
     expected = np.where(space.reachable, space.condition, np.nan)[:, :, number].T
     assert np.array_equal(shown, expected, equal_nan=True)
     motion = USUAL.trajectory(lambda t: np.array([0.1 * t, 0, 0.9]), np.linspace(0, 1, 20))
-    assert len(delta_plots.curves(motion).axes) == 3
+    assert len(plots.curves(motion).axes) == 3
     with pytest.raises(InputError):
-        delta_plots.picture(USUAL)
+        plots.picture(USUAL)
     with pytest.raises(SingularError):
-        delta_plots.picture(USUAL, y=[0, 0, 50.0])
+        plots.picture(USUAL, y=[0, 0, 50.0])
     with pytest.raises(InputError, match="show"):
-        delta_plots.slices(space, show="conditions")
+        plots.slices(space, show="conditions")
+
+
+@pytest.mark.slow
+def test_a_delta_robot_is_a_mechanism_at_one_pose_that_it_has() -> None:
+    robot = kinematics.DeltaRobot(0.4, 0.15, 0.6, 1.2)
+    assert robot.mechanism([0.1, 0.2, 0.3]).mobility() == 9
+    with pytest.raises(ShapeError, match="is needed"):
+        robot.mechanism([[0.1, 0.2, 0.3]])
+    with pytest.raises(SingularError, match="INVALID"):
+        robot.mechanism([np.nan, 0.2, 0.3])
+    with pytest.raises(SingularError, match="UNREACHABLE"):
+        kinematics.DeltaRobot(0.4, 0.15, 1.2, 0.6).mechanism([1.5, -1.5, 3.0])

@@ -1,8 +1,7 @@
-"""The scripts of examples/chapter7 run, say what is right and draw; the pictures' geometry by numbers."""
+"""The scripts of examples/kinematics run, say what is right and draw; the pictures' geometry by numbers."""
 
 import importlib.util
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,11 +9,13 @@ import pytest
 import bladesmith as bs
 from bladesmith import kinematics
 from bladesmith.errors import InputError
-from bladesmith.kinematics import pictures
-from bladesmith.kinematics.sketch import Mark, sketched
+from bladesmith.kinematics.plotting import picture
+from bladesmith.kinematics.plotting.glyphs import Mark, mechanism_sketch
 from bladesmith.plot import drawing
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "chapter7"
+from ..support.checkout import CHECKOUT
+
+EXAMPLES = CHECKOUT / "examples" / "kinematics"
 SCRIPTS = {
     "delta": (["100000 reached", "[1.4 0.  1. ] UNREACHABLE ['OK', 'UNREACHABLE', 'UNREACHABLE']"],
               ["delta_curves.png", "delta_poses.png"]),
@@ -28,10 +29,11 @@ SCRIPTS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_scripts_run(name, tmp_path, monkeypatch, capsys):
     says, files = SCRIPTS[name]
-    spec = importlib.util.spec_from_file_location(f"chapter7_{name}", EXAMPLES / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(f"kinematics_{name}", EXAMPLES / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setattr(sys, "argv", [f"{name}.py", "--out", str(tmp_path / "out")])
     spec.loader.exec_module(module)
@@ -66,22 +68,22 @@ def tripod(algebra):
 
 @pytest.mark.parametrize("algebra", [bs.cga3d, bs.pga3d], ids=["cga", "pga"])
 def test_joints_without_a_place_are_drawn_beside_the_others(algebra):
-    pose = sketched(tripod(algebra), "cart", (4.0, 3.0, 3.0))
+    pose = mechanism_sketch(tripod(algebra), "cart", (4.0, 3.0, 3.0))
     turn, slide = pose.marks
     assert np.allclose(turn.place, (1, 2, 3)) and np.allclose(turn.axes, [(0, 0, 1)])
     assert np.allclose(slide.place, (4, 2, 3)) and np.allclose(slide.axes, [(0, 0, -1)]) and slide.kind == "cylindrical"
     assert np.allclose(pose.bodies["arm"], [(1, 2, 3), (4, 2, 3)])
     assert np.allclose(pose.bodies["cart"], [(4, 3, 3), (4, 2, 3)]) and pose.span == 3.0
     moved = tripod(algebra).at({"arm": algebra.rotor((0, 0, 1), 0.0), "cart": algebra.translator((0, 0, 2.0))})
-    assert np.allclose(sketched(moved).marks[0].place, (1, 2, 3))
+    assert np.allclose(mechanism_sketch(moved).marks[0].place, (1, 2, 3))
 
 
 def test_bodies_are_sticks_or_the_hulls_of_their_joints():
-    corners, plate = pictures.outline(np.array([(0, 0, 1), (2, 0, 1), (1, 0.2, 1), (2, 2, 1), (0, 2, 1), (2.0, 0, 1)]))
+    corners, plate = picture.outline(np.array([(0, 0, 1), (2, 0, 1), (1, 0.2, 1), (2, 2, 1), (0, 2, 1), (2.0, 0, 1)]))
     assert plate and sorted(map(tuple, corners)) == [(0, 0, 1), (0, 2, 1), (2, 0, 1), (2, 2, 1)]
-    line, plate = pictures.outline(np.array([(0.0, 0, 0), (2, 2, 2), (1, 1, 1)]))
+    line, plate = picture.outline(np.array([(0.0, 0, 0), (2, 2, 2), (1, 1, 1)]))
     assert not plate and np.abs(np.diff(line, axis=0)).max() == 1.0  # in order along it
-    assert pictures.outline(np.zeros((0, 3)))[0].shape == (0, 3) and len(pictures.outline(np.ones((4, 3)))[0]) == 1
+    assert picture.outline(np.zeros((0, 3)))[0].shape == (0, 3) and len(picture.outline(np.ones((4, 3)))[0]) == 1
 
 
 @pytest.mark.parametrize("kind", ["revolute", "cylindrical", "prismatic", "planar", "universal"])
@@ -89,22 +91,22 @@ def test_marks_are_about_their_place_and_axis(kind):
     way = np.array([2.0, -1, 2]) / 3
     axes = [way, np.cross(way, (1.0, 0, 0))] if kind == "universal" else [way]
     mark = Mark("j", kind, np.array([1.0, 2, 3]), np.array(axes))
-    lines = pictures.mark_lines(mark, 10.0)
+    lines = picture.mark_lines(mark, 10.0)
     points = np.concatenate(lines)
     assert np.isfinite(points).all() and 0.1 < np.linalg.norm(points - mark.place, axis=1).max() < 1.0
     if kind in ("revolute", "cylindrical"):
         ring = lines[0] - mark.place
         assert np.abs(ring @ way).max() < 1e-12 and np.ptp(np.linalg.norm(ring, axis=1)) < 1e-12
-    assert pictures.mark_lines(Mark("j", "spherical", mark.place, np.zeros((0, 3))), 10.0) == []
+    assert picture.mark_lines(Mark("j", "spherical", mark.place, np.zeros((0, 3))), 10.0) == []
 
 
 def test_pictures_have_equal_axes_and_a_name_for_each_body(tmp_path):
-    ax = pictures.picture(tripod(bs.cga3d), tmp_path / "a.png", tool="cart", place=(4.0, 3.0, 3.0), title="A $ b")
+    ax = picture.picture(tripod(bs.cga3d), tmp_path / "a.png", tool="cart", place=(4.0, 3.0, 3.0), title="A $ b")
     limits = np.array([ax.get_xlim3d(), ax.get_ylim3d(), ax.get_zlim3d()])
     assert np.allclose(np.ptp(limits, axis=1) / np.array(ax._box_aspect), np.ptp(limits[0]) / ax._box_aspect[0])
     assert [handle.get_label() for handle in drawing.picture_of(ax).handles] == ["base", "arm", "cart"]
     assert (tmp_path / "a.png").stat().st_size > 5000
     with pytest.raises(InputError, match="at least one pose"):
-        pictures.picture([])
-    with pytest.raises(InputError, match="no format of pictures"):
-        pictures.picture(tripod(bs.cga3d), "a.xyz")
+        picture.picture([])
+    with pytest.raises(InputError, match="not a format of pictures"):
+        picture.picture(tripod(bs.cga3d), "a.xyz")

@@ -2,7 +2,6 @@
 
 import itertools
 import time
-import warnings
 
 import numpy as np
 import pytest
@@ -23,7 +22,7 @@ from bladesmith.codegen.errors import (
     UndeterminedError,
 )
 
-from .kinematics_support import (
+from ..support.kinematics import (
     ALGEBRAS,
     AXIS,
     STEWART,
@@ -33,6 +32,7 @@ from .kinematics_support import (
     columns,
     four_bar,
     full_matrix,
+    hinge,
     line_joint,
     rank,
     sarrus,
@@ -44,16 +44,11 @@ from .kinematics_support import (
     velocity,
 )
 
+pytestmark = pytest.mark.filterwarnings("error")
+
 THETA = np.array([0.3, 0.5, 0.1])
 MOTORS = ["motor_0", "motor_1", "motor_2"]
 BAR = FourBar()
-
-
-@pytest.fixture(autouse=True)
-def no_warnings():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        yield
 
 
 def random_chain(seed, joints, algebra=cga, spread=1.0):
@@ -103,6 +98,7 @@ MECHANISMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_mobility_and_null_space_are_those_of_the_thesis(name):
     m, mobility = MECHANISMS[name][0](), MECHANISMS[name][1]
@@ -119,7 +115,7 @@ def test_a_stewart_platform_has_six_freedoms():
     m = stewart(*STEWART)
     assert m.constraint_matrix().shape == (6 * (4 + 5 + 3), 78)
     assert m.mobility() == 6 and m.rank() == rank(m.constraint_matrix().toarray()) == 72
-    assert m.allowed_twists("top").shape == (6,) and not m.redundant()
+    assert m.allowed_twists("top").shape == (6,) and not m.self_stresses()
 
 
 def test_the_thesis_counts_a_delta():
@@ -161,7 +157,7 @@ def test_free_motions_obey_all_joints(name):
 def test_self_stresses_are_in_equilibrium(name):
     """Wrenches that each body's joints put on it add up to nothing, and do no work at any joint."""
     m = MECHANISMS[name][0]()
-    stresses = m.redundant()
+    stresses = m.self_stresses()
     full = sum(6 - {"Revolute": 1}[type(j).__name__] for j in m.joints)
     assert len(stresses) == full - m.rank() == {"four bars anywhere": 2}.get(name, 1 if name == "Sarrus" else 3)
     for stress in stresses:
@@ -202,7 +198,7 @@ def test_random_nets(seed, bodies, extra):
     assert m.mobility() == 6 * len(m.moving) - rank(full)
     assert len(m.free_motions()) == m.mobility()
     rows = sum(6 - j.mobility for j in m.joints)
-    assert len(m.redundant()) == rows - m.rank() and m.constraint_matrix().shape[0] == rows
+    assert len(m.self_stresses()) == rows - m.rank() and m.constraint_matrix().shape[0] == rows
     other = kin.Mechanism(m.bodies, next(b for b in m.bodies if b != m.fixed), m.joints)
     assert other.mobility() == m.mobility()
 
@@ -248,6 +244,7 @@ def test_a_delta_against_fifty_digits(scale, centre, algebra):
     assert 1 < analysis.condition < 100 and m.residual() < 1e-9
 
 
+@pytest.mark.slow
 def test_split_columns_are_the_dense_solution():
     """(7.25) mended: y = -U C_u^+ C_k K x, with [C_k C_u] the thesis's full matrix; as printed it is something else."""
     m = Delta().mechanism(THETA)
@@ -289,9 +286,9 @@ def test_twists_of_all_bodies():
             np.testing.assert_allclose(six(again[b]), six(found[b]), atol=1e-10)
     near = m.solve({"a": 2.0, "d": 1.0}, strict=False)
     assert np.isfinite(six(near["coupler"])).all()
-    with pytest.raises(ConstraintError, match="do not allow"):
+    with pytest.raises(ConstraintError, match="violates? the joint constraints"):
         m.solve({"a": 2.0, "d": 1.0})
-    with pytest.raises(ConstraintError, match="do not allow"):
+    with pytest.raises(ConstraintError, match="violates? the joint constraints"):
         m.solve({"crank": twist(cga, slide(AXIS))})
 
 
@@ -335,7 +332,7 @@ def test_a_stretched_four_bar():
     assert not found.open.size and found.lost.shape == (6, 6)
     driven = m.analysis("d", "a")
     assert driven.residual[0] > 0.1 and driven.open.shape == (1, 1)
-    with pytest.raises(ConstraintError, match=f"{driven.residual[0]:.3g} of input 0"):
+    with pytest.raises(ConstraintError, match=f"input 0 .*{driven.residual[0]:.3g}"):
         m.jacobian("d", "a")
     assert np.abs(m.jacobian("d", "a", strict=False)).max() < 10  # the least speeds, and no infinity
 
@@ -418,16 +415,20 @@ def some():
 
 
 ASKED = {
-    "no bodies": (lambda: kin.Mechanism([], "g"), InputError, "none of the bodies"),
-    "None": (lambda: kin.Mechanism(None, "g"), InputError, "none of the bodies"),
+    "no bodies": (lambda: kin.Mechanism([], "g"), InputError, "not in bodies"),
+    "None": (lambda: kin.Mechanism(None, "g"), InputError, "not in bodies"),
     "a number": (lambda: kin.Mechanism(3, "g"), InputError, "a list of them"),
     "a mapping": (lambda: kin.Mechanism({"a": 1}, "a"), InputError, "a list of them"),
     "a body twice": (lambda: kin.Mechanism(["a", "b", "a"], "a"), InputError, "two bodies 'a'"),
     "a body of no name": (lambda: kin.Mechanism(["a", ""], "a"), InputError, "a word"),
-    "a list to fix": (lambda: kin.Mechanism(["a", "b"], ["a"]), InputError, "none of the bodies"),
+    "a list to fix": (lambda: kin.Mechanism(["a", "b"], ["a"]), InputError, "not in bodies"),
     "a near miss": (lambda: kin.Mechanism(["ground", "b"], "grund"), InputError, "did you mean 'ground'"),
     "a word for a tolerance": (lambda: kin.Mechanism(["a"], "a", tolerance="x"), InputError, "tolerance"),
-    "a tolerance above one": (lambda: kin.Mechanism(["a"], "a", tolerance=2), InputError, "between 0 and 1"),
+    "a tolerance above one": (
+        lambda: kin.Mechanism(["a"], "a", tolerance=2),
+        InputError,
+        "greater than 0 and less than 1",
+    ),
     "a word for joints": (lambda: kin.Mechanism(["a", "b"], "a", "ab"), InputError, "joints are 'ab'"),
     "a class for a joint": (lambda: kin.Mechanism(["a", "b"], "a", [kin.Revolute]), InputError, "the class Revolute"),
     "no joint at all": (lambda: kin.Mechanism(["a", "b"], "a", [kin.Joint()]), InputError, "as Revolute"),
@@ -435,12 +436,12 @@ ASKED = {
     "a name twice": (
         lambda: some().add(kin.Spherical("crank", "rocker", POINT), "a"),
         InputError,
-        "two of the name 'a'",
+        "the name 'a' is taken",
     ),
     "a name of a body": (
         lambda: some().add(kin.Spherical("crank", "rocker", POINT), "crank"),
         InputError,
-        "two of the name",
+        "is taken",
     ),
     "a name of letters": (
         lambda: some().add(kin.Spherical("crank", "rocker", POINT), ["x"]),
@@ -472,10 +473,10 @@ ASKED = {
     "a set": (lambda: some().jacobian({"a", "b"}, "crank"), InputError, "no order"),
     "a tuple of names": (lambda: some().jacobian("a", ("crank", "rocker")), InputError, "as a list"),
     "a pair of three": (lambda: some().jacobian("a", ("crank", (0, 0, 0), 1)), InputError, "as a list"),
-    "a flat point": (lambda: some().jacobian("a", ("crank", (0, 0))), ShapeError, "ends in 3"),
+    "a flat point": (lambda: some().jacobian("a", ("crank", (0, 0))), ShapeError, "3. is needed"),
     "a point that is none": (lambda: some().jacobian("a", ("crank", (0, 0, NAN))), InputError, "finite"),
     "a line for a point": (lambda: some().jacobian("a", ("crank", cga.line((0, 0, 0), AXIS))), InputError, "is a line"),
-    "points": (lambda: some().jacobian("a", ("crank", np.zeros((2, 3)))), InputError, "one point"),
+    "points": (lambda: some().jacobian("a", ("crank", np.zeros((2, 3)))), InputError, r"\(3,\) is needed"),
     "the fixed body as input": (lambda: some().jacobian("ground", "crank"), InputError, "is fixed"),
     "an input twice": (lambda: some().jacobian(["a", "a"], "crank"), InputError, "twice"),
     "a twist of another algebra": (
@@ -485,8 +486,8 @@ ASKED = {
     ),
     "a point for a twist": (lambda: some().jacobian(("crank", POINT), "rocker"), KindError, "twist"),
     "a twist that is none": (lambda: some().jacobian(("crank", NAN * TWIST), "rocker"), InputError, "not finite"),
-    "all twists of a crank": (lambda: some().jacobian("crank", "rocker"), ConstraintError, "do not allow"),
-    "a joint of another": (lambda: some().jacobian(some().joints[0], "crank"), InputError, "no joint of this"),
+    "all twists of a crank": (lambda: some().jacobian("crank", "rocker"), ConstraintError, "violates the joint"),
+    "a joint of another": (lambda: some().jacobian(some().joints[0], "crank"), InputError, "not a joint of this"),
     "a status of one": (lambda: some().jacobian("a", "crank", status=True), InputError, "goes with poses"),
     "an unknown method": (lambda: some().jacobian("a", "crank", method="magic"), InputError, "no method 'magic'"),
     "nothing known": (lambda: some().solve({}), InputError, "a mapping"),
@@ -502,7 +503,7 @@ ASKED = {
     "a number known": (lambda: some().solve({1: TWIST}), InputError, "no body 1"),
     "no pose": (lambda: some().at(None), InputError, "a mapping"),
     "a list for a motor": (lambda: some().at({"crank": [1, 2]}), InputError, "a multivector"),
-    "a batch of poses": (lambda: some().at({"crank": cga.translator(np.zeros((2, 3)))}), InputError, "one pose"),
+    "a batch of poses": (lambda: some().at({"crank": cga.translator(np.zeros((2, 3)))}), InputError, "one item"),
     "a pose that is none": (lambda: some().at({"crank": NAN * cga.translator((0, 0, 0))}), InputError, "not finite"),
     "a pose of zero": (lambda: some().at({"crank": 0 * cga.translator((0, 0, 0))}), KindError, "motor"),
     "a pose of another algebra": (
@@ -524,11 +525,11 @@ def test_what_is_asked_wrongly_is_answered(name):
 
 def test_bodies_that_are_one():
     m = kin.Mechanism(["g", "x", "y"], "g", [kin.Rigid("g", "x"), kin.Rigid("x", "y")])
-    assert m.mobility() == 0 and m.free_motions() == [] == m.redundant() and m.rank() == 12
+    assert m.mobility() == 0 and m.free_motions() == [] == m.self_stresses() and m.rank() == 12
     assert m.allowed_twists("y").shape == (0,) and m.jacobian([], "y").shape == (6, 0)
     found = m.analysis(("y", twist(cga, slide(np.eye(3)))), "x")
     np.testing.assert_allclose(found.residual, 1)  # nothing of it is allowed
-    with pytest.raises(ConstraintError, match="do not allow 1 of"):
+    with pytest.raises(ConstraintError, match="violate the joint constraints"):
         m.solve({"x": TWIST})
 
 
@@ -544,4 +545,15 @@ def test_what_is_unusual_and_right():
         np.testing.assert_allclose(again.jacobian(m.joints[0], m.joints[3]), m.jacobian("a", "d"), rtol=1e-10)
     double = some()
     double.add(kin.Revolute("ground", "crank", cga.circle((0, 0, 1), AXIS, 2)), "again")  # one hinge by two pins
-    assert double.mobility() == 1 and len(double.redundant()) == 8
+    assert double.mobility() == 1 and len(double.self_stresses()) == 8
+
+
+def test_joints_without_a_name_are_found_by_what_joint_names_says() -> None:
+    mechanism = kin.Mechanism(bodies=["base", "arm"], fixed="base")
+    joint = mechanism.add(hinge("base", "arm", (1, 0, 0), (0, 0, 1)))
+    (name,) = mechanism.joint_names
+    assert np.array_equal(mechanism.jacobian(name, "arm"), mechanism.jacobian(joint, "arm"))
+    assert np.array_equal(mechanism.solve({name: 2.0})["arm"].values, 2.0 * mechanism.allowed_twists("arm").values[0])
+    mechanism.add(hinge("base", "arm", (1, 0, 1), (0, 0, 1)))
+    with pytest.raises(InputError, match="2 joints are"):
+        mechanism.jacobian(name, "arm")

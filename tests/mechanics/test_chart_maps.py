@@ -14,12 +14,13 @@ import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 from bladesmith import pga3d as pga
-from bladesmith.codegen.formulas import maps
-from bladesmith.dynamics.maps import FORMS, MAPS
+from bladesmith.codegen.formulas.motions import maps
 from bladesmith.errors import AlgebraMismatchError, InputError, SingularError
+from bladesmith.mechanics.chart_maps import FORMS, MAPS
 
-from .dynamics_dual_quaternions import MP, Dual, conjugate, motor, row_of, slopes, times
-from .formula_support import EPS, Traced, stock, unit
+from ..oracles.dual_quaternions import MP, Dual, conjugate, motor, row_of, slopes, times
+from ..support.formulas import EPS, Traced, stock
+from ..support.vectors import unit
 
 ALGEBRAS = [cga, pga]
 FULL_TURN = 2 * np.pi
@@ -101,6 +102,7 @@ def test_motors_are_their_definitions(name: str, algebra: Any) -> None:
     assert (np.linalg.norm(error[:, 4:], axis=1) < MOTOR_ULPS * EPS * reach).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 @pytest.mark.parametrize("frame", ["world", "body"])
 @pytest.mark.parametrize("name", MAPS)

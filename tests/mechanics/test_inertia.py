@@ -14,13 +14,14 @@ import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 from bladesmith import pga3d as pga
-from bladesmith.codegen.formulas import mechanics
-from bladesmith.codegen.multivector import from_values
-from bladesmith.codegen.rings import PrecisionRing
-from bladesmith.dynamics.principal import principal
+from bladesmith.codegen.algebra.multivector import from_values
+from bladesmith.codegen.formulas.mechanics import mechanics
+from bladesmith.codegen.rings.protocol import PrecisionRing
 from bladesmith.errors import AlgebraMismatchError, InputError, ShapeError, SingularError
+from bladesmith.mechanics.principal_axes import principal
 
-from .formula_support import rotation_matrix, stock, unit
+from ..support.formulas import stock
+from ..support.vectors import rotation_matrix, unit
 
 ALGEBRAS = [cga, pga]
 N = 200
@@ -291,7 +292,7 @@ def test_bad_bodies_say_what_is_wrong() -> None:
         make(np.ones(2), np.ones((4, 3)))
     with pytest.raises(AlgebraMismatchError, match="motor belongs to pga3d"):
         make(1.0, (1, 1, 1), pga.translator((1, 0, 0)), cga)
-    with pytest.raises(InputError, match="motor is a tuple"):
+    with pytest.raises(InputError, match="motor is .1, 2, 3."):
         make(1.0, (1, 1, 1), (1, 2, 3))  # type: ignore[arg-type]
     with pytest.raises(AlgebraMismatchError, match="twist belongs to pga3d"):
         make(1.0, (1, 1, 1))(dynamics.twist((1, 0, 0), algebra=pga))

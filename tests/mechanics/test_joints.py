@@ -1,7 +1,6 @@
 """Joints against the freedoms that they leave, written out as six-vectors; near the origin, and far from it."""
 
 import os
-import warnings
 
 import numpy as np
 import pytest
@@ -19,20 +18,15 @@ from bladesmith.codegen.errors import (
     ShapeError,
 )
 
-from .kinematics_support import AXIS, columns, placements, shift, six, slide, turn, twist, velocity
+from ..support.kinematics import AXIS, columns, placements, shift, six, slide, turn, twist, velocity
+
+pytestmark = pytest.mark.filterwarnings("error")
 
 FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
 #: Placements of each joint; those that check themselves one by one have fewer, and all of them in long runs.
 MANY, SOME = 1000, 1000 if FULL else 125
 FAR = 1e4
 NAN = float("nan")
-
-
-@pytest.fixture(autouse=True)
-def no_warnings():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        yield
 
 
 def free_turns(p, frame):
@@ -123,6 +117,7 @@ JOINTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("far", [0.0, FAR])
 @pytest.mark.parametrize("name", JOINTS)
 def test_what_a_joint_leaves(name, far):
@@ -327,11 +322,11 @@ WRONG = {
     "skew lines": (lambda: kin.Prismatic("a", "b", LINE, cga.line((1, 0, 0), [0, 1, 0])), "mobility of 0"),
     "parallel planes": (lambda: kin.Prismatic("a", "b", cga.plane(AXIS, 0), cga.plane(AXIS, 1)), "mobility of 3"),
     "parallel planes, pga": (lambda: kin.Prismatic("a", "b", pga.plane(AXIS, 0), pga.plane(-AXIS, 1)), "mobility of 3"),
-    "a plane across the line": (lambda: kin.Prismatic("a", "b", LINE, cga.plane(AXIS, 1)), "a turn, not a slide"),
+    "a plane across the line": (lambda: kin.Prismatic("a", "b", LINE, cga.plane(AXIS, 1)), "not a translation"),
     "an oblique plane": (lambda: kin.Prismatic("a", "b", LINE, cga.plane([0, 1, 1], 1)), "mobility of 0"),
     "a parallel direction": (lambda: kin.Prismatic("a", "b", LINE, cga.direction(AXIS)), "mobility of 2"),
     "two directions": (lambda: kin.Prismatic("a", "b", cga.direction(AXIS), cga.direction([1, 0, 0])), "mobility of 3"),
-    "two points": (lambda: kin.Prismatic("a", "b", cga.point((0, 0, 0)), cga.point((0, 0, 1))), "a turn, not a slide"),
+    "two points": (lambda: kin.Prismatic("a", "b", cga.point((0, 0, 0)), cga.point((0, 0, 1))), "not a translation"),
     "no second object": (lambda: kin.Prismatic("a", "b", LINE, None), "one multivector"),
     "zero": (lambda: kin.Prismatic("a", "b", 0 * LINE, cga.plane([1, 0, 0], 0)), "is zero"),
     "planes that lean": (
@@ -340,7 +335,7 @@ WRONG = {
     ),
     "centres apart": (lambda: kin.Universal("a", "b", CIRCLE, cga.circle((1, 0, 0), [1, 0, 0], 1)), "1 apart"),
     "a point for a circle": (lambda: kin.Universal("a", "b", CIRCLE, cga.point((1, 0, 0))), "a circle is needed"),
-    "a line for a circle": (lambda: kin.Universal("a", "b", CIRCLE, LINE), "no centre"),
+    "a line for a circle": (lambda: kin.Universal("a", "b", CIRCLE, LINE), "no center"),
     "circles of pga": (
         lambda: kin.Universal("a", "b", pga.line((0, 0, 0), AXIS), pga.line((0, 0, 0), U)),
         "a circle is needed",
@@ -349,7 +344,7 @@ WRONG = {
     "strings": (lambda: kin.Universal("a", "b", "x", "y"), "one multivector"),
     "nothing": (lambda: kin.Revolute("a", "b", None), "one multivector"),
     "an array": (lambda: kin.Revolute("a", "b", np.zeros(10)), "one multivector"),
-    "a batch": (lambda: kin.Revolute("a", "b", cga.circle(np.zeros((1, 3)), AXIS, 1)), r"a batch \(1,\)"),
+    "a batch": (lambda: kin.Revolute("a", "b", cga.circle(np.zeros((1, 3)), AXIS, 1)), r"has shape \(1,\)"),
     "no number": (lambda: kin.Revolute("a", "b", cga.circle((0, 0, NAN), AXIS, 1)), "not finite"),
     "complex numbers": (lambda: kin.Revolute("a", "b", cga.wrap(CIRCLE.kind, CIRCLE.values * 1j)), "complex"),
     "what is too far": (lambda: kin.Spherical("a", "b", pga.point([1e200, 0, 0])), "beyond 1e\\+100"),
@@ -370,8 +365,8 @@ WRONG = {
     "another kind": (lambda: kin.Spherical("a", "b", cga.point((0, 0, 0)), other=CIRCLE), "is a circle"),
     "a sphere for a plane": (lambda: kin.Planar("a", "b", cga.sphere((0, 0, 0), 1)), "is a sphere; a plane is needed"),
     "one body": (lambda: kin.Spherical("a", "a", cga.point((0, 0, 0))), "itself"),
-    "a body without a name": (lambda: kin.Spherical("a", "", cga.point((0, 0, 0))), "bodies by name"),
-    "a body by number": (lambda: kin.Spherical(0, 1, cga.point((0, 0, 0))), "bodies by name"),
+    "a body without a name": (lambda: kin.Spherical("a", "", cga.point((0, 0, 0))), "the name of a joint"),
+    "a body by number": (lambda: kin.Spherical(0, 1, cga.point((0, 0, 0))), "the name of a joint"),
     "a place of two": (lambda: kin.Rigid("a", "b", (1, 2)), r"shape \(2,\)"),
     "a place of letters": (lambda: kin.Rigid("a", "b", "xyz"), "real numbers"),
     "no algebra": (lambda: kin.Rigid("a", "b", (0, 0, 0), "cga"), "'cga'"),
@@ -380,7 +375,7 @@ WRONG = {
         "cga3d or pga3d",
     ),
     "no product": (lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, "outr"), "did you mean 'outer'"),
-    "a number for a product": (lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, 3), "3 is no product"),
+    "a number for a product": (lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, 3), "3 is not a product"),
     "objects of two algebras": (lambda: kin.Bilinear("a", "b", cga.point(P), pga.point(P)), "one algebra"),
     "a word for H": (lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, H="x"), "H is 'x'"),
     "H that is no number": (lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, H=NAN), "H is nan"),
@@ -393,7 +388,7 @@ WRONG = {
     "a function of one": (lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, lambda x: x), "raises TypeError"),
     "a function without a result": (
         lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, lambda x, y: None),
-        "gives None",
+        "its product is None",
     ),
     "a function that is zero": (
         lambda: kin.Bilinear("a", "b", cga.point(P), CIRCLE, lambda x, y: 0 * (x ^ y)),
@@ -440,3 +435,14 @@ def test_geometry_that_is_no_joint_says_so_when_it_is_used(name):
     with pytest.raises((InputError, ConstraintError), match=why) as caught:
         kin.Mechanism(["a", "b"], "a", make()).mobility()
     assert isinstance(caught.value, BladesmithError)
+
+
+@pytest.mark.parametrize("distance", [3.0, 3e-3, 3e3])
+def test_a_condition_may_have_a_number_for_its_value(distance: float) -> None:
+    ends = cga.point((1, 0, 0)), cga.point((1 + distance, 0, 0))  # a rod: X . Y = -d^2 / 2
+    for value in (-(distance**2) / 2, cga.multivector({"": -(distance**2) / 2}), None):
+        rod = kin.Bilinear("a", "b", *ends, product="inner", H=value)
+        assert kin.Mechanism(["a", "b"], "a", [rod]).mobility() == 5
+    wrong = kin.Mechanism(["a", "b"], "a", [kin.Bilinear("a", "b", *ends, "inner", H=distance**2)])
+    with pytest.raises(ConstraintError, match="apart"):
+        wrong.mobility()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,12 +13,12 @@ import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 from bladesmith import pga3d as pga
+from bladesmith.dispatch.coefficients import embed
 from bladesmith.errors import AlgebraMismatchError, GradeError, InputError, KindError, ShapeError, SingularError
-from bladesmith.rows import embedded
 
-sys.path.insert(0, str(Path(__file__).parent))
-from clifford_oracle import oracle  # noqa: E402
-from formula_support import EPS, rotation_matrix, unit  # noqa: E402
+from ..oracles.clifford_layouts import oracle
+from ..support.formulas import EPS
+from ..support.vectors import rotation_matrix, unit
 
 ALGEBRAS = [cga, pga]
 RNG = np.random.default_rng(31)
@@ -126,12 +124,13 @@ def test_screw_products_are_those_of_six_vectors(algebra: Any) -> None:
     assert np.allclose(dynamics.killing_form(s, t), killing, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 def test_clifford_agrees_on_the_products_of_screws(algebra: Any) -> None:
     """6.2.3 by its tables: S T = <S T>_0 - S cross T + (S o T) I3 n, with S = a I3 + b n."""
     plain = algebra.layout_of(algebra.blades)
     s, t = dynamics.twist(A, B, algebra=algebra), dynamics.twist(C, D, algebra=algebra)
-    dense = [embedded(x, plain) for x in (s, t)]
+    dense = [embed(x, plain) for x in (s, t)]
     theirs = algebra.multivector(oracle(algebra).product("gmt", *dense))
     null = algebra.ni if algebra is cga else algebra.e0
     volume = algebra.e123 * null
@@ -313,7 +312,7 @@ def test_precisions_shapes_and_empty_batches() -> None:
 
 
 def test_errors_say_what_is_needed() -> None:
-    with pytest.raises(ShapeError, match="angular has shape .2,.; its last axis must have 3"):
+    with pytest.raises(ShapeError, match="angular has shape .2,.; .*3. is needed"):
         dynamics.twist((1, 2))
     with pytest.raises(GradeError, match="screws are bivectors"):
         dynamics.twist_parts(cga.point((1, 2, 3)))
@@ -325,7 +324,7 @@ def test_errors_say_what_is_needed() -> None:
         dynamics.power(dynamics.twist((1, 0, 0)), dynamics.couple((1, 0, 0), algebra=pga))
     with pytest.raises(GradeError, match="no screws of space"):
         dynamics.twist((1, 0, 0), algebra=bs.cga2d)
-    with pytest.raises(InputError, match="algebra is a str"):
+    with pytest.raises(InputError, match="algebra is 'cga3d'"):
         dynamics.twist((1, 0, 0), algebra="cga3d")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="order is 'wv'"):
         dynamics.screw_coordinates(dynamics.twist((1, 0, 0)), order="wv")

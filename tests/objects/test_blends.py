@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,13 +9,11 @@ import pytest
 
 from bladesmith import Multivector, Status, cga2d, errors, objects
 from bladesmith import cga3d as cga
-from bladesmith.codegen.multivector import Multivector as Symbolic
-from bladesmith.codegen.multivector import from_values
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.algebra.multivector import Multivector as Symbolic
+from bladesmith.codegen.algebra.multivector import from_values
+from bladesmith.codegen.rings.protocol import PrecisionRing
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from formula_support import stock
+from ..support.formulas import stock
 
 Array = Any
 CGA = stock("cga3d")
@@ -171,12 +167,12 @@ def test_rate_against_the_corrected_closed_form(kind: str) -> None:
 
 def test_directional_rate_of_the_projector() -> None:
     """`blades.project_rate` along any trivector; and the derivative of an average as a sum of them."""
-    from bladesmith.calls import call
+    from bladesmith.dispatch.formulas import evaluate
 
     rng = np.random.default_rng(7)
     x = drawn("circle", 20, 8) + cga.multivector(0.3 * rng.normal(size=(20, 10)), grades=[3])
     direction = cga.multivector(rng.normal(size=(20, 10)), grades=[3])
-    outcome = call(cga, "blades.project_rate", x, direction)
+    outcome = evaluate(cga, "blades.project_rate", x, direction)
     assert np.array_equal(outcome.status, objects.project_to_blade(x).status)
     h = MP.mpf(10) ** -20
     for i in np.flatnonzero(outcome.status == Status.OK):
@@ -186,6 +182,7 @@ def test_directional_rate_of_the_projector() -> None:
         assert np.abs(outcome.value.values[i] - expected).max() <= 1e-12 * np.abs(expected).max()
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kind", ["line", "circle", "sphere"])
 def test_single_precision(kind: str) -> None:
     a, b = drawn(kind, 50, 9), drawn(kind, 50, 10)
@@ -381,16 +378,16 @@ def test_far_sums_keep_the_digits_that_they_have() -> None:
 
 
 def test_frames_are_made_only_where_they_gain() -> None:
-    from bladesmith.objects import local
+    from bladesmith.objects.rotors import local_origin
 
     near, far = drawn("circle", 10, 26), drawn("circle", 10, 26, FAR)
-    assert local.frame(near) is None
-    frame = local.frame(far)
+    assert local_origin.frame(near) is None
+    frame = local_origin.frame(far)
     assert frame is not None and np.abs(frame.origin - FAR).max() < 10
-    seen = frame.inward(far)
+    seen = frame.to_local(far)
     assert seen.kind == far.kind and np.abs(seen.values).max() < 100
-    assert np.allclose(frame.outward(seen).parameters().radius, near.parameters().radius, rtol=1e-12)
-    both = local.frame(far, shared=True)
+    assert np.allclose(frame.to_world(seen).parameters().radius, near.parameters().radius, rtol=1e-12)
+    both = local_origin.frame(far, shared=True)
     assert both is not None and both.origin.shape == (3,)
     mixed = objects.average([far[0], cga.line(FAR, [1, 2, 3])])  # a round and a flat share the local origin
     expected = objects.average([near[0], cga.line([0, 0, 0], [1, 2, 3])])
@@ -500,7 +497,7 @@ def test_bad_calls() -> None:
         (lambda: objects.average(line), errors.InputError, "single"),
         (lambda: objects.average(two, axis=1), errors.InputError, "axis 1"),
         (lambda: objects.average(two, [1.0, -1.0]), errors.InputError, "sum to zero"),
-        (lambda: objects.average(two, [1.0, np.nan]), errors.InputError, "weight 1 is not finite"),
+        (lambda: objects.average(two, [1.0, np.nan]), errors.InputError, r"weights\[1\] is nan"),
         (lambda: objects.average(two, [1.0, 1.0, 1.0]), errors.ShapeError, "weights"),
         (lambda: objects.interpolate(line, point, alpha=0.5), errors.GradeError, "grade"),
         (lambda: objects.interpolate(line, 3.0, alpha=0.5), errors.InputError, "multivector"),

@@ -10,9 +10,11 @@ import pytest
 import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import errors
-from bladesmith.objects import clusters
-from bladesmith.objects.clusters import kmeans
-from bladesmith.objects.costs import cost_matrix
+from bladesmith.objects.clustering import kmeans as clusters
+from bladesmith.objects.clustering.kmeans import kmeans
+from bladesmith.objects.rotors.costs import cost_matrix
+
+from ..support.clusters import same_partition
 
 CENTERS = np.array([[0.0, 0, 0], [4, 1, 0], [-2, 3, 2]])
 AXES = np.array([[1.0, 0, 0], [0, 1, 1], [1, 1, -1]])
@@ -37,11 +39,6 @@ def noisy(kind: str, n: int, seed: int = 0, flip: bool = False) -> tuple[Any, np
         "sphere": lambda: cga.sphere(a, size),
     }
     return made[kind](), label
-
-
-def same_partition(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two labellings differ by names only."""
-    return len({*zip(a.tolist(), b.tolist(), strict=True)}) == len(set(a.tolist())) == len(set(b.tolist()))
 
 
 @pytest.mark.parametrize("kind", ["point", "point_pair", "line", "circle", "plane", "sphere"])
@@ -192,7 +189,7 @@ def test_a_cluster_without_objects_starts_again_at_the_farthest() -> None:
     x = cga.line([[0, 0, 0], [0, 0.1, 0], [0, 5, 0], [0, 5.1, 0], [0, 9, 0]], [1, 0, 0])
     run = clusters.Clustering(x, 3, None, "positive", True, 1)
     start = x[np.array([0, 0, 3])]  # the second of two equal centroids gets nothing
-    labels, _, cost, _, converged = run.to_the_end(start, 50, 0.0, lambda _: None)
+    labels, _, cost, _, converged = list(run.iterations(start, 50, 0.0))[-1]
     assert converged and same_partition(labels, np.array([0, 0, 1, 1, 2])) and cost < 0.01
 
 
@@ -201,7 +198,7 @@ def test_ties_go_to_the_first_centroid_whichever_moved() -> None:
     run = clusters.Clustering(cga.point(np.zeros((3, 3))), 3, None, "positive", True, 1)
     run.x = x
     for moved in ([True, False, False], [False, True, False], [True, True, False], [True, True, True]):
-        labels, cost = run._reassigned(centroids, np.array(moved), np.array([1]), np.array([0.75]))
+        labels, cost = run._reassign(centroids, np.array(moved), np.array([1]), np.array([0.75]))
         assert labels.tolist() == ([0] if moved[0] else [1 if moved != [False, True, False] else 0]) and cost == 0.75
 
 
@@ -241,7 +238,7 @@ def test_single_precision() -> None:
 def test_shapes_and_progress() -> None:
     x, _ = noisy("line", 24)
     told: list[tuple[int, int]] = []
-    found = kmeans(x.reshape(4, 6), 3, init="random", progress=lambda done, most: told.append((done, most)))
+    found = kmeans(x.reshape(4, 6), 3, init="random", progress=lambda p: told.append((p.done, p.total)))
     assert found.labels.shape == (4, 6) and told and told[0] == (1, clusters.MAX_ITERATIONS)
     np.testing.assert_array_equal(found.labels.ravel(), kmeans(x, 3, init="random").labels)
 
@@ -259,8 +256,8 @@ LINES = cga.line(np.eye(3), np.eye(3)[::-1])
     ("arguments", "error", "message"),
     [
         ({"k": 4}, errors.InputError, "4 clusters of 3 objects"),
-        ({"k": 0}, errors.InputError, "k is 0; at least 1"),
-        ({"k": 1.5}, errors.InputError, "k is 1.5; a whole number"),
+        ({"k": 0}, errors.InputError, "k is 0; a positive whole number"),
+        ({"k": 1.5}, errors.InputError, "k is 1.5; a positive whole number"),
         ({"X": cga.line(np.empty((0, 3)), np.empty((0, 3)))}, errors.InputError, "no objects"),
         (
             {"X": cga.line([[0, 0, 0], [0, 0, 0], [np.nan, 0, 0]], [1, 0, 0])},
@@ -268,23 +265,23 @@ LINES = cga.line(np.eye(3), np.eye(3)[::-1])
             "object 2 is no object",
         ),
         ({"X": [LINES, cga.plane([1, 0, 0], 1.0)]}, errors.GradeError, "same grade"),
-        ({"weights": [1, 1]}, errors.ShapeError, "weights have shape"),
-        ({"weights": [1, -1, 1]}, errors.InputError, "weight 1 is -1.0"),
+        ({"weights": [1, 1]}, errors.ShapeError, "weights has shape"),
+        ({"weights": [1, -1, 1]}, errors.InputError, r"weights\[1\] is -1.0"),
         ({"weights": [0, 0, 0]}, errors.InputError, "all weights are zero"),
-        ({"init": np.zeros(2)}, errors.InputError, "it is one of k-means"),
-        ({"kind": ["positive"]}, errors.InputError, "it is one of positive, thesis"),
-        ({"tolerance": "small"}, errors.InputError, "tolerance is 'small'; one real number"),
+        ({"init": np.zeros(2)}, errors.InputError, "one of k-means"),
+        ({"cost": ["positive"]}, errors.InputError, "one of positive, thesis"),
+        ({"tolerance": "small"}, errors.InputError, "tolerance is 'small'; a number of at least 0 and less than 1"),
         ({"tolerance": None}, errors.InputError, "tolerance is None"),
         ({"tolerance": np.nan}, errors.InputError, "tolerance is nan"),
-        ({"tolerance": 10**400}, errors.InputError, "greater than any"),
+        ({"tolerance": 10**400}, errors.InputError, "a number of at least 0 and less than 1"),
         ({"align": np.zeros(2)}, errors.InputError, "align is array"),
         ({"progress": np.zeros(2)}, errors.InputError, "progress is array"),
         ({"init": "kmeans++"}, errors.InputError, "did you mean 'k-means\\+\\+'"),
-        ({"kind": "printed"}, errors.InputError, "positive, thesis"),
+        ({"cost": "printed"}, errors.InputError, "positive, thesis"),
         ({"max_iterations": 0}, errors.InputError, "max_iterations is 0"),
         ({"tolerance": -1.0}, errors.InputError, "tolerance is -1.0"),
         ({"seed": -1}, errors.InputError, "seed is -1"),
-        ({"threads": 0}, errors.InputError, "at least one"),
+        ({"threads": 0}, errors.InputError, "a whole number from 1"),
     ],
 )
 def test_bad_input(arguments: dict[str, Any], error: type[Exception], message: str) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,15 +14,14 @@ from scipy.linalg import sqrtm
 import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import errors
-from bladesmith.codegen.formulas.costs import pair_cost
-from bladesmith.codegen.rings import PrecisionRing
-from bladesmith.objects import pairwise
-from bladesmith.objects.costs import cost_matrix, rotor_cost
-from bladesmith.objects.pairwise import nearest, pair_values
-from bladesmith.objects.rotors import rotor_between
+from bladesmith.codegen.formulas.objects.costs import pair_cost
+from bladesmith.codegen.rings.protocol import PrecisionRing
+from bladesmith.objects.rotors import pairwise
+from bladesmith.objects.rotors.between import rotor_between
+from bladesmith.objects.rotors.costs import cost_matrix, rotor_cost
+from bladesmith.objects.rotors.pairwise import nearest, pair_values
 
-sys.path.insert(0, str(Path(__file__).parent))
-from formula_support import members, precise, stock  # noqa: E402
+from ..support.formulas import members, precise, stock
 
 KINDS = ("point_pair", "line", "circle", "plane", "sphere")
 COSTS = ("positive", "thesis")
@@ -387,18 +384,18 @@ def test_what_is_refused() -> None:
     with pytest.raises(errors.GradeError, match="grade 3 and a plane grade 4"):
         cost_matrix(line, plane)
     with pytest.raises(errors.InputError, match="did you mean 'thesis'"):
-        cost_matrix(line, line, kind="thesys")
+        cost_matrix(line, line, cost="thesys")
     for kind in (["thesis"], None, np.zeros(2)):
-        with pytest.raises(errors.InputError, match="it is one of positive, thesis"):
-            cost_matrix(line, line, kind=kind)
-        with pytest.raises(errors.InputError, match="it is one of positive, thesis"):
-            rotor_cost(cga.rotor((0, 0, 1), 1.0), kind=kind)
+        with pytest.raises(errors.InputError, match="one of positive, thesis"):
+            cost_matrix(line, line, cost=kind)
+        with pytest.raises(errors.InputError, match="one of positive, thesis"):
+            rotor_cost(cga.rotor((0, 0, 1), 1.0), cost=kind)
     for name in ("align", "status"):
-        with pytest.raises(errors.InputError, match=f"{name} is array.*; it is True or False"):
+        with pytest.raises(errors.InputError, match=f"{name} is array.*; True or False is needed"):
             cost_matrix(line, line, **{name: np.zeros(2)})
-    with pytest.raises(errors.InputError, match="at least one"):
+    with pytest.raises(errors.InputError, match="a whole number from 1"):
         cost_matrix(line, line, threads=0)
-    with pytest.raises(errors.InputError, match="ndarray"):
+    with pytest.raises(errors.InputError, match=r"array\("):
         cost_matrix(line, np.ones((2, 6)))
     with pytest.raises(errors.GradeError, match="even grades"):
         rotor_cost(line)

@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import objects
-from bladesmith.objects.weights import sphere_weights
+from bladesmith.objects.interpolation.sphere_weights import sphere_weights
 
 RNG = np.random.default_rng(8)
 EPS = np.finfo(float).eps

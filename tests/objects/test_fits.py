@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +13,9 @@ from scipy.optimize import least_squares
 import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import objects
-from bladesmith.checks import holds
+from bladesmith.core.kind_constraints import satisfies_constraints
 
-sys.path.insert(0, str(Path(__file__).parent))
-from formula_support import rotation_matrix, unit  # noqa: E402
+from ..support.vectors import rotation_matrix, unit
 
 RNG = np.random.default_rng(3)
 OK, SINGULAR, NOT_UNIQUE, INVALID = bs.Status.OK, bs.Status.SINGULAR, bs.Status.NOT_UNIQUE, bs.Status.INVALID
@@ -136,7 +133,7 @@ def test_exact_data_of_every_size_and_place(size: float, far: float, seed: int) 
     ring = np.stack([np.cos(t), np.sin(t), 0 * t], -1) @ turn.T
     circle = objects.fit_circle(c + r * ring)
     q = circle.parameters()
-    assert circle.status == OK and holds(cga.kind("circle"), circle.values)
+    assert circle.status == OK and satisfies_constraints(cga.kind("circle"), circle.values)
     assert abs(q.radius / r - 1) <= limit and np.abs(q.center - c).max() <= limit * r
     assert np.abs(np.cross(q.normal, turn[:, 2])).max() <= limit
     plane = objects.fit_plane(c + r * ring).parameters()

@@ -6,9 +6,7 @@ corrected: at 50 digits its cancellations do no harm.
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +18,11 @@ import bladesmith as bs
 from bladesmith import Status, objects
 from bladesmith import cga2d as plane_cga
 from bladesmith import cga3d as cga
-from bladesmith.calls import call
-from bladesmith.codegen.multivector import Multivector, from_values, sqrt
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.algebra.multivector import Multivector, from_values, sqrt
+from bladesmith.codegen.rings.protocol import PrecisionRing
+from bladesmith.dispatch.formulas import evaluate
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from formula_support import stock  # noqa: E402 - tests run without a package around them
+from ..support.formulas import stock
 
 PRECISE = PrecisionRing(50)
 COUNT = 100_000
@@ -114,6 +110,7 @@ def assert_takes(r: Any, x: Any, y: Any, tolerance: float = 1e-13, relative: boo
     assert (r["1"] >= 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first, second", MIXTURES)
 def test_every_mixture_at_the_scale_of_one(first: str, second: str) -> None:
     rng = np.random.default_rng(1)
@@ -131,6 +128,7 @@ def test_every_mixture_at_any_scale(first: str, second: str) -> None:
     assert_takes(objects.rotor_between(x, y), x, y, relative=True)
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("first, second", [("circle", "circle"), ("line", "line"), ("plane", "sphere")])
 def test_single_precision(first: str, second: str) -> None:
     rng = np.random.default_rng(3)
@@ -279,6 +277,24 @@ def test_the_unique_rotor_is_kept_to_the_last_angle_that_tells_it(kind: str) -> 
         assert np.abs(r.values - expected).max() <= 1e-14 * 10.0**exponent * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("kind", ["line", "plane"])
+def test_lines_and_planes_that_meet_keep_it_to_the_last_digit_of_the_sine(kind: str) -> None:
+    """pi - e between them, in one place: unique while e is above 64 rounding units, and known to EPS/e."""
+    place = np.array([0.2, 1.0, -0.3])
+    one = (place, np.array([0.0, 0.0, 1.0]), 1.0)
+    for exponent in (6.5, 6.8, 7, 8, 9, 10, 11, 12, 13):
+        e = 10.0**-exponent
+        two = (place, np.array([0.6 * e, 0.8 * e, -1.0]), 1.0)
+        x, y = placed(kind, *one), placed(kind, *two)
+        r = objects.rotor_between(x, y)
+        expected = as_row(r, precise_rotor(precise_object(kind, *one), precise_object(kind, *two)))
+        assert r.status == Status.OK
+        assert np.abs(r.values - expected).max() <= 4e-15 / e
+        assert np.abs(coefficients(r >> x) - coefficients(y)).max() <= 1e-14
+    opposite = objects.rotor_between(placed(kind, *one), placed(kind, place, np.array([1e-15, 0, -1.0]), 1.0))
+    assert opposite.status == Status.NOT_UNIQUE
+
+
 CIRCLE = cga.circle((0.3, -0.2, 1.0), (1.0, 2.0, 0.5), 1.3)
 LINE = cga.line((0.3, 1.0, 2.0), (1.0, 0.4, -2.0))
 PLANE = cga.plane((1.0, 2.0, 3.0), 1.5)
@@ -365,7 +381,7 @@ def test_what_is_nearly_a_rotor_becomes_one() -> None:
     x, y = random_objects("circle", rng, 500), random_objects("circle", rng, 500)
     even = objects.rotor_between(x, y).as_kind("even")
     near = even + cga.multivector(1e-3 * rng.normal(size=even.values.shape), blades=even.blades)
-    r = call(cga, "rotors.unit_rotor", near.as_kind("even")).value
+    r = evaluate(cga, "rotors.unit_rotor", near.as_kind("even")).value
     assert np.max(np.abs((r * ~r - 1.0).values).max(-1) / square(r)) <= 1e-14
     assert np.max(np.abs((r - even).values).max(-1) / square(r)) <= 0.1
 

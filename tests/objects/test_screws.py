@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -17,11 +15,10 @@ import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import objects
 from bladesmith import pga3d as pga
-from bladesmith.checks import holds
+from bladesmith.core.kind_constraints import satisfies_constraints
 from bladesmith.objects import screws
 
-sys.path.insert(0, str(Path(__file__).parent))
-from formula_support import rotation_matrix, unit  # noqa: E402
+from ..support.vectors import rotation_matrix, unit
 
 RNG = np.random.default_rng(11)
 N = 200
@@ -141,7 +138,7 @@ def test_screw_at_every_scale(scale: float, ratio: float, far: float) -> None:
     assert abs(found.pitch - pitch) <= 1e-14 * spread
     line = cga.line(p, axis)
     assert np.abs(found.axis.values - line.values).max() <= 1e-14 * spread
-    assert holds(cga.kind("line"), found.axis.values)
+    assert satisfies_constraints(cga.kind("line"), found.axis.values)
 
 
 def test_bad_twists() -> None:

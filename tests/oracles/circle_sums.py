@@ -13,6 +13,8 @@ from mpmath import mpf
 
 from bladesmith import cga3d as cga
 
+from .sequences import cross
+
 #: Bits of the blades of the stored algebra belong to e1, e2, e3, n0, n_inf.
 AXES = 5
 #: What 50 digits leave of zero, for objects of ordinary size.
@@ -29,10 +31,6 @@ def dot(a, b):
 
 def inner(x, y):
     return dot(x[:3], y[:3]) - x[3] * y[4] - x[4] * y[3]
-
-
-def cross(a, b):
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def up(x):

@@ -1,7 +1,7 @@
 /* Batches of evolved.h on given scalars, without a scene: for tests and benchmarks only. Included between instance.h
    and the next instance, after kernels.h, under what evolved.h asks for. */
 
-#define BS_OWN static __attribute__((noinline, unused))
+#define BS_OUTLINED static __attribute__((noinline, unused))
 #define BS_FAR K(BS_BITS == 64 ? 1.7976931348623157e308 : 3.4028234663852886e38)
 #define EVOLVED(name) FN(BS_PASTE(BS_MEMBER, name))
 #define KERNEL(name) FN(BS_PASTE(cga3d_##name, BS_SUFFIX))
@@ -66,7 +66,7 @@ void EVOLVED(values)(const S *ray, const S *row, S t, S *square_f_rate_bound)
 #undef EVOLVED_MEETS
 #undef EVOLVED_ROOTS
 #undef EVOLVED_PRINTED
-#undef BS_OWN
+#undef BS_OUTLINED
 #undef BS_FAR
 #undef BS_MEMBER
 #undef BS_SUFFIX

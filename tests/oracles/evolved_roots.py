@@ -11,13 +11,14 @@ import mpmath as mp
 import numpy as np
 from mpmath import mpf
 
-from bladesmith.codegen.build import ExtensionSource, load
-from bladesmith.codegen.flags import WARNING_FLAGS
-from bladesmith.codegen.programs import traced
-from bladesmith.codegen.programs.surface_kinds import surface_kind
-from bladesmith.codegen.simplify import staged
-from bladesmith.codegen.targets.c import c_function
-from bladesmith.codegen.templating import render, template_text
+from bladesmith.codegen.build.extension import load
+from bladesmith.codegen.build.flags import WARNING_FLAGS
+from bladesmith.codegen.optimise.variants import as_written
+from bladesmith.codegen.programs import trace_spec
+from bladesmith.codegen.programs.tracer.surface_kinds import surface_kind
+from bladesmith.codegen.targets.c.printer import c_function
+from bladesmith.codegen.targets.c.source import ExtensionSource
+from bladesmith.codegen.targets.templates import render, template_text
 
 HEADERS = ("platform.h", "instance.h", "instance_end.h", "roots.h", "roots_rates.h", "companion.h", "evolved.h")
 METHODS = {"isolate": 0, "companion": 1, "sampled": 2}
@@ -43,7 +44,7 @@ CDEF = "".join(
 def library():
     kind = surface_kind(KIND)
     declared = dict.fromkeys([*kind.kernels, *(k for _, kernels in kind.methods for k in kernels)])
-    functions = [c_function(staged(traced(d))) for d in declared]
+    functions = [c_function(as_written(trace_spec(d))) for d in declared]
     features = "".join(f"#define BS_SCENE_{method.upper()} 1\n" for method in METHODS)
     defines = "".join(f"#define {name} {value}\n" for name, value in kind.defines)
     source = '#include "platform.h"\n' + features + "".join(
@@ -51,9 +52,9 @@ def library():
         '#include "instance.h"\n#include "kernels.h"\n#include "standin.h"\n'
         for bits in (64, 32)
     )  # fmt: skip
-    headers = {name: template_text(f"c/{name}") for name in HEADERS}
-    headers["kernels.h"] = render("c/kernels.h.j2", functions=functions)
-    headers["standin.h"] = Path(__file__).with_name("evolved_standin.h").read_text(encoding="utf-8")
+    headers = {name: template_text(name) for name in HEADERS}
+    headers["kernels.h"] = render("kernels.h.j2", functions=functions)
+    headers["standin.h"] = Path(__file__).with_name("evolved_roots.h").read_text(encoding="utf-8")
     return load(ExtensionSource("roots_standin", CDEF, source, headers, WARNING_FLAGS))
 
 

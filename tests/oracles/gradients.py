@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from bladesmith import dynamics
 
+from .sequences import cross
+
 DIGITS = 50
 #: Step of the differences; their error is its square.
 STEP = "1e-15"
@@ -19,10 +21,6 @@ TURN = Rotation.from_rotvec([0.5, 1.0, 0.3]).as_matrix()
 Vector = list[Any]
 
 # -- an independent integration at 50 digits ---------------------------------------------------------------
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def turned(r: Vector, a: Vector) -> Vector:

@@ -10,11 +10,11 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from bladesmith import cga3d as cga
-from bladesmith.codegen.multivector import Multivector, from_values
-from bladesmith.codegen.programs.reform import DIRECTED, KINDS
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.algebra.multivector import Multivector, from_values
+from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.codegen.rings.protocol import PrecisionRing
 
-from .formula_support import series_exp, stock
+from ..support.formulas import series_exp, stock
 
 RING = PrecisionRing(50)
 MP = RING.context

@@ -11,11 +11,13 @@ from math import comb
 
 import numpy as np
 
-from bladesmith.codegen.formulas.blades import blade_projector
-from bladesmith.codegen.formulas.conformal import infinity, point
-from bladesmith.codegen.multivector import from_values
+from bladesmith.codegen.algebra.multivector import from_values
+from bladesmith.codegen.formulas.objects.blades import blade_projector
+from bladesmith.codegen.formulas.objects.conformal import infinity, point
 from bladesmith.codegen.programs import cga3d
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.rings.protocol import PrecisionRing
+
+from .sequences import dot
 
 RING = PrecisionRing(50)
 MP = RING.context
@@ -43,10 +45,6 @@ def unit_pair(a, b):
     return pair / number(MP.sqrt((pair * pair).grade(0).scalar()))
 
 
-def inner(x, y):
-    return sum(a * b for a, b in zip(x, y, strict=True))
-
-
 @dataclass(frozen=True)
 class Root:
     """A carrier that the ray meets: curve parameter, parameter of the ray, place (-1 to 1 on the segment)."""
@@ -57,7 +55,7 @@ class Root:
 
 
 class Oracle:
-    """A curve of point pairs; ``flipped`` controls are turned over."""
+    """A curve of point pairs; ``flipped`` controls are of reversed orientation."""
 
     def __init__(self, pairs, flipped=None):
         pairs = [[[float(x) for x in p] for p in pair] for pair in pairs]
@@ -82,7 +80,7 @@ class Oracle:
         image, carrier = (pair * n * pair).grade(1), pair ^ n
         weight = -(image | n).scalar()
         along = coordinates(-(carrier | (pair.basis("no") ^ n)))
-        length = MP.sqrt(inner(along, along))
+        length = MP.sqrt(dot(along, along))
         half = MP.sqrt((pair * pair).grade(0).scalar() / (carrier * carrier).grade(0).scalar())
         return [x / weight for x in coordinates(image)], [x / length for x in along], half
 
@@ -137,10 +135,10 @@ class Oracle:
         for alpha in self.roots(origin, direction):
             middle, along, half = self.shape(alpha)
             apart = [x - y for x, y in zip(origin, middle, strict=True)]
-            square, slope = inner(direction, direction), inner(direction, along)
-            t = (slope * inner(apart, along) - inner(apart, direction)) / (square - slope * slope)
+            square, slope = dot(direction, direction), dot(direction, along)
+            t = (slope * dot(apart, along) - dot(apart, direction)) / (square - slope * slope)
             position = [x + t * d for x, d in zip(apart, direction, strict=True)]
-            found.append(Root(float(alpha), float(t), float(inner(position, along) / half)))
+            found.append(Root(float(alpha), float(t), float(dot(position, along) / half)))
         return found
 
 

@@ -16,11 +16,12 @@ import bladesmith as bs
 from bladesmith import cga3d as cga
 from bladesmith import curves, errors, plot
 from bladesmith import pga3d as pga
-from bladesmith.plot import palette, shapes
-from bladesmith.plot.shapes import Box
+from bladesmith.plot import palette, tessellation
+from bladesmith.plot.tessellation import Box
+
+from ..support.checkout import CHECKOUT
 
 art3d = pytest.importorskip("mpl_toolkits.mplot3d.art3d")
-ROOT = Path(__file__).resolve().parent.parent
 CUBE = Box(np.full(3, -1.0), np.full(3, 1.0))
 #: Pictures stay small enough for a page of many.
 MOST_BYTES = 120 * 1024
@@ -111,7 +112,7 @@ def test_planes_are_the_cuts_of_the_view(algebra: Any) -> None:
     assert np.abs((outlines * unit[:, None]).sum(-1) - offset[:, None]).max() < 1e-12
     assert np.allclose(np.abs(outlines).max(-1), 1.0)
     # the polygon's area is what a fine sum over the plane counts inside the cube
-    u, v = shapes.across(unit)
+    u, v = tessellation.across(unit)
     grid = (np.arange(400) + 0.5) / 400 * 4 - 2
     x, y = np.meshgrid(grid, grid)
     for i in range(4):
@@ -181,7 +182,7 @@ def test_sums_of_unknown_kind_are_sorted_out_item_by_item() -> None:
     mixed = cga.multivector(np.stack([circle.values, line.as_kind("circle").values, np.ones(10)]), grades=[3])
     ax = plot.draw(3.0 * mixed)
     assert sorted(len(s[0]) for s in strokes(ax)) == [2, 129]
-    assert plot.skipped(ax) == {"not a blade": 1}
+    assert plot.count_skipped(ax) == {"not a blade": 1}
 
 
 def test_scale_and_precision_do_not_matter() -> None:
@@ -199,13 +200,13 @@ def test_items_without_a_picture_are_counted() -> None:
     imaginary = (cga.line([0, 0, 2], [1, 0, 0]) & cga.sphere([0, 0, 0], 1.0)).normalized()
     ax = plot.draw(spheres, imaginary, np.array([[0.0, 0, 0], [np.nan, 0, 0]]))
     assert len(np.asarray(faces(ax)[0]._faces)) == 2 * 24 * 48
-    assert sum(plot.skipped(ax).values()) == 4 and plot.skipped(ax)["INVALID"] == 2
+    assert sum(plot.count_skipped(ax).values()) == 4 and plot.count_skipped(ax)["INVALID"] == 2
     assert np.isfinite(limits(ax)).all()
 
 
 def test_nothing_but_items_without_a_picture(tmp_path: Path) -> None:
     ax = plot.draw(cga.sphere([0, 0, 0], [-1.0, -2.0]), cga.point(np.empty((0, 3))))
-    assert not ax.collections and plot.skipped(ax) == {"INVALID": 2}
+    assert not ax.collections and plot.count_skipped(ax) == {"INVALID": 2}
     plot.save(tmp_path / "empty.png", ax)
 
 
@@ -229,11 +230,11 @@ def test_a_list_of_mixed_kinds_is_one_set_with_its_colours() -> None:
 
 def test_a_parameter_goes_from_green_to_red() -> None:
     rows = palette.per_item(np.array([0.0, 0.5, 1.0, np.nan]), 4, "k")
-    assert np.allclose(rows, [palette._converted(c) for c in (*palette.RAMP, palette.GREY)])
+    assert np.allclose(rows, [palette._to_rgba(c) for c in (*palette.RAMP, palette.GREY)])
     assert np.allclose(palette.per_item("#ff0000", 5, "k"), [[1, 0, 0, 1]])
     assert np.allclose(palette.per_item((0.1, 0.2, 0.3), 3, "k"), [[0.1, 0.2, 0.3, 1]])
     assert np.allclose(palette.per_item(["k", "w"], 2, "k")[:, 0], [0, 1])
-    assert palette.per_item(np.array([-1]), 1, "k")[0, 0] == palette._converted(palette.GREY)[0]
+    assert palette.per_item(np.array([-1]), 1, "k")[0, 0] == palette._to_rgba(palette.GREY)[0]
 
 
 def test_curves_are_families_with_a_ramp_and_point_curves_polylines() -> None:
@@ -320,7 +321,7 @@ def test_the_box_fills_the_page() -> None:
         ax = plot.draw(cga.sphere([0, 0, 0], [1.0, 0.2]), view=view)
         ax.figure.draw_without_rendering()
         box = limits(ax)
-        x, y, _ = proj3d.proj_transform(*(box[:, 0] + shapes.CORNERS * np.ptp(box, axis=1)).T, ax.get_proj())
+        x, y, _ = proj3d.proj_transform(*(box[:, 0] + tessellation.CORNERS * np.ptp(box, axis=1)).T, ax.get_proj())
         place = ax.transData.transform(np.stack([x, y], -1)) / [ax.figure.bbox.width, ax.figure.bbox.height]
         assert (place > 0).all() and (place < 1).all()
         assert 0.7 < np.ptp(place, axis=0).max() <= 1
@@ -447,9 +448,9 @@ SPIN, CIRCLE = cga.line([0, 0, 0], [0, 0, 1]).dual(), cga.circle([0, 0, 0], [0, 
 def test_what_is_too_far_is_counted_and_draws_nothing() -> None:
     far = np.array([[1e300, 0, 0], [-1.7e308, 0, 0], [np.inf, 0, 0], [1.0, 2, 3]])
     ax = plot.draw(far, cga.sphere([0, 0, 0], 1e100), np.empty((0, 3)))
-    assert plot.skipped(ax) == {"too far": 3, "not finite": 1}
+    assert plot.count_skipped(ax) == {"too far": 3, "not finite": 1}
     assert np.allclose(marks(ax)[0], [1, 2, 3])
-    assert plot.skipped(plot.paths(np.array([[0, 0, 0], [1e200, 0, 0], [1, 1, 1]]))) == {}
+    assert plot.count_skipped(plot.paths(np.array([[0, 0, 0], [1e200, 0, 0], [1, 1, 1]]))) == {}
     assert not list(plot.paths(np.empty((4, 0, 3))).collections)
 
 
@@ -483,8 +484,8 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.draw(np.zeros((4, 2))), errors.InputError, "last axis of 3"),
         (lambda: plot.draw(cga.scalar(2.0)), errors.InputError, "scalar"),
         (lambda: plot.draw(bs.algebra(3, 0, 0).e1), errors.InputError, "no pictures"),
-        (lambda: plot.draw(cga.point([0, 0, 0]), color="nocolor"), errors.InputError, "no colour"),
-        (lambda: plot.draw(cga.point([0, 0, 0]), color=3), errors.InputError, "no colour"),
+        (lambda: plot.draw(cga.point([0, 0, 0]), color="nocolor"), errors.InputError, "not a valid color"),
+        (lambda: plot.draw(cga.point([0, 0, 0]), color=3), errors.InputError, "not a valid color"),
         (lambda: plot.draw(cga.point(np.zeros((3, 3))), color=[0, 1]), errors.InputError, "2 entries for 3 items"),
         (lambda: plot.draw(cga.point([0, 0, 0]), label=["a", "b"]), errors.InputError, "2 entries for 1 things"),
         (lambda: plot.draw(cga.point([0, 0, 0]), extent=0.0), errors.InputError, "extent"),
@@ -492,16 +493,16 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.draw(cga.point([0, 0, 0]), extent="wide"), errors.InputError, "extent"),
         (lambda: plot.draw(cga.point([0, 0, 0]), extent=(1, 2, 3)), errors.InputError, "extent"),
         (lambda: plot.draw(cga.point([0, 0, 0]), size=-1.0), errors.InputError, "size"),
-        (lambda: plot.draw(cga.point([0, 0, 0]), ax="here"), errors.InputError, "3D axes"),
-        (lambda: plot.paths(np.zeros((3, 2))), errors.InputError, "no polylines"),
+        (lambda: plot.draw(cga.point([0, 0, 0]), ax="here"), errors.InputError, "an Axes3D is needed"),
+        (lambda: plot.paths(np.zeros((3, 2))), errors.InputError, r"\(n, m, 3\)"),
         (lambda: plot.paths(np.zeros((3, 2, 3)), size=0), errors.InputError, "size"),
         (lambda: plot.panels(0, 2), errors.InputError, "panels"),
-        (lambda: plot.save("x.png", "picture"), errors.InputError, "no picture"),
+        (lambda: plot.save("x.png", "picture"), errors.InputError, "one of axes or a figure is needed"),
         (lambda: plot.save("x.nosuch", plot.axes()), errors.InputError, "nosuch"),
-        (lambda: plot.orbit(cga.point([0, 0, 0])), errors.GradeError, "no bivector"),
-        (lambda: plot.orbit(3.0), errors.InputError, "no bivector"),
+        (lambda: plot.orbit(cga.point([0, 0, 0])), errors.GradeError, "a bivector is needed"),
+        (lambda: plot.orbit(3.0), errors.InputError, "a bivector is needed"),
         (lambda: plot.orbit(cga.direction([[1, 0, 0], [0, 1, 0]])), errors.InputError, "one finite bivector"),
-        (lambda: plot.orbit(cga.direction([1, 0, 0]), [1, 2]), errors.InputError, "3 numbers"),
+        (lambda: plot.orbit(cga.direction([1, 0, 0]), [1, 2]), errors.InputError, r"3\) is needed"),
         (lambda: plot.orbit(cga.direction([1, 0, 0]), turns=0), errors.InputError, "turns"),
         (lambda: plot.screw(cga.direction([1, 0, 0])), errors.InputError, "no rotation"),
         (lambda: plot.twist_field(cga.direction([1, 0, 0]), pga.point([0, 0, 0])), errors.InputError, "pga3d"),
@@ -509,12 +510,12 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.twist_field(SPIN, count=2.5), errors.InputError, "count is 2.5"),
         (lambda: plot.twist_field(SPIN, count=10**6), errors.InputError, "count"),
         (lambda: plot.twist_field(SPIN, reach=np.inf), errors.InputError, "reach is inf"),
-        (lambda: plot.orbit(SPIN, "abc"), errors.InputError, "points holds"),
-        (lambda: plot.orbit(SPIN, turns="a"), errors.InputError, "turns holds"),
+        (lambda: plot.orbit(SPIN, "abc"), errors.InputError, "points is 'abc'; real numbers"),
+        (lambda: plot.orbit(SPIN, turns="a"), errors.InputError, "turns is 'a'; a positive number"),
         (lambda: plot.orbit(SPIN, turns=1e12), errors.InputError, "positions"),
         (lambda: plot.orbit_paths(SPIN, samples=2.5), errors.InputError, "samples is 2.5"),
-        (lambda: plot.draw(CIRCLE, size="a"), errors.InputError, "size holds"),
-        (lambda: plot.draw(CIRCLE, size=[1, 2]), errors.InputError, "size is"),
+        (lambda: plot.draw(CIRCLE, size="a"), errors.InputError, "size is 'a'; a positive number"),
+        (lambda: plot.draw(CIRCLE, size=[1, 2]), errors.InputError, "size has shape"),
         (lambda: plot.draw(CIRCLE, opacity=2), errors.InputError, "opacity is 2"),
         (lambda: plot.draw(CIRCLE, opacity=None), errors.InputError, "opacity"),
         (lambda: plot.draw(CIRCLE, samples=0), errors.InputError, "samples is 0"),
@@ -525,7 +526,7 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.draw(CIRCLE, color=[[1, 0, 0], "red"]), errors.InputError, "2 entries for 1 items"),
         (lambda: plot.draw(curves.Bezier), errors.InputError, "cannot be drawn"),
         (lambda: plot.paths([[0, 0, 0], [0, 0]]), errors.InputError, "ragged"),
-        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions holds a point"),
+        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions: a multivector is no array"),
         (lambda: plot.panels(1.5, 1), errors.InputError, "rows of panels"),
         (lambda: plot.panels(1, 1, size=(np.nan, 1)), errors.InputError, "size"),
         (lambda: plot.axes(size=(0, 1)), errors.InputError, "size"),
@@ -550,14 +551,14 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_gallery_shows_what_its_examples_save() -> None:
-    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    text = (CHECKOUT / "docs" / "gallery.md").read_text(encoding="utf-8")
     shown = re.findall(r"!\[[^\]]+\]\(images/gallery/(\w+\.png)\)", text)
     saved = re.findall(r'^plot\.save\("(\w+\.png)"', text, re.MULTILINE)
-    kept = sorted(path.name for path in (ROOT / "docs" / "images" / "gallery").iterdir())
+    kept = sorted(path.name for path in (CHECKOUT / "docs" / "images" / "gallery").iterdir())
     assert shown == saved and sorted(shown) == kept
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "docs" / "images" / "gallery").glob("*.png")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted((CHECKOUT / "docs" / "images" / "gallery").glob("*.png")), ids=lambda p: p.stem)
 def test_pictures_of_the_gallery_are_small_and_not_empty(path: Path) -> None:
     image = pytest.importorskip("PIL.Image").open(path)
     assert path.stat().st_size <= MOST_BYTES and 800 <= image.width <= 960

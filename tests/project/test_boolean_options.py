@@ -5,34 +5,34 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bladesmith import cga3d, curves, objects, reform
-from bladesmith.arrays import truth
+from bladesmith import cga3d, curves, objects, registration
+from bladesmith.common.validation import as_bool
 from bladesmith.errors import InputError, SceneError
-from bladesmith.tracer import values
+from bladesmith.tracer.scene import values
 
 LINES = cga3d.line([(0, 0, 0), (1, 0, 0), (0, 2, 0)], [(1, 0, 1), (0, 1, 0), (0, 1, 3)])
 POINTS = cga3d.point([(0, 0, 0), (1, 0, 0), (0, 2, 1), (3, 1, 1)])
-MODEL = reform.Model(lines=LINES)
+MODEL = registration.Model(lines=LINES)
 CIRCLES = cga3d.circle([(0, 0, 0), (1, 0, 0)], [(1, 0, 1), (0, 1, 0)], 1.0)
 
 
 @pytest.mark.parametrize("value", [True, False, np.True_, np.bool_(False), np.array(True)])
 def test_truth_values_are_taken(value):
-    assert truth(value, "option") is bool(value)
+    assert as_bool(value, "option") is bool(value)
     assert values.flag(value, "option") is bool(value)
 
 
 @pytest.mark.parametrize("value", [1, 0, 1.0, "yes", "", None, [], [True], np.array([True]), np.array(1), {}])
 def test_nothing_else_is(value):
-    with pytest.raises(InputError, match="^option is .*; it is True or False"):
-        truth(value, "option")
-    with pytest.raises(SceneError, match="option is .*; it is True or False"):
+    with pytest.raises(InputError, match="^option is .*; True or False is needed"):
+        as_bool(value, "option")
+    with pytest.raises(SceneError, match="option is .*; True or False is needed"):
         values.flag(value, "option")
 
 
 def test_a_long_value_is_told_on_one_short_line():
     with pytest.raises(InputError) as caught:
-        truth(np.arange(10_000.0).reshape(100, 100), "option")
+        as_bool(np.arange(10_000.0).reshape(100, 100), "option")
     assert len(str(caught.value)) < 120 and "\n" not in str(caught.value)
 
 
@@ -57,12 +57,12 @@ CALLS = {
     "Bezier align": lambda x: curves.Bezier(CIRCLES, align=x),
     "Bezier raw": lambda x: curves.Bezier(CIRCLES, raw=x),
     "Bezier value strict": lambda x: curves.Bezier(CIRCLES)(0.5, strict=x),
-    "register align": lambda x: reform.register(MODEL, MODEL, align=x),
-    "register similarity": lambda x: reform.register(MODEL, MODEL, similarity=x),
-    "match align": lambda x: reform.match(MODEL, MODEL, align=x),
-    "iterate robust": lambda x: reform.iterate(MODEL, MODEL, robust=x),
-    "estimate_rotor details": lambda x: reform.estimate_rotor(MODEL, MODEL, details=x),
-    "estimate_rotor strict": lambda x: reform.estimate_rotor(MODEL, MODEL, strict=x),
+    "register align": lambda x: registration.register(MODEL, MODEL, align=x),
+    "register similarity": lambda x: registration.register(MODEL, MODEL, similarity=x),
+    "match align": lambda x: registration.match(MODEL, MODEL, align=x),
+    "iterate robust": lambda x: registration.iterate(MODEL, MODEL, robust=x),
+    "estimate_rotor details": lambda x: registration.estimate_rotor(MODEL, MODEL, details=x),
+    "estimate_rotor strict": lambda x: registration.estimate_rotor(MODEL, MODEL, strict=x),
 }
 
 
@@ -70,5 +70,5 @@ CALLS = {
 def test_every_option_is_checked_by_its_name(name):
     CALLS[name](False)
     for wrong in ("no", 2, None):
-        with pytest.raises(InputError, match=f"{name.split()[-1]} is .*; it is True or False"):
+        with pytest.raises(InputError, match=f"{name.split()[-1]} is .*; True or False is needed"):
             CALLS[name](wrong)

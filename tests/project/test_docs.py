@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+from ..support.checkout import CHECKOUT
+
+PAGES = sorted([CHECKOUT / "README.md", *(CHECKOUT / "docs").glob("*.md")])
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
 
@@ -17,7 +18,14 @@ def blocks(page: Path, language: str) -> list[str]:
     return [text for name, text in _BLOCK.findall(page.read_text(encoding="utf-8")) if name == language]
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, marks=() if p.name == "README.md" else pytest.mark.slow, id=p.name)
+        for p in PAGES
+        if blocks(p, "python")
+    ],
+)
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     namespace: dict[str, object] = {"__name__": "example"}
@@ -32,10 +40,10 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 def test_the_spec_of_the_docs_generates() -> None:
+    from bladesmith.codegen.algebra.schema import SpecFile
+    from bladesmith.codegen.documents.document import Document
     from bladesmith.codegen.generator import generate
-    from bladesmith.codegen.spec import SpecFile
-    from bladesmith.codegen.toml.document import Document
 
-    (text,) = blocks(ROOT / "docs" / "specs.md", "toml")
+    (text,) = blocks(CHECKOUT / "docs" / "specs.md", "toml")
     files = generate(Document("specs.md", text, SpecFile).contents.model_dump(exclude_none=True))
-    assert "pga2d_geometric_motor_motor" in files["kernels.h"]
+    assert "pga2d_geometric_motor_motor" in files["kernels/products.c"]

@@ -5,18 +5,22 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 HEAVY = ("sympy", "jinja2", "numba", "pydantic", "clifford", "matplotlib", "cffi", "pycparser", "tqdm", "click")
 #: Room for what `import bladesmith` costs beyond NumPy.
 BUDGET_SECONDS = 0.030
 
 
-def run(code: str) -> dict[str, object]:
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+def run(code: str, *arguments: str) -> dict[str, object]:
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
     result: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
     return result
 
 
+@pytest.mark.compiles
 def test_import_is_as_cheap_as_numpy() -> None:
     code = (
         "import time, json, numpy; start = time.perf_counter(); import bladesmith; "
@@ -44,7 +48,35 @@ def test_names_of_the_package() -> None:
     code = (
         "import json, bladesmith as bs; from bladesmith import cga3d as cga, pga3d, cga2d, codegen, errors\n"
         "names = [n for n in bs.__all__ if not hasattr(bs, n)]\n"
-        "import bladesmith.algebras; same = bs.algebra(3, 0, 1) is pga3d and bs.cga3d is cga\n"
+        "import bladesmith.core.registry; same = bs.algebra(3, 0, 1) is pga3d and bs.cga3d is cga\n"
         "print(json.dumps({'missing': names, 'same': same, 'callable': callable(bs.algebra)}))"
     )
     assert run(code) == {"missing": [], "same": True, "callable": True}
+
+
+def test_algebras_are_imported_as_modules() -> None:
+    code = (
+        "import json, bladesmith.cga3d, bladesmith.pga3d as pga, bladesmith.cga2d, pickle\n"
+        "from bladesmith.cga3d import e12; import bladesmith as bs; from importlib import import_module\n"
+        "same = [bladesmith.cga3d is bs.cga3d, pga is bs.pga3d, bladesmith.cga2d is bs.cga2d]\n"
+        "same += [import_module('bladesmith.cga3d') is bs.cga3d, pickle.loads(pickle.dumps(pga)) is pga]\n"
+        "same += [e12.algebra is bs.cga3d]\n"
+        "try: import bladesmith.cga9d\n"
+        "except ModuleNotFoundError as error: same += [error.name == 'bladesmith.cga9d']\n"
+        "print(json.dumps({'same': same}))"
+    )
+    assert run(code) == {"same": [True] * 7}
+
+
+def test_an_algebra_generated_into_the_package_is_imported_as_a_module(tmp_path: Path) -> None:
+    (tmp_path / "plane").mkdir()
+    spec = {"name": "plane", "vectors": ["1", "2"], "metric": [["1", "1", "1"], ["2", "2", "1"]], "kinds": {}}
+    (tmp_path / "plane" / "manifest.json").write_text(json.dumps({"format": 2, "algebra": spec, "kernels": []}))
+    code = (
+        "import json, bladesmith.generated, sys; bladesmith.generated.__path__.append(sys.argv[1])\n"
+        "from bladesmith.core import registry\n"
+        "from pathlib import Path; registry.stock_kernels.bundled_folder = lambda name: Path(sys.argv[1]) / name\n"
+        "import bladesmith.plane, bladesmith as bs\n"
+        "print(json.dumps({'same': bladesmith.plane is bs.plane, 'name': bs.plane.name}))"
+    )
+    assert run(code, str(tmp_path)) == {"same": True, "name": "plane"}

@@ -6,11 +6,14 @@ import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).with_name("sanitized.py")
+from ..support.checkout import CHECKOUT
+
+pytestmark = pytest.mark.sanitizers
+
+SCRIPT = CHECKOUT / "tests" / "support" / "sanitized.py"
 #: Conversions of numbers that do not fit are not among the undefined ones of gcc.
 FLAGS = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
 PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points", "a_registration")

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from bladesmith.codegen.build import ExtensionSource
-from bladesmith.codegen.build import load as load_extension
+from bladesmith.codegen.build.extension import load as load_extension
+from bladesmith.codegen.targets.c.source import ExtensionSource
 
 #: CUDA's words for the C compiler: a thread is a call, its place in the grid a global.
 WORDS = """

@@ -9,7 +9,7 @@ import numpy as np
 
 from bladesmith import cga3d as cga
 from bladesmith import curves
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.rings.protocol import PrecisionRing
 
 RANDOM = np.random.default_rng(5)
 POSITIONS = RANDOM.normal(size=(6, 3))

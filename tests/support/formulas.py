@@ -15,13 +15,14 @@ from typing import Any
 
 import numpy as np
 
-import bladesmith.codegen.catalogue as catalogue
-from bladesmith.codegen.algebra import Algebra
-from bladesmith.codegen.kinds import Kind, NumericSource, scalar_argument
-from bladesmith.codegen.multivector import Multivector, from_values
-from bladesmith.codegen.rings import NumericRing, PrecisionRing
-from bladesmith.codegen.spec import stock_spec_path
-from bladesmith.codegen.trace import Kernel, trace
+from bladesmith.codegen.algebra import loader
+from bladesmith.codegen.algebra.algebra import Algebra, Kind, add_plain_kinds, orthonormal, scalar_argument
+from bladesmith.codegen.algebra.members import NumericSource, sample
+from bladesmith.codegen.algebra.multivector import Multivector, from_values
+from bladesmith.codegen.algebra.schema import stock_spec_path
+from bladesmith.codegen.rings.protocol import NumericRing, PrecisionRing
+from bladesmith.codegen.trace.kernel import Kernel
+from bladesmith.codegen.trace.trace import trace
 
 EPS = float(np.finfo(float).eps)
 Array = np.ndarray
@@ -31,7 +32,7 @@ Array = np.ndarray
 def stock(name: str) -> Algebra:
     """A stock algebra from its spec."""
     with open(stock_spec_path(name), "rb") as file:
-        return catalogue.algebra_from_data(tomllib.load(file))
+        return loader.algebra_from_data(tomllib.load(file))
 
 
 def kind_of(algebra: Algebra, text: str) -> Kind:
@@ -45,7 +46,7 @@ def members(kind: Kind, count: int, seed: int, scale: float = 1.0) -> Array:
     """Random members as rows."""
     if kind.is_scalar_argument:
         return np.random.default_rng(seed).normal(size=count) * scale
-    x = kind.sample(NumericSource(count, seed, scale))
+    x = sample(kind, NumericSource(count, seed, scale))
     return np.stack([np.broadcast_to(v, (count,)) for v in kind.values(x)], -1)
 
 
@@ -138,17 +139,13 @@ def series_exp(b: Multivector) -> Multivector:
 # -- homogeneous matrices ----------------------------------------------------------------------------------
 
 
-def rotation_matrix(axis: Array, angle: Any) -> Array:
-    """Rodrigues' formula."""
-    axis, angle = np.asarray(axis, float), np.asarray(angle, float)
-    a = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
-    k = np.zeros((*a.shape[:-1], 3, 3))
-    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
-    k = k - np.swapaxes(k, -1, -2)
-    s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
-    return np.eye(3) + s * k + (1 - c) * (k @ k)
+def plain(p: int, q: int = 0, r: int = 0) -> Algebra:
+    """An algebra of orthonormal vectors with the plain kinds."""
+    algebra = orthonormal(p, q, r)
+    add_plain_kinds(algebra)
+    return algebra
 
 
-def unit(v: Array) -> Array:
-    """v over its length."""
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+def sandwich(r: Multivector, x: Multivector) -> Multivector:
+    """r x ~r."""
+    return r >> x

@@ -19,6 +19,11 @@ ALGEBRAS = {"cga": cga, "pga": pga}
 AXIS = np.array([0.0, 0.0, 1.0])
 
 
+def hinge(a, b, place, axis):
+    """A revolute joint of CGA about an axis through a place."""
+    return kin.Revolute(a, b, cga.circle(place, axis, 0.2))
+
+
 # -- six-vectors ---------------------------------------------------------------------------------------------------
 
 

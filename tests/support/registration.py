@@ -5,14 +5,16 @@ results share.
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import numpy as np
 
 from bladesmith import cga3d
-from bladesmith.reform import Model
+from bladesmith.registration import Model
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "chapter5"
+from .checkout import CHECKOUT
+from .vectors import unit
+
+EXAMPLES = CHECKOUT / "examples" / "registration"
 PATIENCE = 60.0  # seconds for a process on a busy machine
 #: Of the models of files, pictures and executors.
 POSE = cga3d.translator((1, 2, -0.5)) * cga3d.rotor((1, 2, 3), 2.0)
@@ -29,10 +31,6 @@ def rotation(axis, angle):
     a = np.asarray(axis, float) / np.linalg.norm(axis)
     k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
-
-
-def unit(v):
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def fresh(kind, n, rng, size=1.0):
@@ -191,6 +189,15 @@ def noisy_lines(n=40, noise=0.01, wrong=0.3, seed=0):
     moved += noise * random.normal(size=moved.shape)
     moved[: int(wrong * n)] = random_lines(int(wrong * n), random)
     return Model(lines=moved).transformed(~POSE), Model(lines=reference)
+
+
+def lines_and_planes(seed=0, lines=12, planes=6):
+    """A model of random lines and planes."""
+    random = np.random.default_rng(seed)
+    return Model(
+        lines=np.stack([random.uniform(-1, 1, (lines, 3)), random.normal(size=(lines, 3))], axis=1),
+        planes=np.hstack([random.normal(size=(planes, 3)), random.uniform(-1, 1, (planes, 1))]),
+    )
 
 
 def mixed(n, seed=0):

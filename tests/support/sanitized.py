@@ -1,5 +1,5 @@
-"""Run by test_sanitizers.py in a process of its own, under sanitizers: scenes of every kind, bad rays among good
-ones; models, bad objects among good ones.
+"""Run by project/test_sanitizers.py in a process of its own, under sanitizers: scenes of every kind, bad rays among
+good ones; models, bad objects among good ones.
 
 Nothing is asserted about results, which other tests do: every access to memory, shift and conversion is watched.
 """
@@ -13,15 +13,16 @@ import sys
 import numpy as np
 
 from bladesmith import cga3d, curves, tracer
-from bladesmith.codegen.build import ExtensionSource, load
-from bladesmith.codegen.programs.reform import KINDS
-from bladesmith.codegen.programs.scene import needs
-from bladesmith.reform import engine as reform_engine
-from bladesmith.reform import sides as reform_sides
-from bladesmith.tracer.driver import BoundScene
-from bladesmith.tracer.engine import engine_for
-from bladesmith.tracer.hits import first_hits
-from bladesmith.tracer.rows import gathered
+from bladesmith.codegen.build.extension import load
+from bladesmith.codegen.programs.registration.registration import KINDS
+from bladesmith.codegen.programs.tracer.scene import needs
+from bladesmith.codegen.targets.c.source import ExtensionSource
+from bladesmith.registration.backends import c as reform_engine
+from bladesmith.registration.backends import model_rows as reform_sides
+from bladesmith.tracer.rendering.driver import BoundScene
+from bladesmith.tracer.rendering.hits import first_hits
+from bladesmith.tracer.rendering.program import engine_for
+from bladesmith.tracer.rendering.surface_tables import build_surface_tables
 
 RAYS = 150
 #: What becomes infinite, nothing, or no number on the way, in either precision.
@@ -93,7 +94,7 @@ def several_rays_at_once(random):
     origins, directions = rays(random, np.float64)
     engine = engine_for(needs(["plane", "sphere"], pictures=False))
     assert engine.meets_several
-    bound = BoundScene(engine, gathered(engine, balls), np.float64)
+    bound = BoundScene(engine, build_surface_tables(engine, balls), np.float64)
     for count in (0, 1, 3, 4, 5, 7, 8, 9, len(origins)):
         first_hits(bound, origins[:count], directions[:count], 1).normal  # noqa: B018 (asks for the rest)
     first_hits(bound, np.tile(origins, (5, 1)), directions[0], 2).normal  # noqa: B018
@@ -118,7 +119,7 @@ def a_registration(random):
             scene = reform_engine.Scene(*sides, np.repeat(numbers, counts), rows, 2)
             motors = np.concatenate([np.eye(8)[:1], random.normal(size=(4, 8)), random.choice(EXTREME, (9, 8))])
             for weights, limit, least in (((0.75, 0.25, 0.75), 0.1, 0.1), ((0.0, 1e300, 1.0), np.inf, 0.0)):
-                scene.closeness(reform_sides.Closeness(weights, limit, least))
+                scene.set_criterion(reform_sides.MatchCriterion(weights, limit, least))
                 scene.refine(motors, 3)
                 scene.match(motors[-1])
                 common = np.flatnonzero(np.minimum(counts, others))
@@ -136,14 +137,14 @@ def frames(driver, kinds, random):
         spoilt = random.choice(EXTREME, elements.shape)
         for given in (elements, spoilt, np.zeros_like(elements), np.full_like(elements, np.nan)):
             for place in (0, len(given) // 2, len(given) - 1):
-                rule = reform_engine.MiddleRule(8, place, 3.0, 1e-12, 1e-6)
-                origin = driver.middle(np.repeat([KINDS.index(kind) for kind in kinds], n), given, rule)
+                rule = reform_engine.CenterRule(8, place, 3.0, 1e-12, 1e-6)
+                origin = driver.robust_center(np.repeat([KINDS.index(kind) for kind in kinds], n), given, rule)
         for kind, rows in side.rows.items():
-            driver.seen(kind, rows, origin)
-            near = reform_engine.Closeness((1.0, 1.0, 1.0), 1.0)
-            driver.apart(kind, side.elements[kind][:, None], side.elements[kind], near)
-        driver.unseen(random.choice(EXTREME, (n, 8)), origin, origin)
-        driver.unseen_twists(random.choice(EXTREME, (n, 6)), origin)
+            driver.to_frame(kind, rows, origin)
+            near = reform_engine.MatchCriterion((1.0, 1.0, 1.0), 1.0)
+            driver.squared_distances(kind, side.elements[kind][:, None], side.elements[kind], near)
+        driver.motors_to_world(random.choice(EXTREME, (n, 8)), origin, origin)
+        driver.twists_to_world(random.choice(EXTREME, (n, 6)), origin)
 
 
 def registered(kinds, counts, random):
@@ -155,7 +156,7 @@ def registered(kinds, counts, random):
         rows[kind] = np.array(getattr(cga3d, kind)(*made)._data)
         rows[kind][1::2] = random.choice(BOUNDED, rows[kind][1::2].shape)
     driver = reform_engine.Driver(kinds, 1)
-    return reform_sides.Side(rows, {kind: driver.elements(kind, x) for kind, x in rows.items()})
+    return reform_sides.ModelData(rows, {kind: driver.elements(kind, x) for kind, x in rows.items()})
 
 
 def stages(scene, kinds, counts, chosen, motors, random):
@@ -164,7 +165,7 @@ def stages(scene, kinds, counts, chosen, motors, random):
     query, reference = ((random.random(chosen.shape) * n[chosen]).astype(np.int32) for n in counts)
     numbers[::5, 2] = -1
     scene.samples(numbers, query, reference, random.choice([-1.0, 1.0], chosen.shape), np.inf)
-    scene.stiffness(numbers, query)
+    scene.conditioning(numbers, query)
     one = chosen[:, 0] == chosen[0, 0]
     first, second = query[one, 0], reference[one, 0]
     partners = np.where(random.random(len(first)) < 0.5, -1, random.integers(0, len(first), len(first)))

@@ -1,4 +1,4 @@
-"""Kernels that between them use everything a printer must print: each target is tested on these.
+"""Test kernels that together cover every node type; each target is tested on them.
 
 Small on purpose, except where size is the point.
 """
@@ -10,13 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..catalogue import algebra_from_data
-from ..declare import KernelFunction
-from ..formulas.blades import blade_projector, project_to_blade
-from ..formulas.outcome import epsilon, is_finite, only_if, outcome
-from ..formulas.products import geometric, sandwich
-from ..kinds import Kind, NumericSource, numbers, scalar_argument
-from ..multivector import (
+from bladesmith.codegen.algebra.algebra import Kind, numbers, scalar_argument
+from bladesmith.codegen.algebra.loader import algebra_from_data
+from bladesmith.codegen.algebra.members import NumericSource, sample
+from bladesmith.codegen.algebra.multivector import (
     Multivector,
     absolute,
     atan2,
@@ -32,10 +29,20 @@ from ..multivector import (
     stumpff2,
     stumpff3,
 )
-from ..simplify import choose
-from ..spec import load_spec, stock_spec_path
-from ..status import Status
-from ..trace import Kernel, Result, row, trace
+from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
+from bladesmith.codegen.api import KernelFunction
+from bladesmith.codegen.build.cpu_features import best_instances
+from bladesmith.codegen.build.extension import load
+from bladesmith.codegen.execute.arrays import BoundKernel, Library
+from bladesmith.codegen.formulas.objects.blades import blade_projector, project_to_blade
+from bladesmith.codegen.formulas.products.outcome import epsilon, is_finite, outcome, where_or_nan
+from bladesmith.codegen.formulas.products.products import geometric, sandwich
+from bladesmith.codegen.optimise.variants import as_written
+from bladesmith.codegen.status import Status
+from bladesmith.codegen.targets.c.extension import extension_source
+from bladesmith.codegen.trace.kernel import Kernel, interface
+from bladesmith.codegen.trace.outputs import Result, row
+from bladesmith.codegen.trace.trace import trace
 
 #: Share of extreme coefficients in the last quarter of the rows: few enough that not all results are NaN.
 EXTREME_SHARE = 0.15
@@ -43,7 +50,7 @@ EXTREME_SHARE = 0.15
 
 @cache
 def specimens() -> dict[str, Kernel]:
-    """The kernels, by name. Forms are fixed, so that nothing is searched."""
+    """The kernels, by name."""
     cga, pga = (algebra_from_data(load_spec(stock_spec_path(name))) for name in ("cga3d", "pga3d"))
     motor, circle, number = cga.kind("motor"), cga.kind("circle"), scalar_argument(cga)
     project = KernelFunction(project_to_blade, [cga.layout("circle")], circle, "project", None)
@@ -64,8 +71,6 @@ def specimens() -> dict[str, Kernel]:
         trace(_masks, [number, number, number], "masks"),
         trace(_elementary, [numbers(cga, 2)], "elementary"),
     ]
-    for kernel in made:
-        choose(kernel, {"form": "staged"})
     return {f"{kernel.algebra.name}_{kernel.name}": kernel for kernel in made}
 
 
@@ -86,7 +91,7 @@ def _members(kind: Kind, source: NumericSource) -> Any:
     if kind.is_scalar_argument:
         return source.scalar()
     is_row = kind.form == "numbers"
-    values = [source.scalar() for _ in kind.blades] if is_row else kind.values(kind.sample(source))
+    values = [source.scalar() for _ in kind.blades] if is_row else kind.values(sample(kind, source))
     return np.stack([np.broadcast_to(v, (source.count,)) for v in values], -1)
 
 
@@ -104,7 +109,7 @@ def _normalized(x: Multivector) -> tuple[Multivector, Result]:
     square = x.scalar_product(~x)
     good, finite = square > epsilon(x), is_finite(x)
     code = outcome(x, (~finite, Status.INVALID), (~good, Status.SINGULAR))
-    return x / only_if(good & finite, sqrt(square)), code
+    return x / where_or_nan(good & finite, sqrt(square)), code
 
 
 def _rows(v: tuple[Multivector, ...], s: Multivector) -> tuple[Result, Result]:
@@ -125,3 +130,31 @@ def _elementary(v: tuple[Multivector, ...]) -> Result:
     turns = [sin(a), cos(a), atan2(a, b), exp(a), log(absolute(b))]
     later = [a.new({0: a.ring.apply(name, b.scalar())}) for name in ("stumpff4", "stumpff5")]
     return row([*turns, stumpff0(a), stumpff1(a), stumpff2(a * b), stumpff3(b), *later])
+
+
+KERNELS = specimens()
+VARIANTS = {name: as_written(kernel) for name, kernel in KERNELS.items()}
+
+
+@cache
+def _c_library() -> Library:
+    instances = *best_instances("f64"), *best_instances("f32")
+    return Library(load(extension_source("specimens", list(VARIANTS.values()), instances)))
+
+
+def compiled_by_c(name: str) -> BoundKernel:
+    """A specimen through the C target."""
+    return BoundKernel(_c_library(), name, *interface(KERNELS[name]))
+
+
+def as_tuple(results: Any) -> tuple[Any, ...]:
+    return results if isinstance(results, tuple) else (results,)
+
+
+def assert_same_bits(actual: Any, expected: Any, name: str) -> None:
+    """Equal as integers; a NaN equals any NaN, since no rule fixes its bits."""
+    for a, b in zip(as_tuple(actual), as_tuple(expected), strict=True):
+        assert a.dtype == b.dtype and a.shape == b.shape
+        bits = np.dtype(f"u{a.dtype.itemsize}")
+        different = (a.view(bits) != b.view(bits)) & ~(np.isnan(a) & np.isnan(b))
+        assert not different.any(), f"{name}: {a[different][:3]} instead of {b[different][:3]}"

@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bladesmith.codegen.algebra import Algebra, orthonormal, outer_sign
+from bladesmith.codegen.algebra.algebra import Algebra, orthonormal
+from bladesmith.codegen.algebra.blades import outer_sign
+from bladesmith.codegen.algebra.members import RationalSource
+from bladesmith.codegen.algebra.multivector import Multivector, from_values
 from bladesmith.codegen.errors import BladeError, KindError, SignatureError
-from bladesmith.codegen.kinds import RationalSource
-from bladesmith.codegen.multivector import Multivector, from_values
-from bladesmith.codegen.rings import RationalRing
+from bladesmith.codegen.rings.protocol import RationalRing
 
 CGA = Algebra(
     "c",

@@ -16,10 +16,14 @@ from pathlib import Path
 
 import pytest
 
-from bladesmith.codegen import build, cache
-from bladesmith.codegen.build import ExtensionSource, generated_extension, load
-from bladesmith.codegen.flags import compiled_files, source_hash
+from bladesmith.codegen.build import cache
+from bladesmith.codegen.build import extension as build
+from bladesmith.codegen.build.extension import extension_key, generated_extension, load
+from bladesmith.codegen.build.flags import compiled_files, source_hash
+from bladesmith.codegen.targets.c.source import ExtensionSource
 from bladesmith.errors import CompileError, CompilerMissingError, SpecError
+
+from ...support.extension_parts import forget
 
 PATIENCE = 60.0  # seconds a child process may take on a busy machine
 
@@ -38,27 +42,14 @@ ADD = ExtensionSource(
 
 CHILD = """
 import sys
-from bladesmith.codegen.build import ExtensionSource, load
+from bladesmith.codegen.build.extension import load
+from bladesmith.codegen.targets.c.source import ExtensionSource
 extension = ExtensionSource("raced", "int answer(void);", "int answer(void) { return 42; }")
 print(load(extension).lib.answer())
 """
 
 needs_compiler = pytest.mark.skipif(build.compiler() is None, reason="no C compiler")
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="shell scripts and signals")
-
-
-@pytest.fixture
-def cache_dir(tmp_path, monkeypatch):
-    """An empty cache and a process that has loaded nothing."""
-    root = tmp_path / "cache"
-    monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(root))
-    monkeypatch.setattr(build, "_loading", build._Loading())
-    monkeypatch.setattr(cache, "_private", [])
-    return root
-
-
-def forget(monkeypatch):
-    monkeypatch.setattr(build, "_loading", build._Loading())
 
 
 def counting_compiler(tmp_path, before="") -> tuple[str, Path]:
@@ -120,24 +111,24 @@ def test_prints_nothing(cache_dir, capfd):
     ids=["name", "cdef", "source", "header text", "header", "options"],
 )
 def test_key_follows_every_part(other):
-    assert other.key() != ADD.key()
+    assert extension_key(other) != extension_key(ADD)
 
 
 @needs_compiler
 @needs_posix
 def test_key_follows_the_compiler(tmp_path, monkeypatch):
-    before = ADD.key()
+    before = extension_key(ADD)
     monkeypatch.setenv("CC", counting_compiler(tmp_path)[0])
-    assert ADD.key() != before
+    assert extension_key(ADD) != before
 
 
 @needs_compiler
 def test_key_follows_versions_and_flags(monkeypatch):
-    keys = {ADD.key()}
+    keys = {extension_key(ADD)}
     for name, value in [("__version__", "9.9"), ("C_FLAGS", ("-O0",))]:
         with monkeypatch.context() as patch:
             patch.setattr(build, name, value)
-            keys.add(ADD.key())
+            keys.add(extension_key(ADD))
     assert len(keys) == 3
 
 
@@ -233,6 +224,7 @@ def lie(folder: Path) -> None:
     (folder / "entry.json").write_text(json.dumps(record))
 
 
+@pytest.mark.compiles
 @needs_compiler
 @pytest.mark.parametrize(
     ("damage", "warned"),
@@ -309,7 +301,7 @@ def test_read_only_directory_still_serves_what_it_holds(cache_dir, monkeypatch, 
 @needs_compiler
 def test_private_directory_goes_with_its_process(tmp_path):
     (tmp_path / "file").write_text("")
-    text = CHILD + "\nfrom bladesmith.codegen import cache\nprint(cache._private[0])"
+    text = CHILD + "\nfrom bladesmith.codegen.build import cache\nprint(cache._private[0])"
     done = subprocess.run(
         [sys.executable, "-c", text], capture_output=True, text=True, timeout=PATIENCE,
         env={**os.environ, cache.DIRECTORY_VARIABLE: str(tmp_path / "file" / "cache")},
@@ -371,7 +363,7 @@ def test_listing_and_clearing(cache_dir):
 @needs_compiler
 def test_clearing_leaves_what_is_being_built(cache_dir):
     load(ADD)
-    with cache._locked(cache_dir, only_entry(cache_dir).name):
+    with cache._lock(cache_dir, only_entry(cache_dir).name):
         assert cache.clear() == (0, 0)
     assert len(cache.entries()) == 1
 
@@ -432,9 +424,7 @@ def test_source_hash_separates_names_and_texts():
 @needs_posix
 def test_full_disk_falls_back(cache_dir, tmp_path, monkeypatch, caplog):
     full = "fatal error: error writing to out.s: No space left on device"
-    command, _ = counting_compiler(
-        tmp_path, f'case "$PWD" in "{cache_dir}"/*) echo "{full}" >&2; exit 1;; esac'
-    )
+    command, _ = counting_compiler(tmp_path, f'case "$PWD" in "{cache_dir}"/*) echo "{full}" >&2; exit 1;; esac')
     monkeypatch.setenv("CC", command)
     assert load(ADD).lib.add(1.0, 2.0) == 3.0
     assert ["No space left" in record.message for record in caplog.records] == [True]
@@ -443,8 +433,6 @@ def test_full_disk_falls_back(cache_dir, tmp_path, monkeypatch, caplog):
 
 @needs_compiler
 def test_what_the_linker_says_is_reported(cache_dir):
-    absent = ExtensionSource(
-        "absent", "int f(void);", "int f(void) { return 1; }", {}, ("-lbladesmith_absent",)
-    )
+    absent = ExtensionSource("absent", "int f(void);", "int f(void) { return 1; }", {}, ("-lbladesmith_absent",))
     with pytest.raises(CompileError, match="bladesmith_absent"):
         load(absent)

@@ -16,17 +16,18 @@ from pathlib import Path
 
 import pytest
 
-from bladesmith.codegen import cache, sources, texts
-from bladesmith.codegen.formulas import boxes, facets, rays, ribbons, surface_points
-from bladesmith.codegen.programs import Declared, kept, kernels
-from bladesmith.codegen.programs.surface_kinds import PLAIN
-from bladesmith.codegen.simplify import staged
-from bladesmith.codegen.targets.c import c_function
-from bladesmith.codegen.templating import render
+from bladesmith.codegen.build import cache, kernel_cache, source_digest, text_cache
+from bladesmith.codegen.formulas.curves import ribbons, surface_points
+from bladesmith.codegen.formulas.rays import boxes, facets, rays
+from bladesmith.codegen.optimise.variants import as_written
+from bladesmith.codegen.programs import KernelSpec, kernel_spec
+from bladesmith.codegen.programs.tracer.surface_kinds import PLAIN
+from bladesmith.codegen.targets.c.printer import c_function
+from bladesmith.codegen.targets.templates import render
 from bladesmith.errors import TraceError
 
 PATIENCE = 60.0  # seconds a child process may take on a busy machine
-FACING = Declared(rays.facing, ("unit", "position"))
+FACING = KernelSpec(rays.facing, ("unit", "position"))
 PLANE = PLAIN["plane"].kernels[0]
 
 
@@ -38,7 +39,7 @@ def cache_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def forget() -> None:
-    for known in (kernels._found_or_printed, kept._carried, kept._touched, kept.group_of):
+    for known in (kernel_spec._read_or_print, kernel_cache._shipped_texts, kernel_cache._touch, kernel_cache.group_of):
         known.cache_clear()
 
 
@@ -46,14 +47,14 @@ def forget() -> None:
 def alone(cache_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], list[str]]]:
     """A process that knows nothing, and a package that carries nothing; gives what was traced since the last call."""
     made: list[str] = []
-    printed = kernels._printed
+    printed = kernel_spec._print
 
-    def noted(declared: Declared) -> dict[str, str]:
+    def noted(declared: KernelSpec) -> dict[str, str]:
         made.append(declared.name)
         return printed(declared)
 
-    monkeypatch.setattr(kernels, "_printed", noted)
-    monkeypatch.setattr(kept, "resources", Carrying(tmp_path / "generated"))
+    monkeypatch.setattr(kernel_spec, "_print", noted)
+    monkeypatch.setattr(kernel_cache, "resources", Carrying(tmp_path / "generated"))
     (tmp_path / "generated").mkdir()
     forget()
 
@@ -93,7 +94,7 @@ def imported(path: Path) -> set[Path]:
             base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             for place in (base, *(base / alias.name for alias in node.names)):
                 found |= {file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()}
-    return {file for file in found if file.is_relative_to(sources.ROOT)}
+    return {file for file in found if file.is_relative_to(source_digest.ROOT)}
 
 
 @pytest.mark.parametrize("module", [rays, boxes, facets, ribbons, surface_points], ids=lambda m: m.__name__)
@@ -105,9 +106,9 @@ def test_every_import_is_followed(module):
         if file not in found:
             found.add(file)
             waiting += imported(file)
-    expected = {file.relative_to(sources.ROOT).as_posix() for file in found}
-    assert sources.closure([start.relative_to(sources.ROOT).as_posix()]) == expected
-    assert "multivector.py" in expected and "build.py" not in expected
+    expected = {file.relative_to(source_digest.ROOT).as_posix() for file in found}
+    assert source_digest.closure([start.relative_to(source_digest.ROOT).as_posix()]) == expected
+    assert "algebra/multivector.py" in expected and "build/extension.py" not in expected
 
 
 @pytest.fixture
@@ -128,19 +129,20 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for name, text in files.items():
         (root / name).write_text(text)
         os.utime(root / name, (1, 1))
-    monkeypatch.setattr(sources, "ROOT", root)
+    monkeypatch.setattr(source_digest, "ROOT", root)
     yield root
     forget_sources()
 
 
 def forget_sources() -> None:
-    for known in (sources._text, sources._digest_of, sources._imported, sources._all_files):
-        known.cache_clear()
+    cached = (source_digest._digest_of, source_digest._direct_imports, source_digest._all_files)
+    for function in (source_digest.text_of, *cached):
+        function.cache_clear()
 
 
 def digest_now() -> str | None:
     forget_sources()
-    return sources.digest(["rooms/first.py", "data.toml"])
+    return source_digest.digest(["rooms/first.py", "data.toml"])
 
 
 def test_a_digest_follows_every_file_behind_a_formula(package):
@@ -169,12 +171,12 @@ def test_without_sources_there_is_no_digest(package):
 
 
 def test_groups_follow_the_module_and_the_algebra(monkeypatch):
-    kept.group_of.cache_clear()
-    groups = {kept.group_of(m.__name__, "cga3d") for m in (rays, boxes, facets)} | {
-        kept.group_of(rays.__name__, "pga3d")
+    kernel_cache.group_of.cache_clear()
+    groups = {kernel_cache.group_of(m.__name__, "cga3d") for m in (rays, boxes, facets)} | {
+        kernel_cache.group_of(rays.__name__, "pga3d")
     }
     assert len(groups) == 4 and None not in groups
-    assert kept.group_of(__name__, "cga3d") is None and kept.group_of("somewhere.else", "cga3d") is None
+    assert kernel_cache.group_of(__name__, "cga3d") is None and kernel_cache.group_of("somewhere.else", "cga3d") is None
     forget()
 
 
@@ -182,12 +184,12 @@ def test_groups_follow_the_module_and_the_algebra(monkeypatch):
 
 
 def test_texts_are_what_was_written(cache_dir):
-    assert texts.read("group", "a.json") is None
-    texts.write("group", {"a.json": "one\ntwo \N{GREEK SMALL LETTER ALPHA}\n", "b.json": ""})
-    assert texts.read("group", "a.json") == "one\ntwo \N{GREEK SMALL LETTER ALPHA}\n"
-    assert texts.read("group", "b.json") == "" and texts.read("group", "c.json") is None
-    texts.write("group", {"a.json": "three"})
-    assert texts.read("group", "a.json") == "three"
+    assert text_cache.read("group", "a.json") is None
+    text_cache.write("group", {"a.json": "one\ntwo \N{GREEK SMALL LETTER ALPHA}\n", "b.json": ""})
+    assert text_cache.read("group", "a.json") == "one\ntwo \N{GREEK SMALL LETTER ALPHA}\n"
+    assert text_cache.read("group", "b.json") == "" and text_cache.read("group", "c.json") is None
+    text_cache.write("group", {"a.json": "three"})
+    assert text_cache.read("group", "a.json") == "three"
     assert not [path for path in (cache_dir / "text_group").iterdir() if path.name.startswith(".")]
 
 
@@ -204,90 +206,90 @@ DAMAGES = [
 
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_texts_are_made_again(alone, cache_dir, damage):
-    expected = kernels.printed(PLANE)
+    expected = kernel_spec.print_spec(PLANE)
     assert alone() == ["plane_hit"]
     (path,) = kernel_files(cache_dir)
     good = path.read_bytes()
     path.write_bytes(damage(good))
     forget()
-    assert kernels.printed(PLANE) == expected and alone() == ["plane_hit"]
+    assert kernel_spec.print_spec(PLANE) == expected and alone() == ["plane_hit"]
     assert path.read_bytes() == good
     forget()
-    assert kernels.printed(PLANE) == expected and alone() == []
+    assert kernel_spec.print_spec(PLANE) == expected and alone() == []
 
 
 def test_a_text_that_is_whole_and_no_kernel_is_made_again(alone, cache_dir):
-    expected = kernels.printed(PLANE)
+    expected = kernel_spec.print_spec(PLANE)
     (path,) = kernel_files(cache_dir)
     for body in (b"{}", b"[1]", b'{"key": "another", "texts": {}}', b'{"key": 1}'):
         path.write_bytes(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
         alone()
         forget()
-        assert kernels.printed(PLANE) == expected and alone() == ["plane_hit"]
+        assert kernel_spec.print_spec(PLANE) == expected and alone() == ["plane_hit"]
 
 
 def test_a_kernel_is_traced_once_for_all_processes(alone, cache_dir):
-    first = kernels.printed_together([PLANE, FACING])
+    first = kernel_spec.print_specs([PLANE, FACING])
     assert alone() == ["plane_hit", "facing"] and len(kernel_files(cache_dir)) == 2
     forget()
-    assert kernels.printed_together([PLANE, FACING]) == first and alone() == []
-    with kernels.printed_anew():
-        assert kernels.printed_together([PLANE, FACING]) == first and alone() == ["plane_hit", "facing"]
+    assert kernel_spec.print_specs([PLANE, FACING]) == first and alone() == []
+    with kernel_spec.without_kernel_cache():
+        assert kernel_spec.print_specs([PLANE, FACING]) == first and alone() == ["plane_hit", "facing"]
 
 
 def test_other_sources_other_texts(alone, cache_dir, monkeypatch):
-    kernels.printed(PLANE)
-    group = kept.group_of(rays.__name__, "cga3d")
+    kernel_spec.print_spec(PLANE)
+    group = kernel_cache.group_of(rays.__name__, "cga3d")
     forget()
-    monkeypatch.setattr(sources, "digest", lambda files: hashlib.sha256(b"edited").hexdigest())
-    assert kept.group_of(rays.__name__, "cga3d") != group
-    kernels.printed(PLANE)
+    monkeypatch.setattr(source_digest, "digest", lambda files: hashlib.sha256(b"edited").hexdigest())
+    assert kernel_cache.group_of(rays.__name__, "cga3d") != group
+    kernel_spec.print_spec(PLANE)
     assert alone() == ["plane_hit", "plane_hit"] and len(kernel_files(cache_dir)) == 2
 
 
 def test_nothing_is_kept_of_sources_that_cannot_be_told(alone, cache_dir, monkeypatch):
-    monkeypatch.setattr(sources, "digest", lambda files: None)
-    kernels.printed(PLANE)
+    monkeypatch.setattr(source_digest, "digest", lambda files: None)
+    kernel_spec.print_spec(PLANE)
     assert alone() == ["plane_hit"] and not cache_dir.exists()
 
 
 @pytest.mark.parametrize("kinds", [("position", "position", "unit", "number"), ("unit", "position", "unit", "number")])
 def test_other_kinds_or_another_name_are_other_kernels(alone, kinds):
-    kernels.printed(PLANE)
-    renamed = Declared(rays.plane_hit, kinds, "renamed")
-    assert list(kernels.printed(renamed)) == ["cga3d_renamed"]
+    kernel_spec.print_spec(PLANE)
+    renamed = KernelSpec(rays.plane_hit, kinds, "renamed")
+    assert list(kernel_spec.print_spec(renamed)) == ["cga3d_renamed"]
     assert alone() == ["plane_hit", "renamed"]
     with pytest.raises(TraceError, match="two different kernels are called 'plane_hit'"):
-        kernels.printed_together([PLANE, Declared(rays.sphere_hit, PLAIN["sphere"].kernels[0].kinds, "plane_hit")])
+        kernel_spec.print_specs([PLANE, KernelSpec(rays.sphere_hit, PLAIN["sphere"].kernels[0].kinds, "plane_hit")])
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(alone, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(tmp_path / "file" / "cache"))
-    expected = kernels.printed(PLANE)
+    expected = kernel_spec.print_spec(PLANE)
     forget()
-    assert kernels.printed(PLANE) == expected and alone() == ["plane_hit"] * 2
+    assert kernel_spec.print_spec(PLANE) == expected and alone() == ["plane_hit"] * 2
 
 
 def test_groups_are_entries_of_the_cache(alone, cache_dir):
-    kernels.printed(PLANE)
+    kernel_spec.print_spec(PLANE)
     (entry,) = cache.entries()
     assert entry.stem.startswith("text_rays_") and entry.size > 100
     record = cache_dir / entry.stem / cache.RECORD
     os.utime(record, (1, 1))
     forget()
-    kernels.printed(PLANE)
+    kernel_spec.print_spec(PLANE)
     assert record.stat().st_mtime > 1, "used just now"
     assert cache.clear()[0] == 1 and not cache.entries()
     forget()
     alone()
-    kernels.printed(PLANE)
+    kernel_spec.print_spec(PLANE)
     assert alone() == ["plane_hit"]
 
 
 WRITER = """
 import sys
-from bladesmith.codegen import texts
+from bladesmith.codegen.build import text_cache as texts
 text = sys.argv[1] * 20000
 for i in range(150):
     texts.write("group", {"a.json": text})
@@ -301,9 +303,9 @@ def test_processes_that_write_at_once_leave_a_whole_text(cache_dir):
     ]
     seen = set()
     while any(writer.poll() is None for writer in writers):
-        seen.add(texts.read("group", "a.json"))
+        seen.add(text_cache.read("group", "a.json"))
     assert [writer.communicate(timeout=PATIENCE)[1] for writer in writers] == ["", ""]
-    assert seen - {None} <= {"x" * 20000, "y" * 20000} and texts.read("group", "a.json") in seen | {
+    assert seen - {None} <= {"x" * 20000, "y" * 20000} and text_cache.read("group", "a.json") in seen | {
         letter * 20000 for letter in "xy"
     }
 
@@ -319,8 +321,8 @@ def test_clearing_while_texts_are_written_does_no_harm(cache_dir):
     thread.start()
     try:
         for i in range(200):
-            texts.write("group", {"a.json": str(i)})
-            assert texts.read("group", "a.json") in (None, str(i))
+            text_cache.write("group", {"a.json": str(i)})
+            assert text_cache.read("group", "a.json") in (None, str(i))
     finally:
         stop.set()
         thread.join()
@@ -329,34 +331,34 @@ def test_clearing_while_texts_are_written_does_no_harm(cache_dir):
 # -- what the package carries --------------------------------------------------------------------------------
 
 
-def carry(folder: Path, declared: list[Declared]) -> Path:
+def carry(folder: Path, declared: list[KernelSpec]) -> Path:
     """A generated folder with these kernels."""
-    with kernels.printed_anew():
-        made = {d: kernels.printed(d) for d in declared}
-    header = render("c/kernels.h.j2", functions=[]) + "".join(text for d in declared for text in made[d].values())
-    listed = {(str(kept.group_of(d.formula.__module__, d.algebra)), d.key): list(made[d]) for d in declared}
+    with kernel_spec.without_kernel_cache():
+        made = {d: kernel_spec.print_spec(d) for d in declared}
+    header = render("kernels.h.j2", functions=[]) + "".join(text for d in declared for text in made[d].values())
+    listed = {(str(kernel_cache.group_of(d.formula.__module__, d.algebra)), d.key): list(made[d]) for d in declared}
     folder.mkdir()
     (folder / "kernels.h").write_text(header)
-    (folder / kept.INDEX).write_text(kept.index(header, listed))
+    (folder / kernel_cache.INDEX).write_text(kernel_cache.index(header, listed))
     return folder
 
 
 def test_what_the_package_carries_is_not_traced(alone, tmp_path, cache_dir):
-    expected = kernels.printed_together([PLANE, FACING])
+    expected = kernel_spec.print_specs([PLANE, FACING])
     carry(tmp_path / "generated" / "some", [PLANE])
     carry(tmp_path / "generated" / "more", [FACING])
     cache.clear()
     forget()
     alone()
-    assert kernels.printed_together([PLANE, FACING]) == expected
+    assert kernel_spec.print_specs([PLANE, FACING]) == expected
     assert alone() == [] and not kernel_files(cache_dir)
 
 
 @pytest.mark.parametrize("stale", ["header", "sources", "index", "format", "symbol"])
 def test_what_it_carries_of_other_sources_is_not_used(alone, tmp_path, stale):
     folder = carry(tmp_path / "generated" / "some", [PLANE])
-    expected = kernels.printed(PLANE)
-    index = json.loads((folder / kept.INDEX).read_text())
+    expected = kernel_spec.print_spec(PLANE)
+    index = json.loads((folder / kernel_cache.INDEX).read_text())
     if stale == "header":
         text = (folder / "kernels.h").read_text()
         (folder / "kernels.h").write_text(text.replace(" - ", " + ", 1))
@@ -366,24 +368,24 @@ def test_what_it_carries_of_other_sources_is_not_used(alone, tmp_path, stale):
         index["format"] += 1
     elif stale == "symbol":
         index["groups"] = {g: {key: ["cga3d_nothing"] for key in kernels} for g, kernels in index["groups"].items()}
-    (folder / kept.INDEX).write_text("[" if stale == "index" else json.dumps(index))
+    (folder / kernel_cache.INDEX).write_text("[" if stale == "index" else json.dumps(index))
     cache.clear()
     forget()
     alone()
-    assert kernels.printed(PLANE) == expected
+    assert kernel_spec.print_spec(PLANE) == expected
     assert alone() == ["plane_hit"]
 
 
 def test_kernels_one_by_one_are_the_header_of_all():
     declared = [PLANE, FACING, PLAIN["sphere"].kernels[0]]
-    functions = [c_function(staged(kernels.traced(d))) for d in declared]
-    whole = render("c/kernels.h.j2", functions=functions)
-    assert whole == render("c/kernels.h.j2", functions=[]) + "".join(kernels.printed_together(declared).values())
+    functions = [c_function(as_written(kernel_spec.trace_spec(d))) for d in declared]
+    whole = render("kernels.h.j2", functions=functions)
+    assert whole == render("kernels.h.j2", functions=[]) + "".join(kernel_spec.print_specs(declared).values())
 
 
 def test_what_the_package_carries_is_of_its_own_sources():
     """The installed index, where its sources are these: every kernel is the text that its formula gives."""
     forget()
-    for (group, key), carried in list(kept._carried().items())[::29]:
+    for (group, key), carried in list(kernel_cache._shipped_texts().items())[::29]:
         module = key.split(" = ")[1].split(".")[0]
         assert group.startswith(f"{module}_") and all(f"FN({symbol})(" in text for symbol, text in carried.items())

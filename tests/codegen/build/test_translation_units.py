@@ -12,51 +12,32 @@ from pathlib import Path
 
 import pytest
 
-from bladesmith.codegen import build, cache, units
-from bladesmith.codegen.build import ExtensionSource, load
-from bladesmith.codegen.units import Compilation, Unit
+from bladesmith.codegen.build import cache, extension, translation_units
+from bladesmith.codegen.build.extension import load
+from bladesmith.codegen.build.translation_units import Compilation
+from bladesmith.codegen.targets.c.source import Unit
 from bladesmith.errors import CompileError, SpecError
+
+from ...support import extension_parts
+from ...support.extension_parts import OTHER, PART, WHOLE
 
 PATIENCE = 60.0  # seconds a child process may take on a busy machine
 pytestmark = [
-    pytest.mark.skipif(build.compiler() is None, reason="no C compiler"),
+    pytest.mark.skipif(extension.compiler() is None, reason="no C compiler"),
     pytest.mark.skipif(os.name != "posix", reason="shell scripts"),
 ]
 
-PART = Unit(
-    "part", '#include "part.h"\ndouble part(double x) { return FACTOR * x; }\n', {"part.h": "#define FACTOR 3\n"}
-)
-WHOLE = ExtensionSource(
-    "whole",
-    "double twice(double); ptrdiff_t size(const uint8_t *);",
-    "#include <stddef.h>\n#include <stdint.h>\ndouble part(double);\ndouble twice(double x) { return 2 * part(x); }\n"
-    "ptrdiff_t size(const uint8_t *x) { return x[0]; }\n",
-    units=(PART,),
-)
-OTHER = replace(WHOLE, source=WHOLE.source.replace("2 *", "10 *"))
-
 CHILD = """
-import sys
-sys.path.insert(0, sys.argv[1])
-from test_build_units import OTHER, WHOLE
-from bladesmith.codegen.build import load
-print(load(OTHER if sys.argv[2] == "other" else WHOLE).lib.twice(1.0))
+import runpy, sys
+from bladesmith.codegen.build.extension import load
+print(load(runpy.run_path(sys.argv[1])[sys.argv[2]]).lib.twice(1.0))
 """
-
-
-@pytest.fixture
-def cache_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    root = tmp_path / "cache"
-    monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(root))
-    monkeypatch.setattr(build, "_loading", build._Loading())
-    monkeypatch.setattr(cache, "_private", [])
-    return root
 
 
 @pytest.fixture
 def compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[str]]:
     """A compiler that notes what it compiles; gives the names since the last call, without their keys."""
-    script, notes, real = tmp_path / "cc", tmp_path / "notes", build.compiler()
+    script, notes, real = tmp_path / "cc", tmp_path / "notes", extension.compiler()
     assert real is not None
     script.write_text(
         f'#!/bin/sh\ncase "$*" in *--version*) exec {real.command[0]} --version;; esac\n'
@@ -72,10 +53,6 @@ def compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], li
         return sorted(Path(n).stem.removeprefix("bs_").rsplit("_", 1)[0] if "_" in n else Path(n).stem for n in names)
 
     return since
-
-
-def forget(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(build, "_loading", build._Loading())
 
 
 def entry_of(root: Path, name: str) -> Path:
@@ -112,7 +89,7 @@ def entry_of_whole(root: Path) -> Path:
 def test_keys_follow_every_part_of_a_unit(other):
     how = Compilation(("cc", "-O1"), "module", ("1",))
     assert how.stem(other) != how.stem(PART)
-    assert replace(WHOLE, units=(other,)).key() != WHOLE.key()
+    assert extension.extension_key(replace(WHOLE, units=(other,))) != extension.extension_key(WHOLE)
 
 
 def test_keys_follow_how_units_are_compiled():
@@ -165,12 +142,14 @@ def test_a_part_that_is_removed_before_it_is_linked_is_made_again(cache_dir, mon
 
 
 def test_processes_that_race_make_each_part_once(cache_dir, compiled):
-    here = str(Path(__file__).parent)
     racers = [
         subprocess.Popen(
-            [sys.executable, "-c", CHILD, here, which], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [sys.executable, "-c", CHILD, extension_parts.__file__, which],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
         )
-        for which in ("whole", "other", "whole")
+        for which in ("WHOLE", "OTHER", "WHOLE")
     ]
     answers = [racer.communicate(timeout=PATIENCE) for racer in racers]
     assert answers == [("6.0\n", ""), ("30.0\n", ""), ("6.0\n", "")]
@@ -193,7 +172,7 @@ def test_names_that_are_no_identifiers_are_refused():
 
 
 def test_without_python_headers_parts_are_linked_all_the_same(cache_dir, monkeypatch):
-    monkeypatch.setattr(build, "_include", lambda: "/nonexistent")
+    monkeypatch.setattr(extension, "_include", lambda: "/nonexistent")
     assert load(WHOLE).lib.twice(1.0) == 6.0
     assert not list(cache_dir.glob("bs_whole_module_*"))
 
@@ -208,5 +187,5 @@ def test_parts_are_listed_and_cleared(cache_dir):
 
 
 def test_one_processor_is_enough(cache_dir, monkeypatch):
-    monkeypatch.setattr(units.os, "sched_getaffinity", lambda _: {0}, raising=False)
+    monkeypatch.setattr(translation_units.os, "sched_getaffinity", lambda _: {0}, raising=False)
     assert load(WHOLE).lib.twice(1.0) == 6.0

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d as cga
-from bladesmith import codegen, errors, parallel
-from bladesmith.codegen.formulas.outcome import only_if, outcome
-from bladesmith.codegen.pairs import all_pairs, nearest
+from bladesmith import codegen, errors
+from bladesmith.codegen.execute.pairs import all_pairs, nearest
+from bladesmith.codegen.formulas.products.outcome import outcome, where_or_nan
+from bladesmith.common import parallel
 from bladesmith.status import Status
 
 RANDOM = np.random.default_rng(5)
 #: Below, at and beyond the rows that the compiled loops take at a time.
 COUNTS = (1, 7, 255, 256, 257, 600)
-TARGETS = ("c", "numba", "numpy")
+TARGETS = ("c", pytest.param("numba", marks=pytest.mark.peers), "numpy")
 
 
 @codegen.kernel(cga.kind("euclidean"), cga.kind("euclidean"))
@@ -27,7 +28,7 @@ def squared_distance(a: Any, b: Any) -> Any:
 @codegen.kernel(cga.kind("euclidean"), cga.kind("euclidean"))
 def quotient(a: Any, b: Any) -> Any:
     scale = (a * b).grade(0)
-    return a ^ b, b / only_if(scale > 0, scale), outcome(a, (~(scale > 0), Status.SINGULAR))
+    return a ^ b, b / where_or_nan(scale > 0, scale), outcome(a, (~(scale > 0), Status.SINGULAR))
 
 
 @codegen.kernel(codegen.scalar, codegen.scalar, algebra=cga)
@@ -43,6 +44,7 @@ def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return ((a[:, None].astype(float) - b[None]) ** 2).sum(-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_all_pairs_and_nearest(target: str, dtype: Any) -> None:
@@ -58,6 +60,7 @@ def test_all_pairs_and_nearest(target: str, dtype: Any) -> None:
         np.testing.assert_array_equal(least, values[..., 0].min(1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS)
 def test_several_results_and_statuses(target: str) -> None:
     a, b = RANDOM.normal(size=(4, 3)), RANDOM.normal(size=(300, 3))

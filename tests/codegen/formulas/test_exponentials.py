@@ -1,24 +1,21 @@
 """exp, log and square root of motors against series at 60 digits and more, on every angle and every translation."""
 
-import sys
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from bladesmith.codegen.algebra import orthonormal
+from bladesmith.codegen.algebra.algebra import Kind, add_plain_kinds, orthonormal
+from bladesmith.codegen.algebra.multivector import from_values
 from bladesmith.codegen.errors import GradeError
-from bladesmith.codegen.formulas import exponentials, motions, products
-from bladesmith.codegen.kinds import Kind, add_plain_kinds
-from bladesmith.codegen.multivector import from_values
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.formulas.motions import motions
+from bladesmith.codegen.formulas.products import exponentials, products
+from bladesmith.codegen.rings.protocol import PrecisionRing
 from bladesmith.codegen.status import Status
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from formula_support import EPS, Array, Traced, members, multivector, precise, rows, series_exp, stock, unit
+from ...support.formulas import EPS, Array, Traced, members, multivector, precise, rows, series_exp, stock
+from ...support.vectors import unit
 
 SPATIAL = ("cga3d", "pga3d")
 NULL = ("ni", "0")
@@ -83,6 +80,7 @@ def worst(name: str, error: Array, scale: Array) -> float:
     return float(ulps[i])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPATIAL)
 def test_exp_to_a_few_ulps(name: str) -> None:
     algebra = stock(name)
@@ -96,6 +94,7 @@ def test_exp_to_a_few_ulps(name: str) -> None:
     assert worst(name, np.linalg.norm(error[:, translation], axis=1), length / 2) < EXP_ULPS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPATIAL)
 @pytest.mark.parametrize("kind", ["motor", "~motor"])
 def test_log_undoes_the_series(name: str, kind: str) -> None:

@@ -4,10 +4,8 @@ The oracle is the power series at 40 digits: exp by it, log by the series of wha
 """
 
 import math
-import sys
 from functools import cache
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,18 +14,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bladesmith as bs
-from bladesmith.codegen.algebra import Algebra, orthonormal
-from bladesmith.codegen.declare import KernelFunction
+from bladesmith.codegen.algebra.algebra import Algebra, Kind, add_plain_kinds, orthonormal
+from bladesmith.codegen.algebra.multivector import Multivector, from_values
+from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.errors import GradeError
-from bladesmith.codegen.formulas import exponentials, invariant
-from bladesmith.codegen.kinds import Kind, add_plain_kinds
-from bladesmith.codegen.multivector import Multivector, from_values
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.formulas.products import exponentials, invariant
+from bladesmith.codegen.rings.protocol import PrecisionRing
 from bladesmith.codegen.status import Status
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from formula_support import EPS, Array, multivector, precise, rows, series_exp, stock, unit
+from ...support.formulas import EPS, Array, multivector, precise, rows, series_exp, stock
+from ...support.vectors import unit
 
 PRECISE = PrecisionRing(40)
 #: The bar: exp(log(R)) and sqrt(R)^2 to this, on the scale of what was read and written.
@@ -127,12 +123,14 @@ def rotors() -> tuple[list[Any], Array, Array]:
     return cases, b, compiled(invariant.exp_bivector, BIVECTOR)(b)
 
 
+@pytest.mark.slow
 def test_exp_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
     cases, b, r = rotors
     errors = [series_error(BIVECTOR, x, EVEN, y) for x, y in zip(b[::5], r[::5], strict=True)]
     assert largest(errors, cases[::5]) < 8 * EPS
 
 
+@pytest.mark.slow
 def test_log_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
     cases, _, r = rotors
     log, status = compiled(invariant.log_rotor, EVEN)(r)
@@ -141,6 +139,7 @@ def test_log_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
     assert largest(errors, cases) < ROUND_TRIP / 4
 
 
+@pytest.mark.slow
 def test_sqrt_of_similarities(rotors: tuple[list[Any], Array, Array]) -> None:
     cases, _, r = rotors
     root, status = compiled(invariant.sqrt_rotor, EVEN)(r)
@@ -162,6 +161,7 @@ def test_logarithms_are_those_taken(rotors: tuple[list[Any], Array, Array]) -> N
             assert np.abs(found - own).max() <= allowed, (angle, g, shift)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cga3d", "pga3d"])
 def test_round_trips_of_motors(name: str) -> None:
     """The same bar for the formulas of motors: their own, and shorter."""
@@ -203,6 +203,7 @@ def oblique() -> Array:
     return np.concatenate([rng.normal(size=(12, 10)), rng.normal(size=(3, 10)) * 1e-9, np.array(simple)])
 
 
+@pytest.mark.slow
 def test_rotors_in_general_position() -> None:
     b = oblique()
     r = compiled(invariant.exp_bivector, BIVECTOR)(b)
@@ -231,6 +232,7 @@ def double_rotation(f: float, g: float, bend: bool) -> Array:
     return np.array([float(v) for v in EVEN.values(r)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", [False, True])
 def test_exp_of_double_rotations_by_nearly_equal_angles(bend: bool) -> None:
     """The squares of both parts differ by less than their rounding leaves, the parts themselves do not."""
@@ -258,6 +260,7 @@ def test_a_moved_pure_four_vector_is_singular() -> None:
         assert np.all(status == Status.SINGULAR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", [False, True])
 def test_double_rotations(bend: bool) -> None:
     """Angles that agree, nearly agree, add up to nearly a turn; near 1, -1 and the pure 4-vector."""
@@ -368,6 +371,7 @@ def test_single_precision() -> None:
     assert np.percentile(np.abs(again - r).max(1) / size, 99) < 64 * np.finfo(np.float32).eps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signature", [(3, 1), (1, 3), (4, 0), (0, 4), (4, 1), (1, 4), (5, 0), (2, 1), (1, 1), (2, 0)])
 def test_other_signatures(signature: tuple[int, int]) -> None:
     algebra = orthonormal(*signature)
@@ -413,6 +417,7 @@ def test_signatures_that_do_not_decompose_are_refused() -> None:
 numbers = st.floats(-3, 3).filter(lambda x: x == 0 or abs(x) > 1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.lists(numbers, min_size=10, max_size=10))
 def test_logarithms_of_small_bivectors_are_the_bivectors(coefficients: list[float]) -> None:

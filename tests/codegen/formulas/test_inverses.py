@@ -1,8 +1,6 @@
 """Inverses of general multivectors: the three methods against each other, exact fractions, and `clifford`."""
 
-import sys
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,25 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bladesmith.codegen.algebra import Algebra, orthonormal
+from bladesmith.codegen.algebra.algebra import Algebra, orthonormal
+from bladesmith.codegen.algebra.members import RationalSource
+from bladesmith.codegen.algebra.multivector import Multivector
 from bladesmith.codegen.errors import GradeError
-from bladesmith.codegen.formulas import conformal, frames, inverses, versors
-from bladesmith.codegen.kinds import RationalSource, add_plain_kinds
-from bladesmith.codegen.multivector import Multivector
-from bladesmith.codegen.rings import NumericRing
+from bladesmith.codegen.formulas.objects import conformal
+from bladesmith.codegen.formulas.products import frames, inverses, versors
+from bladesmith.codegen.rings.protocol import NumericRing
 from bladesmith.codegen.status import Status
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from clifford_oracle import oracle
-from formula_support import Array, Traced, members, multivector, rows, stock
-
-
-def plain(p: int, q: int = 0, r: int = 0) -> Algebra:
-    algebra = orthonormal(p, q, r)
-    add_plain_kinds(algebra)
-    return algebra
-
+from ...oracles.clifford_layouts import oracle
+from ...support.formulas import Array, Traced, members, multivector, plain, rows, stock
 
 ALGEBRAS = [plain(1), plain(0, 1), plain(2), plain(0, 0, 2), plain(3), plain(1, 3), plain(2, 0, 2)]
 ALGEBRAS += [stock("cga2d"), stock("pga3d"), stock("cga3d"), plain(4, 1, 1), plain(3, 3)]
@@ -45,6 +35,7 @@ def matrix_inverse(algebra: Algebra, kind: str, x: Array) -> tuple[Array, Array]
     return np.linalg.solve(matrix, one)[..., 0], np.linalg.cond(matrix)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
 @pytest.mark.parametrize("kind", ["multivector", "even"])
 def test_methods_agree(algebra: Algebra, kind: str) -> None:
@@ -59,6 +50,7 @@ def test_methods_agree(algebra: Algebra, kind: str) -> None:
         assert np.max(error) < 1e-12, (method.__name__, x[np.argmax(error)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["multivector", "even"])
 @pytest.mark.parametrize("method", [inverses.shirokov, inverses.hitzer])
 def test_traced_in_cga(method: Any, kind: str) -> None:
@@ -73,6 +65,7 @@ def test_traced_in_cga(method: Any, kind: str) -> None:
     assert np.allclose(value, solved, rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", [stock("cga3d"), stock("pga3d"), plain(3), plain(1, 3)], ids=lambda a: a.name)
 def test_clifford_agrees(algebra: Algebra) -> None:
     """Its product makes one of ours and its operand, on both sides; in Cl(4,1) its own inverse too."""
@@ -112,6 +105,7 @@ def test_exact_on_fractions(p: int, q: int, r: int, seed: int) -> None:
         assert (adjugate * (1 / det)).terms == (other * (1 / product[0])).terms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("algebra", ALGEBRAS[4:], ids=lambda a: a.name)
 def test_singular_items_are_found(algebra: Algebra, dtype: Any) -> None:

@@ -11,7 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bladesmith.codegen.factor import Atom, Constant, Product, Sum, expand, factor, operation_count
+from bladesmith.codegen.optimise.factor.factor import Atom, Constant, Product, Sum, factor
+
+from ...support.optimise.expressions import expand, operation_count
 
 ATOMS = 6
 HASH_SEEDS = ("1", "4242")
@@ -48,6 +50,7 @@ def as_written(wanted):
     return multiplications + sum(max(len(p) - 1, 0) for p in wanted)
 
 
+@pytest.mark.slow
 @given(polynomials)
 def test_expands_back_and_never_costs_more(wanted):
     found = factor(wanted, ATOMS, budget=2000)
@@ -172,9 +175,7 @@ def test_trivial_outputs():
 
 
 def test_equal_subexpressions_are_one_object():
-    found = factor(
-        [poly(t) for t in ("abe + cde", "abf + cdf + a", "ab + cd", "2abg + 2cdg", "2abh + 2cdh")], 26
-    )
+    found = factor([poly(t) for t in ("abe + cde", "abf + cdf + a", "ab + cd", "2abg + 2cdg", "2abh + 2cdh")], 26)
     seen = {}
 
     def visit(node):
@@ -190,9 +191,7 @@ def test_equal_subexpressions_are_one_object():
 def test_operation_count_counts_shared_nodes_once():
     a, b = Atom(0), Atom(1)
     shared = Product((a, b))
-    total = Sum(
-        ((shared, Fraction(1)), (a, Fraction(-1)), (b, Fraction(2)), (Constant(Fraction(3)), Fraction(1)))
-    )
+    total = Sum(((shared, Fraction(1)), (a, Fraction(-1)), (b, Fraction(2)), (Constant(Fraction(3)), Fraction(1))))
     assert operation_count([total, shared, Product((shared, shared, total))]) == (4, 3)
 
 
@@ -204,7 +203,7 @@ def test_malformed_monomials(monomial):
 
 SCRIPT = """
 import random, sys
-from bladesmith.codegen.factor import factor
+from bladesmith.codegen.optimise.factor.factor import factor
 from fractions import Fraction
 draw = random.Random(3)
 wanted = []

@@ -9,16 +9,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith.codegen.build import ExtensionSource, load
+from bladesmith.codegen.algebra.multivector import absolute, atan2, cos, exp, log, select, sin, sqrt, stumpff1
+from bladesmith.codegen.build import cpu_features
+from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.extension import load
 from bladesmith.codegen.errors import TraceError
-from bladesmith.codegen.formulas import flows, mechanics
-from bladesmith.codegen.machine import has_wide_vectors
-from bladesmith.codegen.multivector import absolute, atan2, cos, exp, log, select, sin, sqrt, stumpff1
-from bladesmith.codegen.programs.kernels import Declared, traced
-from bladesmith.codegen.rings import PrecisionRing
-from bladesmith.codegen.taylor import HIGHEST_ORDER, WIDTHS, series_function
-from bladesmith.codegen.templating import included_headers
-from bladesmith.codegen.trace import Kernel, row
+from bladesmith.codegen.formulas.mechanics import mechanics
+from bladesmith.codegen.formulas.motions import flows
+from bladesmith.codegen.programs.dynamics.config import DynamicsConfig
+from bladesmith.codegen.programs.dynamics.dynamics import dynamics_program
+from bladesmith.codegen.programs.kernel_spec import KernelSpec, trace_spec
+from bladesmith.codegen.rings.protocol import PrecisionRing
+from bladesmith.codegen.targets.c.source import ExtensionSource
+from bladesmith.codegen.targets.c.taylor_functions import HIGHEST_ORDER, WIDTHS, series_function
+from bladesmith.codegen.targets.templates import included_headers
+from bladesmith.codegen.trace.kernel import Kernel
+from bladesmith.codegen.trace.outputs import row
 
 ORDER = 20
 ALGEBRAS = ["cga3d", "pga3d"]
@@ -79,7 +85,7 @@ class Compiled:
 
 
 def kernel(formula: Callable[..., Any], kinds: str, algebra: str = "cga3d") -> Kernel:
-    return traced(Declared(formula, tuple(kinds.split(", ")), "", algebra))
+    return trace_spec(KernelSpec(formula, tuple(kinds.split(", ")), "", algebra))
 
 
 def series_of(function: Callable[[Any], Sequence[Any]], ring: PrecisionRing, order: int = ORDER) -> Any:
@@ -166,7 +172,7 @@ KERNELS = {
     "motor_rate": ("layout motor, twist", ()),
     "gyroscopic": ("twist, numbers6", ()),
     "pull": ("motor, position, position", ("center", "weight")),
-    "carried": ("motor, twist", ("wrench",)),
+    "wrench_to_body": ("motor, twist", ("wrench",)),
     "drag": ("twist, position, number, number", ("center", "angular", "linear")),
     "spring": ("motor, twist, position, motor, twist, position, numbers3", ("own", "other", "numbers")),
     "rotor_rate": ("layout rotor, position", ()),
@@ -179,7 +185,7 @@ class Motion:
 
     def __init__(self, algebra: str, ring: PrecisionRing) -> None:
         self.ring, self.mp = ring, ring.context
-        self._landed = kernel(flows.landed, "layout rotor, position, position, position", algebra)
+        self._landed = kernel(flows.state_after_flight, "layout rotor, position, position, position", algebra)
         self._rng = np.random.default_rng(3)
         self._numbers: dict[str, Any] = {}
         self.motor = cache(self._motor)
@@ -204,6 +210,7 @@ class Motion:
         return self.numbers(name, kind.size) if still else self.moving(name, kind.size, t)
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 @pytest.mark.parametrize("name", KERNELS)
 def test_coefficients_of_kernels(name: str, algebra: str) -> None:
@@ -227,3 +234,13 @@ def test_coefficients_of_kernels(name: str, algebra: str) -> None:
     scale = np.abs(expected).max(1, keepdims=True)
     assert (scale[:5] > 1e-3).all()
     np.testing.assert_array_less(np.abs(found - expected) / np.maximum(scale, 1), ROUNDING)
+
+
+def test_the_text_does_not_depend_on_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A processor with AVX2 differs from one without by an option of the compiler alone."""
+    config = DynamicsConfig(method="taylor", loads=("gravity", "drag"), rows=0)
+    programs = []
+    for wide in (False, True):
+        monkeypatch.setattr(cpu_features, "has_wide_vectors", lambda wide=wide: wide)
+        programs.append(dynamics_program.__wrapped__(config))
+    assert programs[0].files == programs[1].files and programs[0].options != programs[1].options

@@ -1,17 +1,13 @@
 """Rays against a surface evolved between two circles: isolate, companion and sampled against 50 digits."""
 
-import sys
-from pathlib import Path
-
 import mpmath as mp
 import numpy as np
 import pytest
 from mpmath import mpf
 
-from bladesmith.codegen.build import compiler
+from bladesmith.codegen.build.extension import compiler
 
-sys.path.insert(0, str(Path(__file__).parent))
-import evolved_support as es  # noqa: E402
+from ...oracles import evolved_roots as es
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
@@ -47,6 +43,7 @@ def values_of(surface, given, a):
 # -- the mathematics ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("seed", range(12))
 def test_condition_is_the_square_of_the_meet(seed):
     """The meets give (L v C)^2, for S0 < 0 too, and the octic is the product of both branches."""
@@ -106,6 +103,7 @@ def test_companion_roots_are_those_of_numpy(dtype, accuracy):
 # -- against the reference ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_isolate_finds_every_root_and_no_other(family):
     for seed in range(80):
@@ -116,6 +114,7 @@ def test_isolate_finds_every_root_and_no_other(family):
         assert got == sorted(got)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_isolate_in_single_precision(family):
     """Against the reference of the rounded scalars. An M4 that is nothing but rounding is taken for zero."""
@@ -158,6 +157,7 @@ def tangent(surface, ray, a):
     return moved(*mp.lu_solve(matrix, mp.matrix([-whole(a), -mp.diff(whole, a)])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("place", ["0.5", "0.3141"])
 def test_tangent_rays(family, place):

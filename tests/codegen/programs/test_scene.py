@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from bladesmith import tracer
-from bladesmith.codegen.build import compiler, generated_extension, load
-from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.programs.scene import EVERYTHING, needs, scene_program
-from bladesmith.codegen.programs.surface_kinds import METHODS, stock_kinds, surface_kind
+from bladesmith.codegen.build.extension import compiler, extension_key, generated_extension, load
+from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.programs.tracer.scene import EVERYTHING, needs, scene_program
+from bladesmith.codegen.programs.tracer.surface_kinds import METHODS, stock_kinds, surface_kind
 from bladesmith.curves import Bezier
 from bladesmith.errors import CompilerMissingError, SceneError
-from bladesmith.tracer import engine
+from bladesmith.tracer.rendering import program
 
 CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
 CIRCLES = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
@@ -34,7 +34,7 @@ def evolved_scene():
 
 def library_of(scene: tracer.Scene) -> bytes:
     """The compiled file that a scene runs."""
-    return Path(engine.engine_for(scene.needs).module.__file__).read_bytes()
+    return Path(program.engine_for(scene.needs).module.__file__).read_bytes()
 
 
 def test_a_scene_without_evolved_surfaces_compiles_no_evolved_code():
@@ -59,8 +59,8 @@ def test_only_the_chosen_method_is_compiled():
 def test_numbers_are_arguments():
     first, second = plain_scene(1.0), plain_scene(2.0)
     assert first.needs == second.needs
-    assert engine.engine_for(first.needs) is engine.engine_for(second.needs)
-    assert first.program.extension().key() == second.program.extension().key()
+    assert program.engine_for(first.needs) is program.engine_for(second.needs)
+    assert extension_key(first.program.extension()) == extension_key(second.program.extension())
     assert not np.array_equal(first.render(16, 12), second.render(16, 12))
 
 
@@ -88,6 +88,7 @@ def test_rows_of_constants_have_the_declared_length():
         assert not kind.layout or sum(size for _, size in kind.layout) == kind.constants
 
 
+@pytest.mark.compiles
 @pytest.mark.skipif(compiler() is None, reason="no compiler")
 @pytest.mark.parametrize(
     "wanted",
@@ -103,6 +104,7 @@ def test_generated_sources_compile_without_a_warning(wanted, tmp_path):
     assert done.returncode == 0, done.stderr[:2000]
 
 
+@pytest.mark.compiles
 @pytest.mark.skipif(compiler() is None, reason="no compiler")
 def test_a_generated_folder_of_the_program_compiles_and_loads(tmp_path):
     """As setup.py and `bladesmith generate` treat every folder of generated/."""
@@ -112,7 +114,7 @@ def test_a_generated_folder_of_the_program_compiles_and_loads(tmp_path):
         (folder / name).write_text(text)
     module = load(generated_extension(folder, Path(str(resources.files("bladesmith.templates"))) / "c"))
     assert module.ffi.string(module.lib.bs_source_hash()) != b""
-    rows = engine.Engine(needs(["sphere"]), module).prepare("sphere", np.array([[1.0, 2.0, 3.0, 0.5]]))
+    rows = program.Engine(needs(["sphere"]), module).prepare("sphere", np.array([[1.0, 2.0, 3.0, 0.5]]))
     assert rows.tolist() == [[1, 2, 3, 0.5]]
 
 
@@ -123,24 +125,25 @@ def test_what_the_wheel_carries_serves_every_scene():
     assert not needs(["sphere"]).covers(needs(["plane"]))
 
 
+@pytest.mark.compiles
 def test_without_a_compiler_the_general_program_renders_the_same(monkeypatch):
     scene = plain_scene()
     expected = scene.render(24, 18)
-    general = engine.engine_for(EVERYTHING)
+    general = program.engine_for(EVERYTHING)
 
     def missing(_):
         raise CompilerMissingError("no C compiler was found")
 
-    monkeypatch.setattr(engine, "load", missing)
-    monkeypatch.setattr(engine, "_stock", lambda: general)
-    engine.engine_for.cache_clear()
+    monkeypatch.setattr(program, "load", missing)
+    monkeypatch.setattr(program, "_stock", lambda: general)
+    program.engine_for.cache_clear()
     try:
         again = plain_scene()
         np.testing.assert_array_equal(again.render(24, 18), expected)
         assert "cga3d_evolved_polynomial_1" in again.kernels  # it says what is really there
-        monkeypatch.setattr(engine, "_stock", lambda: None)
-        engine.engine_for.cache_clear()
+        monkeypatch.setattr(program, "_stock", lambda: None)
+        program.engine_for.cache_clear()
         with pytest.raises(CompilerMissingError):
             plain_scene().render(8, 8)
     finally:
-        engine.engine_for.cache_clear()
+        program.engine_for.cache_clear()

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from bladesmith import tracer
-from bladesmith.codegen import build, cache
-from bladesmith.codegen.build import compiler, load
-from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.programs.scene import EVERYTHING, PORTABLE, QUICK, SCALAR, needs, scene_program
-from bladesmith.tracer import bands, engine
-from bladesmith.tracer import scene as scenes
+from bladesmith.codegen.build import cache
+from bladesmith.codegen.build import extension as build
+from bladesmith.codegen.build.extension import compiler, load
+from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.programs.tracer.scene import EVERYTHING, PORTABLE, QUICK, SCALAR, needs, scene_program
+from bladesmith.tracer.rendering import program, row_bands
+from bladesmith.tracer.scene import scene as scenes
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
@@ -45,14 +46,15 @@ def answers(scene: tracer.Scene) -> list[np.ndarray]:
     return [scene.render(32, 24), hits.t, hits.surface, hits.point, hits.normal, hits.status]
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("make", [evolved_scene, plain_scene])
 def test_parts_give_the_bits_of_the_whole(make, monkeypatch):
     wanted = make().needs
     assert scene_program(wanted).parts
     in_parts = answers(make())
-    whole = engine.Engine(wanted, load(replace(scene_program(wanted), parts=()).extension()))
+    whole = program.Engine(wanted, load(replace(scene_program(wanted), parts=()).extension()))
     asked = []
-    for module in (scenes, bands):
+    for module in (scenes, row_bands):
         monkeypatch.setattr(module, "engine_for", lambda needs: asked.append(needs) or whole)
     in_one = answers(make())
     assert wanted in asked
@@ -61,6 +63,7 @@ def test_parts_give_the_bits_of_the_whole(make, monkeypatch):
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     "wanted",
     [
@@ -85,6 +88,7 @@ def test_parts_compile_without_a_warning(wanted, tmp_path):
         assert done.returncode == 0, (unit.name, done.stderr[:2000])
 
 
+@pytest.mark.compiles
 def test_everything_in_one_text_compiles_without_a_warning(tmp_path):
     """As setup.py compiles it, but for the optimizations that take longest."""
     extension = replace(scene_program(EVERYTHING), parts=()).extension()
@@ -108,6 +112,7 @@ def test_a_part_does_not_depend_on_the_rest_of_the_scene():
     assert by_method[0].parts() != by_method[1].parts()
 
 
+@pytest.mark.compiles
 def test_parts_are_there_for_the_next_scene(tmp_path, monkeypatch):
     monkeypatch.setenv(cache.DIRECTORY_VARIABLE, str(tmp_path))
     monkeypatch.setattr(build, "_loading", build._Loading())

@@ -6,9 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from bladesmith.codegen import modular
-from bladesmith.codegen.modular import Lanes, P
-from bladesmith.codegen.rings import LaneRing
+from bladesmith.codegen.rings import modular
+from bladesmith.codegen.rings.modular import Lanes, P
+from bladesmith.codegen.rings.protocol import LaneRing
 
 
 def pair(z: Lanes, i: int) -> tuple[int, int]:

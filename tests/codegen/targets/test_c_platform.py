@@ -15,11 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.machine import has_wide_vectors
-from bladesmith.codegen.targets.nvrtc import compile_text
+from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.execute.nvrtc import compile_text
 
-HEADERS = Path(__file__).resolve().parents[1] / "templates" / "c"
+from ...support.checkout import CHECKOUT
+
+HEADERS = CHECKOUT / "templates" / "c" / "lib"
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 ROWS = range(1, 41)
 TAILS = (
@@ -133,8 +135,7 @@ def call(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., None]:
 
     def function(name: str, bits: int, width: int, *arguments: Any) -> int:
         passed = [
-            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_ssize_t(a)
-            for a in arguments
+            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_ssize_t(a) for a in arguments
         ]
         return int(getattr(library, f"{name}_{tag(bits, width)}")(*passed))
 
@@ -168,6 +169,7 @@ def fences() -> tuple[Fenced, Fenced]:
     return Fenced(), Fenced()
 
 
+@pytest.mark.compiles
 @each_instance
 def test_rows_become_columns_and_columns_rows(
     bits: int, width: int, call: Callable[..., Any], fences: tuple[Fenced, Fenced]
@@ -262,6 +264,7 @@ def test_an_impossible_instance_is_refused(tmp_path: Path) -> None:
         assert done.returncode != 0 and "#error" in done.stderr
 
 
+@pytest.mark.gpu
 def test_the_same_text_is_cuda() -> None:
     body = BODY.replace("TRANSPOSES", ALL)
     body = body.replace("void FN", "__device__ void FN").replace("int FN", "__device__ int FN")

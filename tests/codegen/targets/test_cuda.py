@@ -7,53 +7,38 @@ thread by thread, behind a stand-in for the driver; the last test runs on a real
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-import cuda_support  # noqa: E402
-
-from bladesmith.codegen.binding import BoundKernel, Library
-from bladesmith.codegen.build import load as load_extension
+from bladesmith.codegen.compiler import bind_cuda
 from bladesmith.codegen.errors import CompileError, InputError, MissingExtraError, SpecError
-from bladesmith.codegen.machine import instances
-from bladesmith.codegen.programs.scene import EVERYTHING, needs, scene_program
-from bladesmith.codegen.targets import nvrtc
-from bladesmith.codegen.targets.cuda import (
+from bladesmith.codegen.execute import nvrtc
+from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute.cuda_compiler import compile_source, device_arch
+from bladesmith.codegen.execute.cuda_driver import CudaKernel, CudaModule, Device, DeviceError, unavailable
+from bladesmith.codegen.programs.tracer.scene import EVERYTHING, needs, scene_program
+from bladesmith.codegen.targets.cuda.printer import (
     DRIVER_OPTIONS,
     MAIN,
-    bind,
-    compile_source,
     cuda_source,
-    device_arch,
     scene_source,
     self_contained,
     with_headers,
 )
-from bladesmith.codegen.targets.cuda_run import CudaKernel, CudaModule, Device, DeviceError, unavailable
-from bladesmith.codegen.targets.extension import extension_source
-from bladesmith.codegen.targets.printer import interface
-from bladesmith.codegen.targets.specimens import arguments, specimens
-from bladesmith.codegen.trace import Kernel
+from bladesmith.codegen.trace.kernel import interface
 
-KERNELS = specimens()
-FILES = cuda_source(list(KERNELS.values()))
+from ...support import cuda as cuda_support
+from ...support.specimens import KERNELS, VARIANTS, arguments, assert_same_bits
+
+pytestmark = pytest.mark.gpu
+
+FILES = cuda_source(list(VARIANTS.values()))
 COUNT = 300  # more than two blocks of threads
 each_kernel = pytest.mark.parametrize("name", KERNELS)
 each_dtype = pytest.mark.parametrize("dtype", [np.float64, np.float32], ids=["f64", "f32"])
-
-
-@pytest.fixture(scope="module")
-def compiled_c() -> Callable[[str], BoundKernel]:
-    """The same kernels through the C target."""
-    extension = extension_source("specimens", list(KERNELS.values()), (*instances("f64"), *instances("f32")))
-    library = Library(load_extension(extension))
-    return lambda name: BoundKernel(library, name, *interface(KERNELS[name]))
 
 
 # -- the text ------------------------------------------------------------------------------------------
@@ -71,12 +56,12 @@ def test_all_kernels_compile_without_a_warning(arch: str) -> None:
 
 
 def test_machine_code_comes_out_too() -> None:
-    compiled = compile_source(cuda_source([KERNELS["cga3d_compose"]]), "sm_90")
+    compiled = compile_source(cuda_source([VARIANTS["cga3d_compose"]]), "sm_90")
     assert compiled.image.startswith(b"\x7fELF")
 
 
 def test_the_self_contained_text_needs_no_header() -> None:
-    text = self_contained(cuda_source([KERNELS["cga3d_elementary"]]))
+    text = self_contained(cuda_source([VARIANTS["cga3d_elementary"]]))
     assert not re.search(r'#\s*include\s*"', text)
     assert nvrtc.compile_text(text).log == ""
 
@@ -85,7 +70,7 @@ def test_headers_are_found_through_headers() -> None:
     files = with_headers({MAIN: '#include "own.h"\n', "own.h": '  #  include "rows.h"\n'})
     assert set(files) == {MAIN, "own.h", "rows.h"}
     assert "elementary.h" in with_headers(FILES)
-    assert "elementary.h" not in with_headers(cuda_source([KERNELS["cga3d_compose"]]))
+    assert "elementary.h" not in with_headers(cuda_source([VARIANTS["cga3d_compose"]]))
 
 
 def test_refusals_are_clear(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,22 +115,22 @@ def test_a_small_scene_has_small_text() -> None:
 # -- the text, run -------------------------------------------------------------------------------------
 
 
-def stand_in(kernels: list[Kernel]) -> str:
-    """Path of a library that looks like the driver and runs the kernels' CUDA text thread by thread."""
+def stand_in() -> str:
+    """Path of a library that looks like the driver and runs the specimens' CUDA text thread by thread."""
     launchers = {}
-    for kernel in kernels:
+    for kernel in KERNELS.values():
         inputs, outputs = interface(kernel)
         for tag, scalar in (("f64", "double"), ("f32", "float")):
             types = ["long long", "long long"]
             types += ["unsigned char *" if o.is_status else f"{scalar} *" for o in outputs]
             types += [f"const {scalar} *", "long long"] * len(inputs)
             launchers[f"{kernel.algebra.name}_{kernel.name}_batch_{tag}"] = types
-    return cuda_support.stand_in("cuda_stand_in", self_contained(cuda_source(kernels)), launchers)
+    return cuda_support.stand_in("cuda_stand_in", self_contained(FILES), launchers)
 
 
 @pytest.fixture(scope="module")
 def device() -> Device:
-    return Device(driver=stand_in(list(KERNELS.values())))
+    return Device(driver=stand_in())
 
 
 @each_kernel
@@ -179,18 +164,6 @@ def test_without_a_driver_the_reason_is_given() -> None:
 @pytest.mark.skipif(bool(unavailable()), reason=f"no GPU to run on: {unavailable()}")
 @each_kernel
 @each_dtype
-def test_a_gpu_computes_the_bits_of_c(
-    name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]
-) -> None:
+def test_a_gpu_computes_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
     operands = arguments(KERNELS[name], COUNT, dtype=dtype)
-    assert_same_bits(bind(KERNELS[name])(*operands), compiled_c(name)(*operands), name)
-
-
-def assert_same_bits(actual: Any, expected: Any, name: str) -> None:
-    """Equal as integers; a NaN equals any NaN, since no rule fixes its bits."""
-    pairs = zip(*(r if isinstance(r, tuple) else (r,) for r in (actual, expected)), strict=True)
-    for a, b in pairs:
-        assert a.dtype == b.dtype and a.shape == b.shape
-        bits = np.dtype(f"u{a.dtype.itemsize}")
-        different = (a.view(bits) != b.view(bits)) & ~(np.isnan(a) & np.isnan(b))
-        assert not different.any(), f"{name}: {a[different][:3]} instead of {b[different][:3]}"
+    assert_same_bits(bind_cuda(VARIANTS[name])(*operands), compiled_c(name)(*operands), name)

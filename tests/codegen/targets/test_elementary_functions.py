@@ -9,21 +9,21 @@ import subprocess
 from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from bladesmith.codegen.flags import C_FLAGS, WARNING_FLAGS
-from bladesmith.codegen.machine import has_wide_vectors
-from bladesmith.codegen.targets.numba_run import load
-from bladesmith.codegen.targets.nvrtc import compile_text
+from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
+from bladesmith.codegen.execute.numba_jit import load
+from bladesmith.codegen.execute.nvrtc import compile_text
 from bladesmith.templates.numba import elementary
 
-ROOT = Path(__file__).resolve().parents[1]
-HEADERS = ROOT / "templates" / "c"
+from ...support.checkout import CHECKOUT
+
+HEADERS = CHECKOUT / "templates" / "c" / "lib"
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 WIDTHS = (0, 16, 32) if has_wide_vectors() else (0, 16)
 PRECISIONS = (64, 32)
@@ -103,9 +103,7 @@ def libraries(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ctypes.CDLL
     for compiler in COMPILERS:
         library = folder / f"{compiler}.so"
         command = [compiler, *C_FLAGS, *WARNING_FLAGS, f"-I{HEADERS}", f"-I{folder}", "-shared", "-fPIC"]
-        done = subprocess.run(
-            [*command, str(text), "-o", str(library), "-lm"], capture_output=True, text=True
-        )
+        done = subprocess.run([*command, str(text), "-o", str(library), "-lm"], capture_output=True, text=True)
         assert done.returncode == 0 and not done.stderr, done.stderr
         result[compiler] = ctypes.CDLL(str(library))
     return result
@@ -150,9 +148,7 @@ def arguments(name: str, bits: int) -> tuple[Any, ...]:
     match name:
         case "sin" | "cos":
             near = 65536 if bits == 64 else 2048  # quarter turns up to which products reduce
-            turns = np.concatenate(
-                [np.arange(1, EACH), rng.integers(1, 2 * near, 3 * EACH), near + np.arange(-9, 9)]
-            )
+            turns = np.concatenate([np.arange(1, EACH), rng.integers(1, 2 * near, 3 * EACH), near + np.arange(-9, 9)])
             exact = np.array([float(int(n) * mp.pi / 2) for n in turns]).astype(dtype)
             ranges += [exact, np.nextafter(exact, dtype(0)), np.nextafter(exact, dtype(np.inf))]
             ranges += [flat(-1e3, 1e3), flat(-2e5, 2e5)]
@@ -216,9 +212,7 @@ def exact(name: str, bits: int) -> tuple[list[Any], list[Any]]:
             elif name == "log" and x[0] == 0:
                 results.append(-mp.inf)
             else:
-                limited = (
-                    [mp.mpf(max(-5e3, min(5e3, v))) for v in x] if name in ("exp", "sinh", "cosh") else x
-                )
+                limited = [mp.mpf(max(-5e3, min(5e3, v))) for v in x] if name in ("exp", "sinh", "cosh") else x
                 results.append(getattr(mp, name)(*limited))
     return results, allowed
 
@@ -242,6 +236,7 @@ def errors(actual: Any, expected: list[Any], allowed: list[Any]) -> Any:
     return np.array(found, float)
 
 
+@pytest.mark.slow
 @each_precision
 @each_function
 def test_errors_are_within_the_promised_ulps(name: str, bits: int, libraries: dict[str, ctypes.CDLL]) -> None:
@@ -282,6 +277,7 @@ def operands(name: str, x: Any) -> tuple[Any, ...]:
     return (x, np.random.default_rng(1).permutation(x)) if name == "atan2" else (x,)
 
 
+@pytest.mark.compiles
 @each_precision
 @each_function
 def test_all_instances_and_compilers_give_the_same_bits(
@@ -308,6 +304,7 @@ def test_python_gives_the_bits_of_c(name: str, bits: int, libraries: dict[str, c
     assert_same_bits(np.array(scalars), expected[::211], "scalars", *some)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits,names", [(64, ["sin", "atan2", "exp", "stumpff3"]), (32, ["log"])])
 def test_numba_gives_the_bits_of_c(bits: int, names: list[str], libraries: dict[str, ctypes.CDLL]) -> None:
     """A few, because compiling takes a second each; between them they hold all helpers."""
@@ -407,17 +404,16 @@ def test_a_huge_angle_does_not_disturb_its_neighbours(bits: int, libraries: dict
     for shift in range(len(values)):
         x = np.roll(values, shift)
         for name in ("sin", "cos", "stumpff1"):
-            expected = np.concatenate(
-                [run(libraries[COMPILERS[0]], name, 0, x[i : i + 1]) for i in range(len(x))]
-            )
+            expected = np.concatenate([run(libraries[COMPILERS[0]], name, 0, x[i : i + 1]) for i in range(len(x))])
             for width in WIDTHS:
                 assert_same_bits(run(libraries[COMPILERS[0]], name, width, x), expected, name, x)
 
 
+@pytest.mark.slow
 @each_precision
 def test_constants_are_those_of_the_derivation(bits: int) -> None:
     """All but the slow polynomials of float64 are derived again; the header and the Python module hold them."""
-    derive = runpy.run_path(str(ROOT / "benchmarks" / "derive_elementary.py"))
+    derive = runpy.run_path(str(CHECKOUT / "benchmarks" / "derive_elementary.py"))
     header = (HEADERS / "elementary.h").read_text(encoding="ascii")
     part = header[: header.index("#else")] if bits == 64 else header[header.index("#else") :]
     ours = elementary.DOUBLE if bits == 64 else elementary.SINGLE
@@ -432,6 +428,7 @@ def test_constants_are_those_of_the_derivation(bits: int) -> None:
         assert (list(held) if isinstance(held, tuple) else [held])[: len(values)] == values, name
 
 
+@pytest.mark.peers
 def test_cuda_compiles_and_contracts_nothing() -> None:
     body = BODY.replace("void FN", 'extern "C" __global__ void FN')
     source = '#include "platform.h"\n' + "\n".join(unit(bits, 0) for bits in PRECISIONS)

@@ -12,24 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bladesmith.codegen import binding
-from bladesmith.codegen.binding import BoundKernel, Library
-from bladesmith.codegen.build import load as load_extension
+from bladesmith.codegen.compiler import bind_numba
 from bladesmith.codegen.errors import InputError, MissingExtraError, ShapeError
-from bladesmith.codegen.machine import instances
-from bladesmith.codegen.simplify import choose
+from bladesmith.codegen.execute import arrays, numba_jit
+from bladesmith.codegen.execute.arrays import BoundKernel
+from bladesmith.codegen.execute.numba_jit import NumbaKernel, load
+from bladesmith.codegen.optimise.variants import as_written
 from bladesmith.codegen.status import Status
-from bladesmith.codegen.targets import numba_run
-from bladesmith.codegen.targets.c import symbol
-from bladesmith.codegen.targets.extension import extension_source
-from bladesmith.codegen.targets.numba import bind, numba_source
-from bladesmith.codegen.targets.numba_run import NumbaKernel, load
-from bladesmith.codegen.targets.printer import interface
-from bladesmith.codegen.targets.specimens import arguments, specimens
-from bladesmith.codegen.trace import trace
+from bladesmith.codegen.targets.c.printer import symbol
+from bladesmith.codegen.targets.numba.printer import numba_source
+from bladesmith.codegen.trace.kernel import interface
+from bladesmith.codegen.trace.trace import trace
 from bladesmith.templates.numba.rows import BLOCK
 
-KERNELS = specimens()
+from ...support.specimens import KERNELS, VARIANTS, arguments, as_tuple, assert_same_bits
+
 DTYPES = [np.float64, np.float32]
 COUNT = 131  # two full blocks of the compiled loop and a rest
 #: Only some are compiled, because that takes seconds; they hold all that compiling could change.
@@ -38,20 +35,8 @@ each_kernel = pytest.mark.parametrize("name", KERNELS)
 each_dtype = pytest.mark.parametrize("dtype", DTYPES, ids=["f64", "f32"])
 
 
-@pytest.fixture(scope="module")
-def compiled_c() -> Callable[[str], BoundKernel]:
-    """The same kernels through the C target."""
-    extension = extension_source("specimens", list(KERNELS.values()), (*instances("f64"), *instances("f32")))
-    library = Library(load_extension(extension))
-    return lambda name: BoundKernel(library, name, *interface(KERNELS[name]))
-
-
 def plain(name: str) -> NumbaKernel:
-    return bind(KERNELS[name], compiled=False)
-
-
-def as_tuple(results: Any) -> tuple[Any, ...]:
-    return results if isinstance(results, tuple) else (results,)
+    return bind_numba(VARIANTS[name], compiled=False)
 
 
 def shared_last(operands: list[Any]) -> list[Any]:
@@ -59,15 +44,7 @@ def shared_last(operands: list[Any]) -> list[Any]:
     return [*operands[:-1], operands[-1][:1]] if len(operands) > 1 else operands
 
 
-def assert_same_bits(actual: Any, expected: Any, name: str) -> None:
-    """Equal as integers; a NaN equals any NaN, since no rule fixes its bits."""
-    for a, b in zip(as_tuple(actual), as_tuple(expected), strict=True):
-        assert a.dtype == b.dtype and a.shape == b.shape
-        bits = np.dtype(f"u{a.dtype.itemsize}")
-        different = (a.view(bits) != b.view(bits)) & ~(np.isnan(a) & np.isnan(b))
-        assert not different.any(), f"{name}: {a[different][:3]} instead of {b[different][:3]}"
-
-
+@pytest.mark.compiles
 @each_kernel
 @each_dtype
 def test_columns_give_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
@@ -79,13 +56,11 @@ def test_columns_give_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[
 
 @each_kernel
 @each_dtype
-def test_the_printed_loop_as_plain_python(
-    name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]
-) -> None:
+def test_the_printed_loop_as_plain_python(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
     operands = shared_last(arguments(KERNELS[name], BLOCK + 3, dtype=dtype))
     expected = as_tuple(compiled_c(name)(*operands))
     results = [np.empty_like(e) for e in expected]
-    module = load(numba_source([KERNELS[name]]), dtype, compiled=False)
+    module = load(numba_source([VARIANTS[name]]), dtype, compiled=False)
     rows: list[Any] = [result.reshape(BLOCK + 3, -1) for result in results]
     for operand in operands:
         rows += [operand.reshape(len(operand), -1), int(len(operand) > 1)]
@@ -94,12 +69,11 @@ def test_the_printed_loop_as_plain_python(
     assert_same_bits(tuple(results), expected, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPILED)
 @each_dtype
-def test_compiled_gives_the_bits_of_c(
-    name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]
-) -> None:
-    fast = bind(KERNELS[name])
+def test_compiled_gives_the_bits_of_c(name: str, dtype: Any, compiled_c: Callable[[str], BoundKernel]) -> None:
+    fast = bind_numba(VARIANTS[name])
     operands = arguments(KERNELS[name], COUNT, dtype=dtype)
     expected = compiled_c(name)(*operands)
     assert_same_bits(fast(*operands), expected, name)
@@ -120,9 +94,10 @@ def test_singular_items_have_a_status_and_nan() -> None:
     assert np.isnan(value[1:]).all() and value[0].tolist() == [1, 0, 0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiled", [False, True])
 def test_shapes_broadcast_and_are_checked(compiled: bool) -> None:
-    move = bind(KERNELS["cga3d_move_point"], compiled)
+    move = bind_numba(VARIANTS["cga3d_move_point"], compiled)
     motor, point = arguments(KERNELS["cga3d_move_point"], 6)
     grid = move(motor.reshape(2, 3, 8), point[0])
     assert grid.shape == (2, 3, 5)
@@ -141,7 +116,7 @@ def test_ranges_may_be_shared_out(splitter: list[tuple[int, int]]) -> None:
     operands = arguments(KERNELS[name], 1000)
     shared_out = plain(name)(*operands)
     assert len(splitter) == 3
-    binding.install_splitter(None)
+    arrays.install_splitter(None)
     assert_same_bits(shared_out, plain(name)(*operands), name)
 
 
@@ -155,25 +130,25 @@ def splitter() -> Iterator[list[tuple[int, int]]]:
             parts.append((begin, end))
             run(begin, end)
 
-    before = binding._splitter
-    binding.install_splitter(split)
+    before = arrays._splitter
+    arrays.install_splitter(split)
     yield parts
-    binding.install_splitter(before)
+    arrays.install_splitter(before)
 
 
 def test_constants_have_the_type_of_the_precision() -> None:
-    text = numba_source(list(KERNELS.values()))
+    text = numba_source(list(VARIANTS.values()))
     code = "\n".join(line.split("#")[0] for line in text.splitlines())
     assert "K(0.5)" in code
     assert not re.findall(r"(?<![\w.])[\d.]+\.\d+", re.sub(r"K\([-+.\de]+\)", "", code))
 
 
 def test_the_same_text_every_time() -> None:
-    assert numba_source(list(KERNELS.values())) == numba_source(list(KERNELS.values()))
+    assert numba_source(list(VARIANTS.values())) == numba_source(list(VARIANTS.values()))
 
 
 def test_tracebacks_show_the_generated_lines() -> None:
-    module = load(numba_source([KERNELS["cga3d_compose"]]), compiled=False)
+    module = load(numba_source([VARIANTS["cga3d_compose"]]), compiled=False)
     with pytest.raises(TypeError) as caught:
         module.cga3d_compose(*["text"] * 16)
     shown = "".join(traceback.format_exception(caught.value))
@@ -186,25 +161,25 @@ def test_a_note_cannot_leave_its_comment() -> None:
     kind = KERNELS["cga3d_compose"].inputs[0].kind
     note = 'ends a comment */ or a string """\nimport nothing /* \\'
     kernel = trace(lambda m: ~m, [kind], "reverse", note=note)
-    choose(kernel, {"form": "staged"})
-    load(numba_source([kernel]), compiled=False)
-    from bladesmith.codegen.targets.extension import kernel_files
+    variant = as_written(kernel)
+    load(numba_source([variant]), compiled=False)
+    from bladesmith.codegen.targets.c.extension import bodies_text
 
-    comment = next(t for t in kernel_files("x", [kernel])["kernels.h"].splitlines() if "cga3d_reverse:" in t)
+    comment = next(t for t in bodies_text([variant]).splitlines() if "cga3d_reverse:" in t)
     assert comment.count("*/") == 1 and comment.count("/*") == 1
 
 
 def test_without_numba_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
-    numba_run.numba.cache_clear()
+    numba_jit.numba.cache_clear()
     try:
         with pytest.raises(MissingExtraError, match=r"bladesmith\[numba\]"):
-            bind(KERNELS["cga3d_compose"])
+            bind_numba(VARIANTS["cga3d_compose"])
         assert plain("cga3d_compose")(*arguments(KERNELS["cga3d_compose"], 2)).shape == (2, 8)
     finally:
-        numba_run.numba.cache_clear()
+        numba_jit.numba.cache_clear()
 
 
 def test_symbols_are_the_names_of_c() -> None:
-    module = load(numba_source(list(KERNELS.values())), compiled=False)
+    module = load(numba_source(list(VARIANTS.values())), compiled=False)
     assert all(callable(getattr(module, f"{symbol(kernel)}_batch")) for kernel in KERNELS.values())

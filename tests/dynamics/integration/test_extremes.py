@@ -9,11 +9,12 @@ from scipy.spatial.transform import Rotation
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 from bladesmith import pga3d as pga
+from bladesmith.dispatch.formulas import ArrayOperand, evaluate
 
-from .dynamics_conditions import unit
-from .dynamics_support import ALGEBRAS, FULL
-from .test_dynamics_references import simulation
-from .top_references import TOPS
+from ...oracles.tops import TOPS
+from ...support.dynamics.states import ALGEBRAS, FULL, MOMENTS, sized_body
+from ...support.vectors import unit
+from .test_references import simulation
 
 EACH_ALGEBRA = pytest.mark.parametrize("algebra", ALGEBRAS.values(), ids=ALGEBRAS)
 GRAVITY = dynamics.Gravity([0.0, 0.0, -9.81])
@@ -36,6 +37,7 @@ TOPS_OF_ALGEBRAS = [("cuboid", pga), ("heavy top", cga), ("lopsided top", pga)]
 STEPPED = TOPS_OF_ALGEBRAS if FULL else TOPS_OF_ALGEBRAS[1:2]  # a million steps take two seconds
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     ("name", "algebra", "integrator"),
     [*((*top, "auto") for top in TOPS_OF_ALGEBRAS), *((*top, "blanes-moan") for top in STEPPED)],
@@ -66,6 +68,7 @@ HELD = {
 }
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("name", HELD if FULL else ["two points"])
 def test_pins_hold_over_a_million_steps(name):
     """Steps of 0.1 ms, so that integrators without a memory keep their energy too; a plane lets the body fall."""
@@ -165,6 +168,7 @@ CASES = [
 ]  # fmt: skip
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(("name", "held", "algebra"), CASES, ids=[c[0] for c in CASES])
 def test_size_mass_and_place_change_nothing(name, held, algebra):
     turn, place, force, moment = motion(algebra, held, 1.0, 1.0, np.zeros(3))
@@ -197,6 +201,7 @@ def arrays(found):
     return [*states, found.violation, found.energy, found.position]
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     ("objects", "algebra", "integrator", "how"),
     [
@@ -230,3 +235,36 @@ def test_a_batch_is_its_single_runs_bit_for_bit(objects, algebra, integrator, ho
         alone, _ = run(**{key: value[i] for key, value in numbers.items()})
         for a, b in zip(one, arrays(alone), strict=True):
             assert np.array_equal(a[i], b), (i, np.abs(a[i] - b).max())
+
+
+# -- small bodies in fast flight -------------------------------------------------------------------------------
+
+
+def test_small_bodies_in_fast_flight_turn_as_at_rest():
+    """Rounding of m v x v is no torque: it made steps a thousand times shorter."""
+    ends, steps = [], []
+    for speed in (0.0, 10.0):
+        velocity = speed * np.array([1.0, 0.3, -0.7])
+        made = sized_body(1e-6, velocity=velocity, angular_velocity=(30.0, 10.0, 100.0))
+        found = dynamics.Simulation(made, [GRAVITY], [], "adaptive").run(0.1, times=[0.1])
+        steps.append(found.steps)
+        ends.append(found.angular_velocity[-1])
+    assert steps[1] <= 2 * steps[0] + 20
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-9 * 100)
+
+
+@pytest.mark.parametrize("algebra", [cga, pga], ids=["cga3d", "pga3d"])
+def test_what_turning_takes_at_the_centre_of_mass(algebra):
+    """All of Omega x Psi: v x m v is zero."""
+    rng = np.random.default_rng(5)
+    w, v = rng.normal(size=(2, 20, 3))
+    twist = dynamics.twist(w, v, algebra=algebra)
+    psi = evaluate(
+        algebra, "mechanics.principal_momentum", ArrayOperand(np.full(20, 2.0), 0, "the mass"),
+        algebra.vector(np.tile(MOMENTS, (20, 1)), "the moments"), twist,
+    ).value  # fmt: skip
+    numbers = evaluate(algebra, "mechanics.covector_of", psi).value
+    given = ArrayOperand(numbers, 6, "the momentum")
+    rows = [evaluate(algebra, f"mechanics.{f}", twist, given).value for f in ("gyroscopic", "central_gyroscopic")]
+    np.testing.assert_allclose(rows[1], rows[0], atol=1e-13)
+    assert np.abs(rows[1]).max() > 0.1

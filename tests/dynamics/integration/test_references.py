@@ -1,4 +1,4 @@
-"""Trajectories against tops of 30 digits (`top_references`) and pendulums by elliptic functions; orders."""
+"""Trajectories against tops of 30 digits (`oracles.tops`) and pendulums by elliptic functions; orders."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import pytest
 
 from bladesmith import dynamics
 
-from . import top_references as tops
-from .dynamics_support import ALGEBRAS, FULL
+from ...oracles import tops
+from ...support.dynamics.states import ALGEBRAS, FULL
 
 EACH_ALGEBRA = pytest.mark.parametrize("algebra", ALGEBRAS.values(), ids=ALGEBRAS)
 
@@ -43,6 +43,7 @@ def run(name, algebra, step=None, rtol=None, **options):
 # -- the references --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", tops.TOPS if FULL else ["cuboid"])
 def test_stored_numbers_are_what_the_series_give(name):
     with mpmath.workdps(40):
@@ -93,6 +94,7 @@ def test_defaults_reach_the_references(algebra, name, bar, step):
     assert error(found, name) <= bar
 
 
+@pytest.mark.compiles
 def test_a_lopsided_body_that_spins_fast_takes_steps_that_adapt_themselves():
     """Flows are composed well where they nearly commute; at ten radians a step those of a lopsided body do not."""
     assert error(run("fast body", ALGEBRAS["pga"], integrator="adaptive"), "fast body") <= 1e-6
@@ -144,6 +146,7 @@ ORDERS = [
 ]  # fmt: skip
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(("integrator", "chart", "order"), ORDERS)
 def test_orders_of_convergence(integrator, chart, order):
     """A quarter of the step, an error 4^order times less: it may miss that by half an order."""
@@ -155,6 +158,7 @@ def test_orders_of_convergence(integrator, chart, order):
     assert abs(np.log(errors[0] / errors[1]) / np.log(4) - order) < 0.5, errors
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("chart", ["exponential", "bortz", "cayley", "outer"])
 def test_steps_that_adapt_themselves_keep_to_the_tolerance(chart):
     algebra, name = ALGEBRAS["pga"], "lopsided top"

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith import dynamics
-from bladesmith.errors import ConstraintError, InputError, SimulationError
+from bladesmith import Status, dynamics
+from bladesmith.errors import ConstraintError, InputError, Interrupted, SimulationError
+
+pytestmark = pytest.mark.service
 
 CGA = bs.cga3d
 GRAVITY = dynamics.Gravity((0, 0, -9.81))
@@ -26,13 +28,13 @@ def push(size=1.0):
 def test_functions_that_give_too_much_or_nothing_are_told():
     two = dynamics.wrench([(1.0, 0, 0), (0, 1.0, 0)], (0, 0, 0))
     for bad, said in (
-        (lambda t: two, "gave 12 numbers where 6 are needed"),
+        (lambda t: two, "returned 12 numbers where 6 are needed"),
         (lambda t: push(np.nan if t > 0.1 else 1.0), "time 0.[12].*finite"),
         (lambda t: 1 / 0, "ZeroDivisionError"),
-        (lambda t: None, "NoneType"),
+        (lambda t: None, "is None; a multivector"),
     ):
         with pytest.raises((SimulationError, InputError), match=said):
-            dynamics.Simulation(ball(), [dynamics.WorldWrench(bad)], integrator="rk4").run(0.3)
+            dynamics.Simulation(ball(), [dynamics.WorldWrench(bad)], integrator="rk4").run(0.3, strict=True)
 
 
 def test_what_was_until_a_failure_is_kept_and_the_next_run_is_clean():
@@ -45,11 +47,13 @@ def test_what_was_until_a_failure_is_kept_and_the_next_run_is_clean():
 
     simulation = dynamics.Simulation(ball(), [dynamics.BodyWrench(load)], integrator="rk4")
     with pytest.raises(SimulationError, match="no more") as caught:
-        simulation.run(0.2)
+        simulation.run(0.2, strict=True)
     assert 90 < len(caught.value.trajectory) < 105
-    assert simulation.run(0.2, strict=False).status == "function failed"
+    with pytest.warns(RuntimeWarning, match="ended early: .*no more.*strict=True raises"):
+        found = simulation.run(0.2)
+    assert found.ending == "function failed" and found.status == Status.INVALID and not found.converged
     fail[0] = False
-    assert simulation.run(0.2).status == "ok"
+    assert simulation.run(0.2).ending == "ok"
 
 
 def test_defaults_of_a_function_are_its_own():
@@ -62,23 +66,26 @@ def test_events_stop_with_the_state_and_the_reaction_of_their_time():
     simulation = dynamics.Simulation(top, [GRAVITY], [dynamics.Pin(CGA.point((0, 0, -1.0)))])
     event = dynamics.Event(lambda t, motor, twist: t - 0.33, name="now")
     found, plain = simulation.run(1.0, step=0.1, events=[event]), simulation.run(0.33, times=[0.33])
-    assert found.message == "now" and found.status == "event" and found.time[-1] == pytest.approx(0.33, abs=1e-13)
+    assert found.message == "now" and found.ending == "event" and found.time[-1] == pytest.approx(0.33, abs=1e-13)
     assert np.allclose(found.reaction[-1].values, plain.reaction[-1].values, rtol=1e-9)
     falls = dynamics.Event(lambda t, motor, twist: 1.0, name="never")
-    assert simulation.run(0.2, events=[falls]).status == "ok"
+    assert simulation.run(0.2, events=[falls]).ending == "ok"
 
 
 def test_progress_and_interrupts():
     seen = []
     dynamics.Simulation(ball(), [GRAVITY], integrator="strang").run(40.0, times=[40.0], progress=seen.append)
-    assert len(seen) > 1 and seen == sorted(seen) and seen[-1] == 40.0
+    times = [p.done for p in seen]
+    assert len(times) > 1 and times == sorted(times) and times[-1] == 40.0 == seen[0].total and seen[0].unit == "s"
 
-    def stop(time):
+    def stop(progress):
         raise KeyboardInterrupt
 
-    found = dynamics.Simulation(ball(), [GRAVITY], integrator="strang").run(40.0, step=0.001, progress=stop)
-    assert found.message == "interrupted" and found.status == "stopped" and 0 < len(found) < 40001
-    with pytest.raises(InputError, match="progress is a str"):
+    with pytest.raises(Interrupted) as caught:
+        dynamics.Simulation(ball(), [GRAVITY], integrator="strang").run(40.0, step=0.001, progress=stop)
+    found = caught.value.partial
+    assert found.message == "interrupted" and found.ending == "stopped" and 0 < len(found) < 40001
+    with pytest.raises(InputError, match="progress is 'yes'"):
         dynamics.Simulation(ball()).run(1.0, progress="yes")
 
 
@@ -103,7 +110,7 @@ def test_settings_stay_and_batches_have_a_status_each():
     with pytest.raises(InputError, match=r"angular_velocity\[1, 0\]"):
         ball(angular_velocity=spins)
     found = dynamics.Simulation(ball(velocity=[(1.0, 0, 0)])).run(1.0, times=[1.0])
-    assert found.position.shape == (1, 2, 3) and list(found.status) == ["ok"]
+    assert found.position.shape == (1, 2, 3) and list(found.ending) == ["ok"]
 
 
 def test_starts_are_checked():
@@ -152,11 +159,11 @@ def test_impossible_runs(options, said):
 
 
 def test_names_are_checked():
-    with pytest.raises(InputError, match="'rk5' is no integrator.*rk4"):
+    with pytest.raises(InputError, match="integrator is 'rk5'.*rk4"):
         dynamics.Simulation(ball(), integrator="rk5")
-    with pytest.raises(InputError, match="no map"):
+    with pytest.raises(InputError, match="map is 'expo'"):
         dynamics.Simulation(ball(), map="expo")
-    with pytest.raises(InputError, match="no stabilization"):
+    with pytest.raises(InputError, match="stabilization is 'magic'"):
         dynamics.Simulation(ball(), stabilisation="magic")
     damped = dynamics.Simulation(ball(), [dynamics.Damper(1.0, 1.0)], integrator="strang")
     with pytest.raises(InputError, match="composes exact flows"):

@@ -10,8 +10,8 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import pga3d as pga
-from bladesmith.calls import call
 from bladesmith.codegen.errors import InputError
+from bladesmith.dispatch.formulas import evaluate
 from bladesmith.dynamics import (
     BodyWrench,
     Damper,
@@ -23,9 +23,19 @@ from bladesmith.dynamics import (
     Spring,
     WorldWrench,
 )
-from bladesmith.dynamics.methods import order_of
+from bladesmith.dynamics.integration.integrators import order_of
 
-from .dynamics_tops import HEAVY, HEAVY_TIME, MOMENTS, MP, SPIN, free_top, heavy_body, heavy_top, pendulum_angle
+from ...oracles.elliptic_tops import (
+    HEAVY,
+    HEAVY_TIME,
+    MOMENTS,
+    MP,
+    SPIN,
+    free_top,
+    heavy_body,
+    heavy_top,
+    pendulum_angle,
+)
 
 ALGEBRAS = ["cga3d", "pga3d"]
 BY_NAME = {"cga3d": cga, "pga3d": pga}
@@ -58,6 +68,7 @@ def test_free_top(algebra: str, rtol: float) -> None:
     np.testing.assert_allclose(found.velocity, np.gradient(way, times, axis=0, edge_order=2), rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_orientation_of_the_free_top() -> None:
     times = [0.0, 2.3, 5.0]
     expected = np.array([free_top().orientation(t) for t in times])
@@ -66,6 +77,7 @@ def test_orientation_of_the_free_top() -> None:
         np.testing.assert_allclose(found.orientation, expected, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", TOLERANCES)
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 def test_heavy_top(algebra: str, rtol: float) -> None:
@@ -107,7 +119,9 @@ def all_loads(algebra: str, **given: Any) -> list[Any]:
     """One of each load, two springs: those that are not given do nothing. One program serves them all."""
     used = BY_NAME[algebra]
     zero = np.zeros(3)
-    wrench = call(used, "mechanics.screw_of", *(used.vector(x, "w") for x in given.get("wrench", (zero, zero)))).value
+    wrench = evaluate(
+        used, "mechanics.screw_of", *(used.vector(x, "w") for x in given.get("wrench", (zero, zero)))
+    ).value
     return [
         Gravity(given.get("gravity", zero)), Damper(*given.get("drag", (0, 0))),
         BodyWrench(wrench), WorldWrench(wrench),
@@ -115,6 +129,7 @@ def all_loads(algebra: str, **given: Any) -> list[Any]:
     ]  # fmt: skip
 
 
+@pytest.mark.compiles
 def test_loads_by_closed_forms() -> None:
     times = np.linspace(0, 2, 9)
     off, velocity, t = np.array([0.5, 2, 3]), np.array([0.5, 0, -1]), times[:, None]
@@ -142,6 +157,7 @@ def loaded(algebra: str, integrator: str) -> Any:
     return Simulation(body, loads, integrator=integrator).run(1, times=np.linspace(0, 1, 8), rtol=1e-12)
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 def test_all_loads_as_the_adaptive_integrator_has_them(algebra: str) -> None:
     found, other = loaded(algebra, "taylor"), loaded("cga3d", "adaptive")

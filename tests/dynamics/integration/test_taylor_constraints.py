@@ -7,9 +7,10 @@ from typing import Any
 
 import mpmath
 import numpy as np
+import pytest
 
 from bladesmith import cga3d as cga
-from bladesmith.calls import call
+from bladesmith.dispatch.formulas import evaluate
 from bladesmith.dynamics import (
     Gravity,
     Incidence,
@@ -20,9 +21,10 @@ from bladesmith.dynamics import (
     VirtualPower,
 )
 
-from .dynamics_tops import HEAVY, HEAVY_TIME, MP, heavy_body, heavy_top, pendulum_angle
+from ...oracles.elliptic_tops import HEAVY, HEAVY_TIME, MP, heavy_body, heavy_top, pendulum_angle
 
 
+@pytest.mark.slow
 def test_heavy_top_by_projection() -> None:
     """The same motion, held by reactions instead of by its subspace."""
     body, pin = heavy_body("cga3d")
@@ -72,6 +74,7 @@ def double_pendulum(time: float) -> list[float]:
     return [float(x) for x in mp.odefun(rates, 0, [mp.pi / 2, mp.pi / 2, 0, 0])(time)[:2]]
 
 
+@pytest.mark.compiles
 def test_joint_between_bodies() -> None:
     """Masses 2 and 1, moments 0.2 about their centres at half of a length of 1; redundant rows in each hinge."""
     bodies = {
@@ -90,10 +93,11 @@ def test_joint_between_bodies() -> None:
         assert found.violation.max() <= 1e-13
 
 
+@pytest.mark.compiles
 def test_constraint_on_velocities() -> None:
     """A wrench without power on the motion, through the centre of mass at first: by the adaptive integrator."""
     body = RigidBody(1.5, [0.2, 0.3, 0.4], angular_velocity=[1, 2, -1], velocity=[0, 1, 0])
-    wrench = call(cga, "mechanics.screw_of", cga.vector([1, 0, 0], "f"), cga.vector([0, 0, 0], "m")).value
+    wrench = evaluate(cga, "mechanics.screw_of", cga.vector([1, 0, 0], "f"), cga.vector([0, 0, 0], "m")).value
     found, other = (
         Simulation(body, [Gravity([1, 2, -9.81])], [VirtualPower(wrench)], integrator=name).run(
             0.5, times=[0.2, 0.5], rtol=1e-12

@@ -10,7 +10,7 @@ import pytest
 from bladesmith import dynamics
 from bladesmith.errors import InputError
 
-from .dynamics_documents import BODY, EXAMPLES, GRAVITY, HOSTILE, RUN, read
+from ...support.dynamics.documents import BODY, EXAMPLES, GRAVITY, HOSTILE, RUN, read
 
 PIN = '[[constraints]]\nkind = "pin"\n'
 FAULTS = [
@@ -41,8 +41,8 @@ FAULTS = [
     (BODY + "orientation = { matrix = [[2, 0, 0], [0, 1, 0], [0, 0, 1]] }" + RUN,
      "line 6: body.orientation.matrix is refused: "),
     (BODY + 'position_point = "tap"' + RUN,
-     "line 6: body.position_point is 'tap', which is no point of body (did you mean 'tip'?); there are: tip, center"),
-    (BODY + 'velocity_point = "up"' + RUN, "body.velocity_point is 'up', which is no point of body; there are: tip"),
+     "line 6: body.position_point is 'tap', which is not a point of body (did you mean 'tip'?); there are: tip"),
+    (BODY + 'velocity_point = "up"' + RUN, "body.velocity_point is 'up', which is not a point of body; there are: tip"),
     (BODY + 'name = "base"' + RUN, "line 6: body.name is 'base', which is what joints call the world"),
     (BODY + 'name = "_x"' + RUN, 'body.name is "_x"; it begins with a letter or digit'),
     (BODY + 'name = "a\\nb"' + RUN, "it begins with a letter or digit, and has 60 printable letters"),
@@ -60,10 +60,10 @@ FAULTS = [
     (BODY + '[[loads]]\nkind = "spring"\npoint = "tip"\nanchor = [0, 0, 0]\nstiffness = 1\nlength = -1' + RUN,
      "line 11: loads[0].length is -1; a length is at least 0"),
     (BODY + '[[loads]]\nkind = "damper"\nbody = "bdy"' + RUN,
-     "line 8: loads[0].body is 'bdy', which is no body (did you mean 'body'?); there are: body"),
+     "line 8: loads[0].body is 'bdy', which is not a body (did you mean 'body'?); there are: body"),
     (BODY + PIN + RUN, "line 6: constraints[0] has no object, which is required"),
     (BODY + PIN + 'object = { kind = "point", xyz = "tp" }' + RUN,
-     "line 8: constraints[0].object.xyz is 'tp', which is no point of body (did you mean 'tip'?)"),
+     "line 8: constraints[0].object.xyz is 'tp', which is not a point of body (did you mean 'tip'?)"),
     (BODY + PIN + 'object = { kind = "point", xyz = "tip" }\nworld = { kind = "direction", v = [0, 0, 1] }' + RUN,
      "line 9: constraints[0].world is a direction, the object a point"),
     (BODY + PIN + 'object = { kind = "plane", normal = [0, 0, 1] }' + RUN,
@@ -79,7 +79,7 @@ FAULTS = [
     (BODY + '[[constraints]]\nkind = "virtual_power"\nwrenches = []' + RUN,
      "line 8: constraints[0].wrenches is []; it has 0 items where 1 are the least"),
     (BODY + '[[joints]]\nkind = "revolute"\na = "base"\nb = "bode"\npoint = [0, 0, 0]\naxis = [0, 0, 1]' + RUN,
-     "line 9: joints[0].b is 'bode', which is no body (did you mean 'body'?)"),
+     "line 9: joints[0].b is 'bode', which is not a body (did you mean 'body'?)"),
     (BODY + '[[joints]]\nkind = "revolute"\na = "base"\nb = "base"\npoint = [0, 0, 0]\naxis = [0, 0, 1]' + RUN,
      "line 9: joints[0].b is 'base', the same as a"),
     (BODY + '[[joints]]\nkind = "universal"\na = "base"\nb = "body"\npoint = [0, 0, 0]\n'
@@ -93,14 +93,14 @@ FAULTS = [
     (BODY + RUN + 'map = "log"', 'simulation.map is "log"; known: exponential, bortz, cayley, outer'),
     (BODY + RUN + 'stabilization = "projecton"', "did you mean 'projection'?"),
     (BODY + RUN + 'algebra = "cga"', "line 9: simulation.algebra is \"cga\"; did you mean 'cga3d'?"),
-    (BODY + RUN + '[[traces]]\npoint = "tipp"', "line 10: traces[0].point is 'tipp', which is no point of body"),
+    (BODY + RUN + '[[traces]]\npoint = "tipp"', "line 10: traces[0].point is 'tipp', which is not a point of body"),
     (BODY + RUN + '[[traces]]\npoint = true', "traces[0].point is true; three numbers, or the name"),
     (BODY + RUN + "[picture]\nshown = [0.2]", "line 10: picture.shown[0] is 0.2, after the end at 0.1"),
     (BODY + RUN + "[picture]\nelevation = 91.0", "picture.elevation is 91.0; an elevation is at most 90"),
     (BODY + RUN + '[units]\nlength = "<b>"', 'line 10: units.length is "<b>"; a unit has 12 letters'),
     (BODY + BODY.replace("[body]", "[body]") + RUN, "annot declare ('body',) twice"),
     ("[[bodies]]\nmass = 1\nmoments = [1, 1, 1]\n[[bodies]]\nmass = 1\nmoments = [1, 1, 1]" + RUN,
-     "line 4: bodies[1].name is 'body', as of another body"),
+     "line 4: bodies[1].name is 'body', the name of another body"),
     ('[[bodies]]\nname = "a"\nmass = 1\nmoments = [1, 1, 1]\n[[bodies]]\nname = "b"\nmass = 1\nmoments = [1, 1, 1]\n'
      '[[traces]]\npoint = [0, 0, 0]' + RUN, "line 9: traces[0] has no body, which is required: a, b"),
     ("x = " + "[" * 3000 + "]" * 3000, "nested too deeply"),

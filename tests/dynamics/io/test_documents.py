@@ -9,10 +9,12 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import dynamics
+from bladesmith.dynamics.integration.problem import start_of
 from bladesmith.errors import InputError
 
-from .dynamics_documents import BODY, EXAMPLES, GRAVITY, ROOT, RUN, read
-from .dynamics_support import wide_driver
+from ...support.checkout import CHECKOUT
+from ...support.dynamics.documents import BODY, EXAMPLES, GRAVITY, RUN, read
+from ...support.dynamics.states import wide_driver
 
 
 def body_of(setup):
@@ -20,23 +22,24 @@ def body_of(setup):
     return body
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_examples_run_and_keep_their_energy(path):
     setup = dynamics.load_simulation(path)
     found = setup.run()
-    assert found.status == "ok" and found.time[-1] == setup.duration
-    record = dynamics.recorded(found, setup.sketch)
+    assert found.ending == "ok" and found.time[-1] == setup.duration
+    record = dynamics.as_record(found, setup.sketch)
     assert np.ptp(record.energy) <= 1e-8 * max(1, np.abs(record.energy).max())
     assert record.violation.max() <= 1e-12
     assert len(setup.sketch.traces) >= 2 and setup.sketch.shapes
 
 
 def test_the_files_of_the_docs_are_simulations(tmp_path):
-    text = (ROOT / "docs" / "simulations.md").read_text(encoding="utf-8")
+    text = (CHECKOUT / "docs" / "simulations.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```toml\n(.*?)^```", text, re.M | re.S)
     assert len(blocks) == 2
     for block in blocks:
-        assert read(tmp_path, block).run(times=[0.01]).status == "ok"
+        assert read(tmp_path, block).run(times=[0.01]).ending == "ok"
 
 
 def test_a_body_is_where_and_as_fast_as_its_file_says(tmp_path):
@@ -191,7 +194,7 @@ def test_objects_are_those_of_the_body(kind, algebra, tmp_path):
     text = f'{BODY}center = [0, 0, 0.1]\n{pin}\n{RUN}algebra = "{algebra}"'
     home = getattr(bs, algebra)
     if algebra == "pga3d" and kind not in ("point", "direction", "line", "plane"):
-        with pytest.raises(InputError, match=rf"constraints\[0\].object is a {kind}, which pga3d has not"):
+        with pytest.raises(InputError, match=rf"constraints\[0\].object is a {kind}, which pga3d does not have"):
             read(tmp_path, text)
         return
     (found,) = read(tmp_path, text).simulation.constraints
@@ -213,20 +216,21 @@ JOINTS = {
 }  # fmt: skip
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kind", JOINTS)
 @pytest.mark.parametrize("algebra", ["cga3d", "pga3d"])
 def test_joints_leave_their_mobility(kind, algebra, tmp_path):
     keys, mobility = JOINTS[kind]
     text = f'joints = [{{ kind = "{kind}", a = "base", b = "body", {keys} }}]\n{BODY}{RUN}algebra = "{algebra}"'
     if (kind, algebra) == ("universal", "pga3d"):
-        with pytest.raises(InputError, match=r"joints\[0\] is universal, which pga3d has not; use cga3d"):
+        with pytest.raises(InputError, match=r"joints\[0\] is universal, which pga3d does not have; use cga3d"):
             read(tmp_path, text)
         return
     simulation = read(tmp_path, text).simulation
-    made = simulation._prepared(1.0, 1e-3, None, None)[0]
+    made = simulation._problem.prepare((1.0, 1e-3, None, None))[0]
     driver = wide_driver(made)
-    motors, twists = dynamics.simulation.start_of(made)
-    rank = np.linalg.matrix_rank(driver.look(0.0, motors[0], twists[0])["matrix"], tol=1e-9)
+    motors, twists = start_of(made)
+    rank = np.linalg.matrix_rank(driver.evaluate(0.0, motors[0], twists[0])["matrix"], tol=1e-9)
     assert rank == 6 - mobility
 
 

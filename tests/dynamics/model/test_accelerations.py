@@ -12,9 +12,10 @@ import pytest
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 
-from . import newton_euler as ne
-from .dynamics_conditions import pins, pins_at, surfaces, unit, wrench
-from .dynamics_support import (
+from ...oracles import newton_euler as ne
+from ...oracles.newton_euler import REST, dot, times
+from ...support.dynamics.conditions import pins, pins_at, surfaces, wrench
+from ...support.dynamics.states import (
     ALGEBRAS,
     BAR,
     FULL,
@@ -30,7 +31,7 @@ from .dynamics_support import (
     states,
     worst,
 )
-from .newton_euler import REST, dot, times
+from ...support.vectors import unit
 
 
 def named(groups):
@@ -44,6 +45,7 @@ CASES, SURFACES = (named(make(np.random.default_rng(0))) for make in (pins, surf
 # -- pins that never move --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "algebra"), CASES)
 def test_pins_hold_with_the_forces_of_newton_and_euler(name, algebra):
     algebra = ALGEBRAS[algebra]
@@ -61,6 +63,7 @@ def test_pins_hold_with_the_forces_of_newton_and_euler(name, algebra):
             assert (free == case.free).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", ALGEBRAS)
 @pytest.mark.parametrize("noise", [0.0, 1e-16])
 def test_pins_at_special_places(noise, algebra):
@@ -125,6 +128,7 @@ def test_several_constraints_at_once_and_redundant_ones():
 # -- loads -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("algebra", ALGEBRAS.values(), ids=ALGEBRAS)
 @pytest.mark.parametrize("held", [None, "null space", "multipliers"])
 def test_springs_dampers_and_functions_of_time_and_state(algebra, held):
@@ -162,6 +166,7 @@ def test_springs_dampers_and_functions_of_time_and_state(algebra, held):
         assert worst(found, *ne.motion(s, force, moment, rows), s) < BAR
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(("name", "algebra"), CASES if FULL else [("circle", "cga"), ("two points", "pga")])
 def test_programs_of_their_own_agree(name, algebra):
     """The reactions that a run stores, from the program that has just what the simulation needs."""

@@ -8,10 +8,11 @@ import pytest
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 
-from . import newton_euler as ne
-from .dynamics_conditions import line_of, moving, path_of, plane_of, product, sphere_of, turning, unit, wrench
-from .dynamics_support import ALGEBRAS, BAR, OBJECTS, STATES, alike, compared, pose, settled, states
-from .newton_euler import REST, dot, times
+from ...oracles import newton_euler as ne
+from ...oracles.newton_euler import REST, dot, times
+from ...support.dynamics.conditions import line_of, moving, path_of, plane_of, product, sphere_of, turning, wrench
+from ...support.dynamics.states import ALGEBRAS, BAR, OBJECTS, STATES, alike, compared, pose, settled, states
+from ...support.vectors import unit
 
 EACH_ALGEBRA = pytest.mark.parametrize("algebra", ALGEBRAS.values(), ids=ALGEBRAS)
 EACH_SEED = pytest.mark.parametrize("seed", range(OBJECTS))
@@ -46,6 +47,7 @@ class Moving:
         assert (found.rank == rank).all()
 
 
+@pytest.mark.compiles
 @EACH_ALGEBRA
 @EACH_SEED
 def test_a_point_pinned_to_a_place_that_moves(algebra, seed):
@@ -225,3 +227,21 @@ def test_a_pendulum_on_a_sphere_by_virtual_power(seed):
     test.check(
         lambda s: ne.at_distance(s, test.p, (test.q, REST, REST)), dynamics.VirtualPower(radial), lambda: None, 1
     )
+
+
+@pytest.mark.compiles
+def test_a_crank_of_two_turns_a_second():
+    w = 4 * np.pi  # half a second is a period: steps of one and of half a second see a path that stands still
+
+    def crank(t):
+        if not 0 <= t <= 1:
+            raise ValueError("outside of the table")
+        return cga.point((np.cos(w * t), np.sin(w * t), 0))
+
+    body = dynamics.RigidBody(1.3, [0.1, 0.2, 0.25], (1, 0, 0), velocity=(0, w, 0))
+    found = dynamics.Simulation(body, (), dynamics.PinPath(cga.point((0, 0, 0)), crank)).run(1.0, times=[0.3, 1.0])
+    angle = w * found.time
+    assert np.allclose(found.velocity, w * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], -1), atol=1e-7 * w)
+    force, _ = dynamics.wrench_parts(found.reaction)
+    towards = -1.3 * w**2 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    assert np.abs(force - towards).max() < 1e-8 * 1.3 * w**2

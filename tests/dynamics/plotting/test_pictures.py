@@ -10,19 +10,14 @@ import numpy as np
 import pytest
 
 from bladesmith import dynamics
-from bladesmith.dynamics import animation, page
+from bladesmith.dynamics.plotting import animation, html
 from bladesmith.errors import BladesmithError, InputError, MissingExtraError
 
-from .browser_support import Chromium, browser
-from .dynamics_documents import HOSTILE, swung
+from ...support.browser import Chromium, browser
+from ...support.dynamics.documents import HOSTILE
 
 
-@pytest.fixture(scope="module")
-def swing(tmp_path_factory):
-    """A pendulum pinned at its tip: the setup, and its trajectory."""
-    return swung(tmp_path_factory.mktemp("swing"))
-
-
+@pytest.mark.slow
 def test_curves_show_the_numbers(swing):
     setup, found = swing
     figure = found.plot(sketch=setup.sketch)
@@ -51,7 +46,7 @@ def test_pictures_show_paths_bodies_and_what_holds_them(swing, tmp_path):
     assert any(s.shape == tip.shape and np.allclose(s, tip) for s in segments)
     assert sum(type(c).__name__ == "Poly3DCollection" for c in ax.collections) == 3
     assert (tmp_path / "a.png").read_bytes()[1:4] == b"PNG" and [p.name for p in tmp_path.iterdir()] == ["a.png"]
-    with pytest.raises(InputError, match="'xyz' is no format of pictures"):
+    with pytest.raises(InputError, match="'xyz' is not a format of pictures"):
         found.picture(tmp_path / "a.xyz")
     with pytest.raises(InputError, match="cannot be written: No such file"):
         found.picture(tmp_path / "no" / "a.png")
@@ -62,19 +57,20 @@ def test_labels_are_text_and_no_formula(swing, tmp_path):
     sketch = dynamics.Sketch(traces=[dynamics.Trace((0, 0, 0), HOSTILE)], title=HOSTILE)
     found.picture(tmp_path / "a.png", sketch=sketch)
     found.plot(tmp_path / "b.png", sketch=sketch, show=["energy"])
-    text = page.page_text(dynamics.recorded(found, sketch), 1.0, (20, 30))
+    text = html.page_text(dynamics.as_record(found, sketch), 1.0, (20, 30))
     assert "<img" not in text and text.count("</script") == 2
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S).group(1))
     assert data["traces"][0]["label"] == HOSTILE
 
 
+@pytest.mark.slow
 def test_films_have_the_pictures_they_should(swing, tmp_path):
     from PIL import Image
 
     setup, found = swing
     told = []
     options = {"sketch": setup.sketch, "rate": 10, "speed": 0.5, "size": (161, 120)}
-    found.animate(tmp_path / "a.gif", **options, progress=lambda done, total: told.append((done, total)))
+    found.animate(tmp_path / "a.gif", **options, progress=lambda p: told.append((p.done, p.total)))
     film = Image.open(tmp_path / "a.gif")
     assert film.n_frames == 11 and film.info["duration"] == 100 and film.size == (160, 120)
     assert told == [(i, 11) for i in range(1, 12)]
@@ -86,7 +82,7 @@ def test_films_have_the_pictures_they_should(swing, tmp_path):
 
 
 def test_frames_are_the_stored_states_nearest_in_time(swing):
-    record = dynamics.recorded(swing[1])
+    record = dynamics.as_record(swing[1])
     numbers = animation.frame_numbers(record, 0.33, 25.0)
     times = np.arange(len(numbers)) * 0.33 / 25.0
     assert times[-1] <= 0.5 < times[-1] + 0.33 / 25
@@ -95,8 +91,9 @@ def test_frames_are_the_stored_states_nearest_in_time(swing):
         animation.frame_numbers(record, 1e-9, 25.0)
 
 
+@pytest.mark.peers
 def test_an_interrupted_film_leaves_nothing(swing, tmp_path):
-    def interrupt(done, total):
+    def interrupt(progress):
         raise KeyboardInterrupt
 
     for name in ("a.gif", "a.mp4"):
@@ -109,13 +106,14 @@ def test_what_is_missing_is_named(swing, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'bladesmith\[video\]'"):
         swing[1].animate(tmp_path / "a.mp4")
-    for name, says in (("a.avi", "films are .gif, .mp4, pages .html"), ("a\0.gif", "films are")):
+    for name, says in (("a.avi", "films and pages are written as .gif, .mp4 or .html"), ("a\0.gif", "null character")):
         with pytest.raises(InputError, match=re.escape(says)):
             swing[1].animate(tmp_path / name)
-    with pytest.raises(InputError, match="speed is 0; one positive number"):
+    with pytest.raises(InputError, match="speed is 0; a positive number"):
         swing[1].animate(tmp_path / "a.html", speed=0)
 
 
+@pytest.mark.browser
 @pytest.mark.skipif(browser() is None, reason="no Chromium")
 def test_a_page_plays_without_a_network(swing, tmp_path):
     setup, found = swing
@@ -144,16 +142,16 @@ def test_a_mesh_with_many_triangles_is_drawn_with_fewer():
     right, up, both = np.roll(here, -1, 0), np.roll(here, -1, 1), np.roll(here, (-1, -1), (0, 1))
     faces = np.concatenate([np.stack([here, right, up], -1), np.stack([right, both, up], -1)]).reshape(-1, 3)
     shape = dynamics.Shape(places, faces, 1.0, np.eye(3), np.zeros((0, 2), int))
-    vertices, fewer, _ = page._drawable(shape)
-    assert 500 < len(fewer) <= page.MOST_FACES < len(faces)
+    vertices, fewer, _ = html._drawable(shape)
+    assert 500 < len(fewer) <= html.MAX_FACES < len(faces)
     assert fewer.max() < len(vertices) and np.allclose(np.ptp(vertices, axis=0), np.ptp(places, axis=0), rtol=0.05)
 
 
 def test_bad_sketches_are_refused():
     for make, says in (
-        (lambda: dynamics.Trace((0, 0)), "ends in 3"),
-        (lambda: dynamics.Trace((0, 0, 0), color="blau"), "is no colour (did you mean 'blue'?)"),
-        (lambda: dynamics.Sketch(shapes=3), "the shapes are 3"),
+        (lambda: dynamics.Trace((0, 0)), "3) is needed"),
+        (lambda: dynamics.Trace((0, 0, 0), color="blau"), "is not a color (did you mean 'blue'?)"),
+        (lambda: dynamics.Sketch(shapes=3), "shapes is 3"),
         (lambda: dynamics.Sketch({"body": 3}), "the shape of body is 3"),
         (lambda: dynamics.cone(0, 1), "the radius is 0"),
         (lambda: dynamics.cylinder(1, 1, (0, 0, 0)), "the axis is zero"),

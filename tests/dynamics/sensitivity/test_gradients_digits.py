@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import bladesmith as bs
 from bladesmith import dynamics
 
-from .dynamics_gradients import (
+from ...oracles.gradients import (
     PARAMETERS,
     TURN,
     Vector,
@@ -63,6 +63,7 @@ def free_end(p: dict[str, Vector]) -> Vector:
     return [*y[:3], *y[12:]]
 
 
+@pytest.mark.slow
 def test_free_body_at_50_digits() -> None:
     runs = [everything(a, FREE).run(DURATION, times=[DURATION], sensitivities=PARAMETERS) for a in ALGEBRAS]
     rng = np.random.default_rng(5)
@@ -118,6 +119,7 @@ def top_simulation(algebra: Any, **options: Any) -> Any:
     return everything(algebra, given, [pin], **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("algebra", "stabilization"), [(bs.cga3d, "auto"), (bs.pga3d, "auto"), (bs.cga3d, "projection")]
 )
@@ -146,6 +148,7 @@ def pendulum_end(p: dict[str, Vector]) -> Vector:
     return [s, mpmath.mpf(0), -c, rate * c, mpmath.mpf(0), rate * s, *(-rate * a for a in axis)]
 
 
+@pytest.mark.compiles
 def test_pendulum_at_50_digits() -> None:
     """About an axis that is askew in the body; the first angle is place and orientation together."""
     level, down = np.array([0, 1.0, 0]), np.array([0, 0, -1.0])

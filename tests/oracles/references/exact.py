@@ -8,7 +8,6 @@ real roots are isolated, and each is one of F if U and V have opposite signs the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations
@@ -16,6 +15,7 @@ from math import comb, lcm
 
 from flint import arb, ctx, fmpq, fmpz_poly
 
+from ..sequences import cross
 from .blades import INFINITY, METRIC, PAIRS, Skew, agree, complement, parity, pieces, point, unit_objects
 from .families import Controls, Family
 
@@ -225,12 +225,8 @@ def _between_ends(blade: list[list[arb]], origin: list[fmpq], direction: list[fm
     middle = [x / weight for x in centre[:3]]
     half = (centre[3] + centre[4]) / weight - sum((x * x for x in middle), arb(0))
     o, d = ([arb(x) for x in v] for v in (origin, direction))
-    across = _cross(d, way[:3])
-    apart = _cross([m - x for m, x in zip(middle, o, strict=True)], way[:3])
+    across = cross(d, way[:3])
+    apart = cross([m - x for m, x in zip(middle, o, strict=True)], way[:3])
     t = sum((a * b for a, b in zip(apart, across, strict=True)), arb(0)) / sum((a * a for a in across), arb(0))
     away = sum(((x + t * v - m) ** 2 for x, v, m in zip(o, d, middle, strict=True)), arb(0))
     return True if away < half else False if away > half else None
-
-
-def _cross(x: Sequence[arb], y: Sequence[arb]) -> list[arb]:
-    return [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]

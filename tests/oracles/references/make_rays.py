@@ -1,6 +1,6 @@
 """Writes the reference files of this folder: where rays meet evolved surfaces, certified to 50 digits.
 
-    python tests/references/make_rays.py [family ...] [--processes 2]
+    python -m tests.oracles.references.make_rays [family ...] [--processes 2]
 
 Run by hand, when families change; about 8 minutes of one core for all. It needs python-flint. Seeds are in
 `families.py`, the arithmetic in `blades.py` and `exact.py`: no root is missing and none is one too many, whatever
@@ -20,7 +20,6 @@ double precision can tell. A file holds, for the surfaces and rays that `familie
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -32,14 +31,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-HERE = Path(__file__).resolve().parent
-if __name__ == "__main__":
-    sys.path.insert(0, str(HERE.parent))
-
-from references import exact  # noqa: E402
-from references.blades import PAIRS, pieces, rational  # noqa: E402
-from references.conditions import derivatives  # noqa: E402
-from references.families import (  # noqa: E402
+from . import exact
+from .blades import PAIRS, pieces, rational
+from .conditions import derivatives
+from .families import (
     FAMILIES,
     MARGIN_ZERO,
     PER_DECADE,
@@ -50,9 +45,10 @@ from references.families import (  # noqa: E402
     ray_stream,
     rays,
 )
-from references.tangents import tangent_rays  # noqa: E402
+from .tangents import tangent_rays
 
 Array = NDArray[np.float64]
+HERE = Path(__file__).resolve().parent
 
 
 #: Draws of a surface, of which one in two or three is real.

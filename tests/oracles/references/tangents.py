@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sequences import cross
 from .families import Controls, Family, Stream, axes, square
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ def tangent_rays(family: Family, objects: Controls, s: Stream) -> tuple[Array, A
     after, before = (find(controls, t + step, across, axis)[0] for step in (STEP, -STEP))
     along = _unit([p - q for p, q in zip(after, before, strict=True)])
     sideways = _unit(sideways)
-    normal = _unit(_cross(along, sideways))
+    normal = _unit(cross(along, sideways))
     cosine, sine = _turned(turn)
     direction = _unit([cosine * p + sine * q for p, q in zip(along, sideways, strict=True)])
     origin = [p + side * m - BEFORE * d for p, m, d in zip(here, normal, direction, strict=True)]
@@ -91,8 +92,8 @@ def _on_circle(controls: list[Skew], t: Array, turn: Array, axis: Array | None) 
     size = np.abs(np.stack(normal))
     if axis is None:
         axis = np.where((size[0] <= size[1]) & (size[0] <= size[2]), 0, np.where(size[1] <= size[2], 1, 2))
-    u = _unit(_cross(normal, [np.where(axis == i, 1.0, 0.0) for i in range(3)]))
-    v = _cross(normal, u)
+    u = _unit(cross(normal, [np.where(axis == i, 1.0, 0.0) for i in range(3)]))
+    v = cross(normal, u)
     cosine, sine = _turned(turn)
     point = [c + radius * (cosine * p + sine * q) for c, p, q in zip(center, u, v, strict=True)]
     return point, [cosine * q - sine * p for p, q in zip(u, v, strict=True)], axis
@@ -118,10 +119,6 @@ def _dot(x: list, y: list) -> Array:  # type: ignore[type-arg]
     for p, q in zip(x[1:], y[1:], strict=True):
         total = total + p * q
     return total
-
-
-def _cross(x: Vector, y: Vector) -> Vector:
-    return [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
 
 
 def _unit(x: Vector) -> Vector:

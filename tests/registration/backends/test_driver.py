@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d as cga
-from bladesmith.calls import Numbers, call
-from bladesmith.codegen.build import compiler
-from bladesmith.codegen.formulas import registration
-from bladesmith.codegen.programs.reform import DIRECTED, KINDS
-from bladesmith.reform.engine import Driver, Scene
-from bladesmith.reform.sides import Closeness, Side
-from bladesmith.reform.tables import Tables
+from bladesmith.codegen.build.extension import compiler
+from bladesmith.codegen.formulas.registration import registration
+from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.dispatch.formulas import ArrayOperand, evaluate
+from bladesmith.registration.backends.c import Driver, Scene
+from bladesmith.registration.backends.model_rows import MatchCriterion, ModelData
+from bladesmith.registration.search.invariant_tables import Tables
 
-from .reform_digits import ALGEBRA, PAIRS
+from ...oracles.registration import ALGEBRA, PAIRS
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 #: Objects of each kind of the query; the reference has two more.
@@ -43,7 +43,7 @@ def wrapped(kind: str, rows: np.ndarray):
 
 def formula(name: str, *operands):
     """Results of a formula by NumPy, as arrays."""
-    return [getattr(v, "_data", v) for v in call(cga, name, *operands).values]
+    return [getattr(v, "_data", v) for v in evaluate(cga, name, *operands).values]
 
 
 class World:
@@ -61,7 +61,9 @@ class World:
             signs = np.where(np.arange(COUNT) % 2, -1.0, 1.0)[:, None] if kind in DIRECTED else 1.0
             self.reference[kind] = np.concatenate([random_rows(kind, 2, 9), images * signs])
         self.driver = Driver(KINDS, 1)
-        sides = [Side(m, {k: self.driver.elements(k, r) for k, r in m.items()}) for m in (self.query, self.reference)]
+        sides = [
+            ModelData(m, {k: self.driver.elements(k, r) for k, r in m.items()}) for m in (self.query, self.reference)
+        ]
         self.kinds = np.repeat(np.arange(6, dtype=np.int32), COUNT)
         self.rows = np.tile(np.arange(COUNT, dtype=np.int32), 6)
         self.scene = Scene(*sides, self.kinds, self.rows, 2)
@@ -89,7 +91,7 @@ class World:
         """The 8 x 8 matrix of one pair."""
         name = KINDS[kind]
         operands = (wrapped(name, self.query[name][i]), wrapped(name, self.reference[name][j]))
-        return full(formula("registration.motor_form", *operands, Numbers(sign, 0, "sign"))[0])
+        return full(formula("registration.motor_form", *operands, ArrayOperand(sign, 0, "sign"))[0])
 
 
 def full(upper: np.ndarray) -> np.ndarray:
@@ -122,7 +124,7 @@ def same_motor(a: np.ndarray, b: np.ndarray, tolerance: float = 1e-12) -> None:
 @pytest.fixture(scope="module")
 def world() -> World:
     made = World()
-    made.scene.closeness(Closeness(WEIGHTS, LIMIT, 0.0, True))
+    made.scene.set_criterion(MatchCriterion(WEIGHTS, LIMIT, 0.0, True))
     return made
 
 
@@ -138,7 +140,7 @@ def test_driver_elements_invariants_and_steps(world):
         operands = wrapped(a, world.query[a][i]), wrapped(b, world.query[b][j])
         np.testing.assert_allclose(found, formula("registration.pair_invariants", *operands)[0], atol=1e-12)
     twist = np.array([0.1, -0.2, 0.05, 0.3, -0.1, 0.2])
-    expected = formula("registration.stepped", wrapped("motor", world.motor), wrapped("twist", twist))[0]
+    expected = formula("registration.step_motor", wrapped("motor", world.motor), wrapped("twist", twist))[0]
     np.testing.assert_allclose(world.driver.step(world.motor, twist), expected, atol=1e-15)
 
 
@@ -148,23 +150,23 @@ def test_a_scene_keeps_nothing_of_what_was_asked_before(world):
     before = len(scene._models)
     try:
         for _ in range(3):
-            scene.ask(world.kinds[half], world.rows[half])
+            scene.select_objects(world.kinds[half], world.rows[half])
             found = scene.match(world.motor)
             np.testing.assert_array_equal(found[0], world.nearest(world.motor)[0][half])
         assert len(scene._models) == before
     finally:
-        scene.ask(world.kinds, world.rows)
+        scene.select_objects(world.kinds, world.rows)
 
 
 @needs_compiler
 @pytest.mark.parametrize("align", [True, False])
 def test_driver_finds_the_nearest_of_all(world, align):
-    world.scene.closeness(Closeness(WEIGHTS, LIMIT, 0.0, align))
+    world.scene.set_criterion(MatchCriterion(WEIGHTS, LIMIT, 0.0, align))
     try:
         for found, expected in zip(world.scene.match(world.motor), world.nearest(world.motor, align), strict=True):
             np.testing.assert_allclose(found, expected, atol=1e-13)
     finally:
-        world.scene.closeness(Closeness(WEIGHTS, LIMIT, 0.0, True))
+        world.scene.set_criterion(MatchCriterion(WEIGHTS, LIMIT, 0.0, True))
 
 
 @needs_compiler
@@ -211,12 +213,12 @@ def test_driver_refines_by_matching_and_estimating(world):
 def test_driver_stiffness_is_the_least_pivot(world):
     random = np.random.default_rng(4)
     members = np.array([random.choice(len(world.kinds), 3, replace=False) for _ in range(30)])
-    found = world.scene.stiffness(world.kinds[members], world.rows[members])
+    found = world.scene.conditioning(world.kinds[members], world.rows[members])
     for n, one in enumerate(members):
         total = np.zeros((8, 8))
         for k, i in zip(world.kinds[one], world.rows[one], strict=True):
             x = wrapped(KINDS[k], world.query[KINDS[k]][i])
-            total += full(formula("registration.motor_form", x, x, Numbers(1.0, 0, "sign"))[0])
+            total += full(formula("registration.motor_form", x, x, ArrayOperand(1.0, 0, "sign"))[0])
         left, least = total[1:7, 1:7], np.inf  # without 1 and the pseudoscalar
         while len(left):
             t = int(np.diag(left).argmax())
@@ -224,9 +226,10 @@ def test_driver_stiffness_is_the_least_pivot(world):
             rest = [i for i in range(len(left)) if i != t]
             left = left[np.ix_(rest, rest)] - np.outer(left[rest, t], left[t, rest]) / left[t, t]
         np.testing.assert_allclose(found[n], least, rtol=1e-8, atol=1e-13)
-    assert (world.scene.stiffness(np.array([[2, 2]]), np.array([[0, 0]])) < 1e-13).all()  # one line twice
+    assert (world.scene.conditioning(np.array([[2, 2]]), np.array([[0, 0]])) < 1e-13).all()  # one line twice
 
 
+@pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("kind", KINDS)
 def test_driver_rates_are_those_of_the_formula(world, kind):
@@ -255,7 +258,7 @@ def test_driver_steps_half_way_in_turn(world):
             if other >= 0:
                 step = formula("estimation.half_step_of_two", r, *pair(n), *pair(other))
             else:
-                step = formula("estimation.half_step", r, *pair(n), Numbers(signs[n], 0, "sign"))
+                step = formula("estimation.half_step", r, *pair(n), ArrayOperand(signs[n], 0, "sign"))
             motors.append(step[0])
         return motors
 

@@ -7,7 +7,6 @@ thread, behind a stand-in for the driver. The last test runs on a real GPU where
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Callable, Iterator
 from itertools import combinations_with_replacement
 from pathlib import Path
@@ -17,30 +16,31 @@ from typing import Any
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-import cuda_support  # noqa: E402
-
 import bladesmith as bs
-from bladesmith import installed, reform
+from bladesmith import registration
+from bladesmith.codegen.build.flags import compiled_files, source_hash
 from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
-from bladesmith.codegen.flags import compiled_files, source_hash
-from bladesmith.codegen.programs.reform import KINDS, reform_program
-from bladesmith.codegen.programs.reform_numba import reform_numba
-from bladesmith.codegen.targets import numba_kept, numba_run
-from bladesmith.codegen.targets.cuda import DRIVER_OPTIONS, compile_source, reform_source, self_contained
-from bladesmith.codegen.targets.cuda_run import Device, unavailable
-from bladesmith.reform import backend_cuda, backend_numba, engine
-from bladesmith.reform.backends import Backend, backend_of
-from bladesmith.reform.sides import Closeness, MiddleRule, Side
+from bladesmith.codegen.execute import numba_cache, numba_jit
+from bladesmith.codegen.execute.cuda_compiler import compile_source
+from bladesmith.codegen.execute.cuda_driver import Device, unavailable
+from bladesmith.codegen.programs.registration.registration import KINDS, reform_program
+from bladesmith.codegen.programs.registration.registration_numba import reform_numba
+from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, reform_source, self_contained
+from bladesmith.dispatch import installed
+from bladesmith.registration.backends import c, cuda, numba
+from bladesmith.registration.backends.interface import Backend, backend_of
+from bladesmith.registration.backends.model_rows import CenterRule, MatchCriterion, ModelData
+
+from ...support import cuda as cuda_support
 
 COUNT = 40
 #: Arguments of the launchers after the range of items.
 LAUNCHERS = {
     "elements": ("int", "double *", "double *"),
-    "seen": ("int", "double *", "double *", "double *"),
-    "middle": ("bs_middle",),
-    "unseen": ("double *", "double *", "double *", "double *"),
-    "unseen_twists": ("double *", "double *", "double *"),
+    "to_frame": ("int", "double *", "double *", "double *"),
+    "robust_center": ("bs_center",),
+    "motors_to_world": ("double *", "double *", "double *", "double *"),
+    "twists_to_world": ("double *", "double *", "double *"),
     "invariants": ("int", "double *", "int32_t *", "int", "double *", "int32_t *", "double *"),
     "step": ("double *", "double *", "double *"),
     **{stage: ("bs_reform", f"bs_{job}") for stage, job in (
@@ -64,7 +64,7 @@ def objects_of(kind: str, count: int, rng: np.random.Generator) -> bs.Multivecto
     return makers[kind]()
 
 
-def models(kinds: tuple[str, ...], count: int = COUNT, seed: int = 3) -> tuple[reform.Model, reform.Model]:
+def models(kinds: tuple[str, ...], count: int = COUNT, seed: int = 3) -> tuple[registration.Model, registration.Model]:
     """A reference, and a query that lacks some of its objects, has others, and stands elsewhere."""
     rng = np.random.default_rng(seed)
     pose = bs.cga3d.translator(rng.normal(size=3)) * bs.cga3d.rotor(rng.normal(size=3), 2.0)
@@ -75,7 +75,7 @@ def models(kinds: tuple[str, ...], count: int = COUNT, seed: int = 3) -> tuple[r
         moved = shaken >> (pose >> known)
         query[f"{kind}s"] = [*(moved[i] for i in range(count // 4, count)), *extra]
         reference[f"{kind}s"] = known
-    return reform.Model(**query), reform.Model(**reference)
+    return registration.Model(**query), registration.Model(**reference)
 
 
 def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: int = 300) -> dict[str, list[Any]]:
@@ -89,37 +89,39 @@ def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: 
         rows[1][kind][same] = rows[0][kind][same]
     found = {f"elements of {k}": [driver.elements(k, rows[0][k])] for k in kinds}
     origin, other = rng.normal(size=(2, 3))
-    found |= {f"{k} as seen from elsewhere": [driver.seen(k, rows[0][k], origin)] for k in kinds}
+    found |= {f"{k} as seen from elsewhere": [driver.to_frame(k, rows[0][k], origin)] for k in kinds}
     placed = np.concatenate([driver.elements(k, rows[1][k]) for k in kinds])
     placed[::9, :3] += 100.0
-    rule = MiddleRule(8, round(0.75 * len(placed)), 3.0, 1e-12, 1e-6)
-    found["middle"] = [driver.middle(np.repeat([KINDS.index(k) for k in kinds], COUNT), placed, rule)]
-    found["unseen"] = [driver.unseen(driver.step(np.eye(8)[0], rng.normal(size=6))[None], origin, other)]
-    found["unseen twists"] = [driver.unseen_twists(rng.normal(size=(5, 6)), origin)]
+    rule = CenterRule(8, round(0.75 * len(placed)), 3.0, 1e-12, 1e-6)
+    found["robust_center"] = [driver.robust_center(np.repeat([KINDS.index(k) for k in kinds], COUNT), placed, rule)]
+    found["motors_to_world"] = [
+        driver.motors_to_world(driver.step(np.eye(8)[0], rng.normal(size=6))[None], origin, other)
+    ]
+    found["unseen twists"] = [driver.twists_to_world(rng.normal(size=(5, 6)), origin)]
     pairs = rng.integers(0, COUNT, (2, samples))
     for a, b in combinations_with_replacement(kinds, 2):
         found[f"invariants of {a}, {b}"] = [driver.invariants((a, b), (rows[0][a], rows[1][b]), tuple(pairs))]
     motor = driver.step(np.eye(8)[0], rng.normal(size=6) / 8)
     found["step"] = [motor]
-    sides = [Side(r, {k: driver.elements(k, x) for k, x in r.items()}) for r in rows]
+    sides = [ModelData(r, {k: driver.elements(k, x) for k, x in r.items()}) for r in rows]
     asked_kinds = np.repeat([KINDS.index(k) for k in kinds], COUNT)
     asked_rows = np.tile(np.arange(COUNT), len(kinds))
     scene = backend.scene(*sides, asked_kinds, asked_rows, threads)
-    scene.closeness(Closeness((0.75, 0.25, 0.75), 0.2**2, 0.05))
+    scene.set_criterion(MatchCriterion((0.75, 0.25, 0.75), 0.2**2, 0.05))
     sets = rng.integers(0, len(asked_rows), (samples, 3))
     of, row = asked_kinds[sets], asked_rows[sets]
     of[::7, 2] = -1
     signs, others = rng.choice([-1.0, 1.0], (samples, 3)), rng.integers(0, COUNT, (samples, 3))
     images = np.where(rng.random((samples, 1)) < 0.5, row, others)
-    found["stiffness"] = [scene.stiffness(of, row)]
+    found["stiffness"] = [scene.conditioning(of, row)]
     found["samples"] = list(scene.samples(of, row, images, signs, 10.0))
     starts = np.concatenate([motor[None], np.eye(8)[:1], found["samples"][0][:6]])
     starts = starts[np.isfinite(starts).all(1)]
     found["refine"] = list(scene.refine(starts, 10))
     found["match"] = list(scene.match(np.eye(8)[0]))
     found["rates"] = [scene.rates(k, motor, *pairs % COUNT) for k in kinds]
-    scene.ask(asked_kinds[::-2], asked_rows[::-2])
-    scene.closeness(Closeness((0.75, 0.5, 0.25), 0.3**2, 0.0, align=False))
+    scene.select_objects(asked_kinds[::-2], asked_rows[::-2])
+    scene.set_criterion(MatchCriterion((0.75, 0.5, 0.25), 0.3**2, 0.0, align=False))
     found["match others"] = list(scene.match(motor))
     return found
 
@@ -135,7 +137,7 @@ def assert_same_bits(actual: dict[str, list[Any]], expected: dict[str, list[Any]
 
 def assert_same_answer(backend: str, kinds: tuple[str, ...]) -> None:
     query, reference = models(kinds)
-    mine, theirs = (reform.register(query, reference, seed=2, backend=name) for name in (backend, "c"))
+    mine, theirs = (registration.register(query, reference, seed=2, backend=name) for name in (backend, "c"))
     assert theirs.converged and np.asarray(theirs.matches).max() > 0
     assert np.array_equal(np.asarray(mine.matches), np.asarray(theirs.matches))
     assert np.array_equal(mine.motor.values, theirs.motor.values)
@@ -159,15 +161,16 @@ def test_an_unknown_backend_is_refused() -> None:
 # -- the program that is installed ---------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 def test_the_installed_driver_is_taken_where_it_is_fresh(monkeypatch: pytest.MonkeyPatch) -> None:
     carried = object()
-    engine.driver.cache_clear()
-    monkeypatch.setattr(engine, "installed_program", lambda name: carried if name == "reform" else None)
-    assert engine.driver(("line",)) is carried
-    engine.driver.cache_clear()
-    monkeypatch.setattr(engine, "installed_program", lambda name: None)
-    assert hasattr(engine.driver(("line",)).lib, "bs_reform_samples")
-    engine.driver.cache_clear()
+    c.driver.cache_clear()
+    monkeypatch.setattr(c, "installed_program", lambda name: carried if name == "reform" else None)
+    assert c.driver(("line",)) is carried
+    c.driver.cache_clear()
+    monkeypatch.setattr(c, "installed_program", lambda name: None)
+    assert hasattr(c.driver(("line",)).lib, "bs_reform_samples")
+    c.driver.cache_clear()
 
 
 def test_programs_older_than_their_sources_are_left(tmp_path: Path) -> None:
@@ -187,32 +190,37 @@ def test_programs_older_than_their_sources_are_left(tmp_path: Path) -> None:
 # -- numba ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.peers
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 def test_numba_computes_the_bits_of_c(threads: int) -> None:
     assert_same_bits(stages(backend_of("numba"), ("line",), threads), stages(backend_of("c"), ("line",)))
 
 
+@pytest.mark.peers
 def test_numba_gives_the_answer_of_c() -> None:
     assert_same_answer("numba", ("line",))
 
 
+@pytest.mark.slow
 def test_the_python_text_computes_the_bits_of_c_for_all_kinds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run as it is, without numba: that takes 30 s to compile for all kinds."""
     names: dict[str, Any] = {}
     exec(reform_numba(KINDS), names)
-    monkeypatch.setattr(backend_numba, "numba_driver", lambda kinds: names)
+    monkeypatch.setattr(numba, "numba_driver", lambda kinds: names)
     with np.errstate(all="ignore"):
         mine = stages(backend_of("numba"), KINDS, samples=20)
     assert_same_bits(mine, stages(backend_of("c"), KINDS, samples=20))
 
 
+@pytest.mark.peers
 def test_machine_code_is_kept_and_other_text_is_not_trusted(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BLADESMITH_CACHE_DIR", str(tmp_path))
-    types = numba_run.numba().types
+    types = numba_jit.numba().types
     text = "def twice(x):\n    return helped(x) * 2.0\n\n\ndef helped(x):\n    return x\n"
 
     def made() -> Any:
-        return numba_kept.KeptModule("twice", text, {"twice": types.f8(types.f8)})["twice"]
+        return numba_cache.KeptModule("twice", text, {"twice": types.f8(types.f8)})["twice"]
 
     first, second = made(), made()
     assert first(4.0) == second(4.0) == 8.0
@@ -229,15 +237,16 @@ def test_without_numba_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     def absent() -> None:
         raise MissingExtraError("numba", "This")
 
-    monkeypatch.setattr(backend_numba, "numba", absent)
-    backend_numba.numba_driver.cache_clear()
+    monkeypatch.setattr(numba, "numba", absent)
+    numba.numba_driver.cache_clear()
     with pytest.raises(MissingExtraError, match=r"bladesmith\[numba\]"):
-        reform.register(*models(("plane",)), backend="numba")
+        registration.register(*models(("plane",)), backend="numba")
 
 
 # -- CUDA ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
 def test_the_driver_compiles_for_a_gpu_without_a_warning(kinds: tuple[str, ...]) -> None:
     compiled = compile_source(reform_source(reform_program(kinds).files), options=DRIVER_OPTIONS)
@@ -249,9 +258,9 @@ def test_the_driver_compiles_for_a_gpu_without_a_warning(kinds: tuple[str, ...])
 
 @pytest.mark.skipif(not unavailable(), reason="there is a GPU")
 def test_without_a_gpu_the_error_says_what_to_do() -> None:
-    backend_cuda.gpu.cache_clear()
+    cuda.gpu.cache_clear()
     with pytest.raises(DeviceError, match=r'backend="cuda" needs a GPU.*backend="c"'):
-        reform.register(*models(("line",)), backend="cuda")
+        registration.register(*models(("line",)), backend="cuda")
 
 
 def stand_in(kinds: tuple[str, ...]) -> str:
@@ -267,15 +276,16 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[tuple[str, ...
 
     def placed(kinds: tuple[str, ...]) -> Device:
         made = Device(driver=stand_in(kinds))
-        backend_cuda.cuda_driver.cache_clear()
-        monkeypatch.setattr(backend_cuda, "gpu", lambda: made)
-        monkeypatch.setattr(backend_cuda, "compile_kept", lambda *_: b"no image")
+        cuda.cuda_driver.cache_clear()
+        monkeypatch.setattr(cuda, "gpu", lambda: made)
+        monkeypatch.setattr(cuda, "compile_cached", lambda *_: b"no image")
         return made
 
     yield placed
-    backend_cuda.cuda_driver.cache_clear()
+    cuda.cuda_driver.cache_clear()
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
 def test_the_cuda_text_computes_the_bits_of_c(
     kinds: tuple[str, ...], device: Callable[[tuple[str, ...]], Device]
@@ -285,11 +295,13 @@ def test_the_cuda_text_computes_the_bits_of_c(
     used.call("bs_left_open")  # fails unless it returns zero: nothing stays allocated
 
 
+@pytest.mark.peers
 def test_cuda_gives_the_answer_of_c(device: Callable[[tuple[str, ...]], Device]) -> None:
     device(("line",))
     assert_same_answer("cuda", ("line",))
 
 
+@pytest.mark.peers
 @pytest.mark.skipif(bool(unavailable()), reason=f"no GPU to run on: {unavailable()}")
 @pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
 def test_a_gpu_computes_the_bits_of_c(kinds: tuple[str, ...]) -> None:

@@ -7,13 +7,13 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import objects
-from bladesmith.codegen.formulas import costs, estimation, registration
-from bladesmith.codegen.formulas.blades import project_to_blade
-from bladesmith.codegen.multivector import Multivector, from_values
-from bladesmith.codegen.programs.reform import DIRECTED, KINDS
+from bladesmith.codegen.algebra.multivector import Multivector, from_values
+from bladesmith.codegen.formulas.objects import costs
+from bladesmith.codegen.formulas.objects.blades import project_to_blade
+from bladesmith.codegen.formulas.registration import estimation, registration
+from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
 
-from .formula_support import series_exp
-from .reform_digits import (
+from ...oracles.registration import (
     ALGEBRA,
     MP,
     RING,
@@ -33,6 +33,7 @@ from .reform_digits import (
     values,
     vector,
 )
+from ...support.formulas import series_exp
 
 # -- costs and their rates ---------------------------------------------------------------------------------
 
@@ -44,9 +45,9 @@ def close_pair(kind: str, seed: int) -> tuple[Multivector, Multivector]:
     if kind in ("point", "line", "plane"):
         return x.x, moved(r, x.x)
     if kind == "sphere":
-        return x.x, costs.aligned(moved(r, other.x), x.x)
+        return x.x, costs.align(moved(r, other.x), x.x)
     mixed = x.x + moved(r, other.x) * number(MP.mpf("0.1"))
-    return x.x, costs.aligned(project_to_blade(mixed).grade(*x.x.grades), x.x)
+    return x.x, costs.align(project_to_blade(mixed).grade(*x.x.grades), x.x)
 
 
 def rotor_error(x: Multivector, y: Multivector) -> list:
@@ -55,6 +56,7 @@ def rotor_error(x: Multivector, y: Multivector) -> list:
     return coefficients(r - 1) + coefficients(costs.parallel(r))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_rates_of_the_positive_cost(kind):
     x, y = close_pair(kind, 2)

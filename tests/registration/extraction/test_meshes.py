@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
 
 from bladesmith import errors
 from bladesmith.interchange.meshes import Mesh, load_mesh
-from bladesmith.reform.meshes import model_from_mesh
-from bladesmith.reform.model import Model
+from bladesmith.registration.extraction.from_mesh import model_from_mesh
+from bladesmith.registration.model.model import Model
 
-AIRPLANE = Path(__file__).resolve().parent.parent / "examples" / "meshes" / "airplane.ply"
+from ...support.checkout import CHECKOUT
+
+AIRPLANE = CHECKOUT / "examples" / "meshes" / "airplane.ply"
 SIDES = (2.0, 3.0, 4.0)
 
 
@@ -85,9 +85,9 @@ def test_a_smooth_sphere_has_no_lines_and_flat_patches_only():
     solid = trimesh.creation.icosphere(subdivisions=3)
     with pytest.raises(errors.InputError, match="least"):
         model_from_mesh(mesh_of(solid), planes=False, angle=np.radians(15))
-    found = model_from_mesh(mesh_of(solid), least=0.0, tolerance=1e-9)
+    found = model_from_mesh(mesh_of(solid), min_size=0.0, tolerance=1e-9)
     assert found.counts == {"plane": len(solid.faces)}  # no two facets are in one plane
-    coarse = model_from_mesh(mesh_of(solid), least=0.0, tolerance=0.01)
+    coarse = model_from_mesh(mesh_of(solid), min_size=0.0, tolerance=0.01)
     assert coarse.counts["plane"] < len(solid.faces) / 3
     assert (np.abs(coarse.parameters["plane"][:, 3] - 0.98) < 0.025).all()
 
@@ -97,23 +97,23 @@ def test_borders_are_lines():
     found = model_from_mesh(sheet)
     assert found.counts == {"line": 4, "plane": 1}
     assert model_from_mesh(sheet, lines=False).counts == {"plane": 1}
-    assert model_from_mesh(sheet, planes=False, least=0.75).counts == {"line": 2}  # of length 2; the others 1
+    assert model_from_mesh(sheet, planes=False, min_size=0.75).counts == {"line": 2}  # of length 2; the others 1
 
 
 def test_a_file_and_its_text(tmp_path):
-    found = model_from_mesh(AIRPLANE, angle=np.radians(5), least=0.0, tolerance=5e-4, unit="mm", origin="PyVista")
+    found = model_from_mesh(AIRPLANE, angle=np.radians(5), min_size=0.0, tolerance=5e-4, unit="mm", origin="PyVista")
     assert len(found) >= 1000 and found.name == "airplane" and found.unit == "mm" and found.origin == "PyVista"
-    kept = Model.load(AIRPLANE.parent.parent / "chapter5" / "airplane.json")
+    kept = Model.load(AIRPLANE.parent.parent / "registration" / "airplane.json")
     are_the_same(kept, found, 1e-9)
     np.testing.assert_array_equal(found.duplicates(1e-6), np.arange(len(found)))
-    fewer = model_from_mesh(AIRPLANE, least=0.1)
+    fewer = model_from_mesh(AIRPLANE, min_size=0.1)
     assert 10 < len(fewer) < len(found) / 3
 
 
 def test_each_line_lies_along_edges_and_each_plane_on_faces():
     mesh = load_mesh(AIRPLANE)
     size = np.ptp(mesh.vertices, axis=0).max()
-    found = model_from_mesh(mesh, angle=np.radians(10), tolerance=1e-3, least=0.01)
+    found = model_from_mesh(mesh, angle=np.radians(10), tolerance=1e-3, min_size=0.01)
     corners = mesh.vertices[mesh.faces]
     for normal in found.parameters["plane"]:
         away = np.abs(corners @ normal[:3] - normal[3]).max(1)

@@ -7,10 +7,10 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import errors
-from bladesmith.reform.clouds import CloudFit, CloudInterrupted, model_from_points
-from bladesmith.reform.model import Model
+from bladesmith.registration.extraction.from_points import CloudFit, CloudInterrupted, model_from_points
+from bladesmith.registration.model.model import Model
 
-pytest.importorskip("skimage")
+pytestmark = pytest.mark.peers
 
 NOISE = 0.003
 TRUTH = Model(
@@ -48,6 +48,7 @@ def assert_found(model, tolerance):
         np.testing.assert_array_equal(np.sort(same[place][n:]), place.start + np.arange(n))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_was_sampled_is_found(seed):
     xyz, labels = cloud(seed)
@@ -63,11 +64,12 @@ def test_what_was_sampled_is_found(seed):
             assert NOISE / 2 < fit.rms[number] < 2 * NOISE
 
 
+@pytest.mark.slow
 def test_exact_points_give_exact_objects_anywhere():
     xyz, _ = cloud(2, noise=0.0, others=0)
-    found = model_from_points(xyz, 1e-6, least=200)
+    found = model_from_points(xyz, 1e-6, min_points=200)
     assert_found(found, 1e-10)
-    far = model_from_points(1e-3 * xyz + 1e4, 1e-7, least=200)
+    far = model_from_points(1e-3 * xyz + 1e4, 1e-7, min_points=200)
     assert_found(far.in_frame((1e4, 1e4, 1e4), 1e-3), 1e-5)
 
 
@@ -81,7 +83,7 @@ def test_the_same_seed_gives_the_same_model():
 
 def test_points_of_the_algebra_and_one_kind_by_name():
     xyz, _ = cloud(4, others=0)
-    found = model_from_points(cga.point(xyz[-500:]), 0.01, kinds="circle", most=1, unit="m", origin="a ring")
+    found = model_from_points(cga.point(xyz[-500:]), 0.01, kinds="circle", max_objects=1, unit="m", origin="a ring")
     assert found.counts == {"circle": 1} and found.unit == "m" and found.origin == "a ring"
 
 
@@ -107,19 +109,20 @@ def test_an_interrupt_keeps_what_is_found():
     xyz, _ = cloud(7)
     told = []
 
-    def stop(done, total):
-        told.append((done, total))
+    def stop(progress):
+        told.append((progress.done, progress.total))
         if len(told) == 2:
             raise KeyboardInterrupt
 
-    with pytest.raises(CloudInterrupted, match="2 objects") as caught:
+    with pytest.raises(CloudInterrupted) as caught:
         model_from_points(xyz, 0.01, progress=stop)
     partial = caught.value.partial
     assert isinstance(caught.value, KeyboardInterrupt) and not partial.complete
     assert len(partial.model) == 2 and told[1] == ((partial.labels >= 0).sum(), len(xyz))
 
 
-def test_the_bar_is_on_standard_error(capsys):
+def test_the_bar_is_on_standard_error(capsys, monkeypatch):
+    monkeypatch.setattr("bladesmith.codegen.progress.PATIENCE", 0)
     xyz, _ = cloud(8, others=0)
     model_from_points(xyz[:1000], 0.01, kinds=("plane",), progress=True)
     out, err = capsys.readouterr()
@@ -128,8 +131,8 @@ def test_the_bar_is_on_standard_error(capsys):
 
 @pytest.mark.parametrize("options, message", [
     ({"tolerance": 0.0}, "tolerance"), ({"tolerance": np.nan}, "tolerance"), ({"tolerance": "x"}, "tolerance"),
-    ({"kinds": ("cube",)}, "cube"), ({"kinds": ()}, "empty"), ({"least": 3}, "least"), ({"least": 2.5}, "least"),
-    ({"most": -1}, "most"), ({"seed": -1}, "seed"), ({"seed": "a"}, "seed"),
+    ({"kinds": ("cube",)}, "cube"), ({"kinds": ()}, "empty"), ({"min_points": 3}, "min_points"),
+    ({"min_points": 2.5}, "min_points"), ({"max_objects": -1}, "max_objects"), ({"seed": -1}, "seed"), ({"seed": "a"}, "seed"),
 ])  # fmt: skip
 def test_options_are_checked(options, message):
     with pytest.raises(errors.InputError, match=message):

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith import reform
+from bladesmith import registration
 from bladesmith.errors import InputError
-from bladesmith.reform import summary
+from bladesmith.registration import summary
 
-from .reform_support import POSE, full_disk, mixed, noisy_lines, random_lines, same, tables, unrelated
+from ...support.registration import POSE, full_disk, mixed, noisy_lines, random_lines, same, tables, unrelated
 
 CGA = bs.cga3d
 
@@ -22,10 +22,10 @@ CGA = bs.cga3d
 @pytest.mark.parametrize("models", [tables, noisy_lines, unrelated, lambda: (mixed(3).transformed(~POSE), mixed(3))])
 def test_results_come_back_the_same_to_the_last_bit(models, tmp_path):
     query, reference = models()
-    result = reform.register(query, reference)
+    result = registration.register(query, reference)
     place = tmp_path / "result.json"
-    reform.save_registration(place, result, query, reference, seed=0, backend="c")
-    same(reform.load_registration(place), result)
+    registration.save_registration(place, result, query, reference, seed=0, backend="c")
+    same(registration.load_registration(place), result)
     data = json.loads(place.read_text(), parse_constant=pytest.fail)  # no NaN, no Infinity
     assert data["settings"] == {"seed": 0, "backend": "c"} and data["query"]["lines"] == query.counts["line"]
     assert data["made_by"]["bladesmith"] == bs.__version__
@@ -35,7 +35,7 @@ def test_a_file_has_all_that_another_program_needs(tmp_path):
     """Its matrix lays the query on what it says was matched; numbers of JSON and NumPy alone."""
     reference = mixed(4)
     query = reference.transformed(~POSE).subset(np.random.default_rng(1).permutation(len(reference)))
-    reform.save_registration(tmp_path / "r.json", reform.register(query, reference))
+    registration.save_registration(tmp_path / "r.json", registration.register(query, reference))
     data = json.loads((tmp_path / "r.json").read_text())
     matrix = np.array(data["motor"]["matrix"])
     for key, kind in (("points", "point"), ("spheres", "sphere"), ("circles", "circle")):
@@ -55,10 +55,10 @@ def test_similarities_in_files(tmp_path):
     """The matrix holds the scale, of the pose and of others that serve; the motor comes back."""
     query, reference = tables()
     query = query.in_frame((0, 0, 0), 2.0)
-    result = reform.register(query, reference, similarity=True)
+    result = registration.register(query, reference, similarity=True)
     assert result.ambiguous and result.scale == pytest.approx(2, rel=1e-12)
-    reform.save_registration(tmp_path / "r.json", result, query, reference)
-    same(reform.load_registration(tmp_path / "r.json"), result)
+    registration.save_registration(tmp_path / "r.json", result, query, reference)
+    same(registration.load_registration(tmp_path / "r.json"), result)
     data = json.loads((tmp_path / "r.json").read_text())
     for motor, found in zip([result.motor, *result.ambiguous], [data["motor"], *data["ambiguous"]], strict=True):
         here = (motor >> CGA.point((2, 4, 6))).parameters().xyz
@@ -71,68 +71,68 @@ def test_similarities_in_files(tmp_path):
     ("change", "message"),
     [
         (lambda d: d.pop("motor"), r"r.json: motor is missing"),
-        (lambda d: d.update(format="bladesmith-model"), r'r.json: is no registration: it has no "format"'),
+        (lambda d: d.update(format="bladesmith-model"), r'r.json: is not a registration: it has no "format"'),
         (lambda d: d.update(version=2), r"r.json: version is 2; this release reads version 1"),
-        (lambda d: d["motor"]["coefficients"].pop(), r"r.json: motor.coefficients has 7 numbers; they are 8"),
-        (lambda d: d["motor"].update(blades=["e1"] * 8), r"r.json: motor.blades are those of no motor"),
-        (lambda d: d["covariance"]["rows"].pop(), r"r.json: covariance has 5 rows; they are 6"),
-        (lambda d: d["covariance"]["rows"][0].pop(), r"r.json: covariance.rows has a row that has not 6 numbers"),
-        (lambda d: d["matches"]["lines"].append(1.5), r"r.json: matches.lines\[22\] is 1.5; "),
-        (lambda d: d["history"][0].update(hits="x"), r"r.json: history\[0\].hits is \"x\"; "),
-        (lambda d: d.update(center=[0, 0.5]), r"r.json: center has 2 numbers; they are 3"),
-        (lambda d: d.update(costs=1), r"r.json: costs is not a known key; did you mean 'cost'"),
+        (lambda d: d["motor"]["coefficients"].pop(), r"r.json, line 1: motor.coefficients has 7 numbers; 8 are needed"),
+        (lambda d: d["motor"].update(blades=["e1"] * 8), r"r.json, line 1: motor.blades are not those of a motor"),
+        (lambda d: d["covariance"]["rows"].pop(), r"r.json, line 1: covariance has 5 rows; 6 are needed"),
+        (lambda d: d["covariance"]["rows"][0].pop(), r"line 1: covariance.rows\[0\] has 5 numbers; 6 are needed"),
+        (lambda d: d["matches"]["lines"].append(1.5), r"r.json, line 1: matches.lines\[22\] is 1.5; "),
+        (lambda d: d["history"][0].update(hits="x"), r"r.json, line 1: history\[0\].hits is \"x\"; "),
+        (lambda d: d.update(center=[0, 0.5]), r"r.json, line 1: center has 2 numbers; 3 are needed"),
+        (lambda d: d.update(costs=1), r"r.json, line 1: costs is not a known key; did you mean 'cost'"),
     ],
 )  # fmt: skip
 def test_hostile_files_are_told_with_path_and_key(change, message, tmp_path):
     place = tmp_path / "r.json"
-    reform.save_registration(place, reform.register(*tables()))
+    registration.save_registration(place, registration.register(*tables()))
     data = json.loads(place.read_text())
     change(data)
     place.write_text(json.dumps(data))
     with pytest.raises(InputError, match=message):
-        reform.load_registration(place)
+        registration.load_registration(place)
 
 
 def test_what_cannot_be_saved_leaves_the_old_file(tmp_path, monkeypatch):
-    result, place = reform.register(*tables()), tmp_path / "r.json"
+    result, place = registration.register(*tables()), tmp_path / "r.json"
     place.write_text("old")
     for wrong, message in [
-        ({"seed": np.arange(3)}, "the setting seed is a ndarray"),
-        ({"seed": object()}, "is a object"),
+        ({"seed": np.arange(3)}, "the setting seed is array"),
+        ({"seed": object()}, "is an object"),
     ]:
         with pytest.raises(InputError, match=message):
-            reform.save_registration(place, result, **wrong)
-    with pytest.raises(InputError, match="a dict is no registration"):
-        reform.save_registration(place, {})
+            registration.save_registration(place, result, **wrong)
+    with pytest.raises(InputError, match="the result is .*; a Registration is needed"):
+        registration.save_registration(place, {})
     with pytest.raises(InputError, match="cannot be written: No such file"):
-        reform.save_registration(tmp_path / "no" / "r.json", result)
+        registration.save_registration(tmp_path / "no" / "r.json", result)
     monkeypatch.setattr(Path, "write_bytes", full_disk)
     with pytest.raises(InputError, match="cannot be written: No space left"):
-        reform.save_registration(place, result)
+        registration.save_registration(place, result)
     assert [p.name for p in tmp_path.iterdir()] == ["r.json"] and place.read_text() == "old"
 
 
 def test_models_that_were_not_registered_are_refused(tmp_path):
     """By their kinds and counts: a file that names others would mislead."""
     query, reference = noisy_lines()
-    result, place = reform.register(query, reference), tmp_path / "r.json"
-    more = reform.Model(lines=random_lines(43, np.random.default_rng(1)))
-    mixed_in = reform.Model(lines=query.parameters["line"].reshape(-1, 2, 3), points=[(0, 0, 0)])
-    points = reform.Model(points=np.zeros((40, 3)))
+    result, place = registration.register(query, reference), tmp_path / "r.json"
+    more = registration.Model(lines=random_lines(43, np.random.default_rng(1)))
+    mixed_in = registration.Model(lines=query.parameters["line"].reshape(-1, 2, 3), points=[(0, 0, 0)])
+    points = registration.Model(points=np.zeros((40, 3)))
     for models, message in [
         ((more, reference), "the lines of the models .* the query has 43, and the result is of 40"),
         ((mixed_in, reference), "the points of the models .* the query has 1, and the result is of 0"),
         ((points,), "the points of the models .* the query has 40, and the result is of 0"),
         ((query, query.subset({"lines": range(10)})), "the reference has 10, and the result is of at least"),
         ((query, points), "the lines of the models .* the reference has 0, and the result is of at least"),
-        ((reference.parameters, reference), "the query is a .*; a reform.Model is needed"),
+        ((reference.parameters, reference), "the query is .*; a reform.Model is needed"),
     ]:
         with pytest.raises(InputError, match=message):
-            reform.save_registration(place, result, *models)
+            registration.save_registration(place, result, *models)
     assert not place.exists()
-    reform.save_registration(place, result, query, mixed_in)  # the reference may hold what the query has not
-    reform.save_registration(place, result, query)
-    reform.save_registration(place, result, None, reference)
+    registration.save_registration(place, result, query, mixed_in)  # the reference may hold what the query has not
+    registration.save_registration(place, result, query)
+    registration.save_registration(place, result, None, reference)
 
 
 def test_poses_in_words():
@@ -152,7 +152,7 @@ def test_poses_in_words():
 
 def test_deviations_are_those_of_poses_drawn_from_the_covariance():
     query, reference = noisy_lines()
-    result = reform.register(query, reference)
+    result = registration.register(query, reference)
     random = np.random.default_rng(3)
     twists = random.multivariate_normal(np.zeros(6), result.covariance, 4000)
     matrices = CGA.wrap(CGA.kind("twist"), twists).exp().to_matrix()
@@ -164,9 +164,9 @@ def test_deviations_are_those_of_poses_drawn_from_the_covariance():
 
 def test_summary_says_what_is_to_be_relied_on():
     query, reference = tables()
-    text = summary.summary(reform.register(query, reference), query, reference)
+    text = summary.summary(registration.register(query, reference), query, reference)
     for part in ("22 of 22 lines", "converged:   yes", "10^-", "other pose", " m\n", "degrees and"):
         assert part in text
     query, reference = unrelated()
-    text = summary.summary(reform.register(query, reference), query, reference)
+    text = summary.summary(registration.register(query, reference), query, reference)
     assert "converged:   no: " in text and "of 12 points" in text

@@ -6,11 +6,19 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d
-from bladesmith.calls import Numbers, call
-from bladesmith.codegen.build import compiler
-from bladesmith.codegen.programs.reform import DIRECTED, KINDS
-from bladesmith.reform.engine import Driver
-from bladesmith.reform.frames import FAR, SIZE_QUANTILE, local_pair, middle, outward, outward_twists, size_of
+from bladesmith.codegen.build.extension import compiler
+from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
+from bladesmith.dispatch.formulas import ArrayOperand, evaluate
+from bladesmith.registration.backends.c import Driver
+from bladesmith.registration.model.normalization import (
+    OUTLIER_FACTOR,
+    SIZE_QUANTILE,
+    model_size,
+    motors_to_world,
+    normalize_pair,
+    robust_center,
+    twists_to_world,
+)
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 COUNT = 30
@@ -56,9 +64,9 @@ def test_how_far_elements_are_apart(directed, align):
     for e in (a, b):
         e[:, 3:6] *= directed / np.linalg.norm(e[:, 3:6], axis=1, keepdims=True)
     weights = (0.7, 2 * 0.3, 0.9)
-    given = [Numbers(a, 7, "a"), Numbers(b, 7, "b"), Numbers(np.tile(weights, (COUNT, 1)), 3, "weights")]
-    given += [Numbers(np.full(COUNT, x), 0, "flag") for x in (directed, -1.0 if align else 1.0)]
-    square, cosine = call(cga3d, "registration.apart", *given).values
+    given = [ArrayOperand(a, 7, "a"), ArrayOperand(b, 7, "b"), ArrayOperand(np.tile(weights, (COUNT, 1)), 3, "weights")]
+    given += [ArrayOperand(np.full(COUNT, x), 0, "flag") for x in (directed, -1.0 if align else 1.0)]
+    square, cosine = evaluate(cga3d, "registration.apart", *given).values
     expected = (a[:, 3:6] * b[:, 3:6]).sum(1)
     angle = np.arccos(np.clip(np.abs(expected) if align else expected, -1, 1)) if directed else np.zeros(COUNT)
     turn = (2 * np.sin(angle / 2)) ** 2
@@ -75,7 +83,7 @@ def test_how_far_a_point_is_off(kind):
     elements = np.column_stack([places, along, np.zeros(COUNT)])
 
     def off(p):
-        found = call(cga3d, f"registration.off_{kind}", cga3d.vector(p, "p"), Numbers(elements, 7, "a"))
+        found = evaluate(cga3d, f"registration.off_{kind}", cga3d.vector(p, "p"), ArrayOperand(elements, 7, "a"))
         return list(found.values)
 
     square, gradient, matrix = off(points)
@@ -102,7 +110,7 @@ def test_how_far_a_point_is_off(kind):
 def test_objects_are_seen_from_an_origin(driver, kind, far):
     places, along, sizes = parameters(4)
     origin = far * np.array((0.6, -0.3, 0.8))
-    found = driver.seen(kind, made(kind, places + origin, along, sizes)._data, origin)
+    found = driver.to_frame(kind, made(kind, places + origin, along, sizes)._data, origin)
     expected = made(kind, places, along, sizes)._data
     rounding = 1e-12 * far if kind in ("line", "plane") else 1e-13 * far * far
     np.testing.assert_allclose(found, expected, atol=rounding)
@@ -115,35 +123,35 @@ def test_the_middle_is_nearest_to_all(driver, kinds):
     for i, kind in enumerate(kinds):
         places, along, sizes = parameters(5 + i)
         elements[kind] = driver.elements(kind, made(kind, places + (5, 2, 1), along, sizes)._data)
-    found = middle(driver, elements)
+    found = robust_center(driver, elements)
     across = np.concatenate([projectors(kind, e[:, 3:6]) for kind, e in elements.items()])
     places = np.concatenate([e[:, :3] for e in elements.values()])
     off = np.einsum("ni,nij,nj->n", places - found, across, places - found)
-    near = off <= FAR**2 * np.sort(off)[round(SIZE_QUANTILE * (len(off) - 1))]
+    near = off <= OUTLIER_FACTOR**2 * np.sort(off)[round(SIZE_QUANTILE * (len(off) - 1))]
     assert near.mean() > 0.9
     expected = np.linalg.solve(across[near].sum(0), np.einsum("nij,nj->i", across[near], places[near]))
     np.testing.assert_allclose(found, expected, atol=1e-12)
     elements[kinds[0]] = np.concatenate([elements[kinds[0]], elements[kinds[0]][:4] + (60, 70, -80, 0, 0, 0, 0)])
-    np.testing.assert_allclose(middle(driver, elements), found, atol=1e-12)
+    np.testing.assert_allclose(robust_center(driver, elements), found, atol=1e-12)
 
 
 def test_parallel_lines_place_the_middle_but_along_them(driver):
     places, _, _ = parameters(8)
     elements = {"line": driver.elements("line", cga3d.line(places + (0, 0, 9), np.tile((0.0, 0, 1), (COUNT, 1)))._data)}
-    np.testing.assert_allclose(middle(driver, elements), [*places[:, :2].mean(0), 0], atol=1e-12)
+    np.testing.assert_allclose(robust_center(driver, elements), [*places[:, :2].mean(0), 0], atol=1e-12)
 
 
 def test_both_models_have_one_unit_and_elements_of_what_they_hold(driver):
     query, reference = ({k: made(k, *parameters(s)) for k in KINDS} for s in (9, 10))
     shift = cga3d.translator((30.0, -20.0, 5.0))
-    pair = local_pair(driver, {k: shift >> x for k, x in query.items()}, {k: x for k, x in reference.items()})
+    pair = normalize_pair(driver, {k: shift >> x for k, x in query.items()}, {k: x for k, x in reference.items()})
     assert pair[0].unit == pair[1].unit and np.log2(pair[0].unit) % 1 == 0
-    assert 0.5 < max(size_of(local.side.elements) for local in pair) < 2
+    assert 0.5 < max(model_size(local.data.elements) for local in pair) < 2
     for local, given in zip(pair, (query, reference), strict=True):
         for kind in KINDS:
-            again = driver.elements(kind, local.side.rows[kind])
-            assert np.array_equal(again, local.side.elements[kind])
-            assert np.array_equal(local.objects[kind]._data, local.side.rows[kind])
+            again = driver.elements(kind, local.data.rows[kind])
+            assert np.array_equal(again, local.data.elements[kind])
+            assert np.array_equal(local.objects[kind]._data, local.data.rows[kind])
             radii = driver.elements(kind, given[kind]._data)[:, 6] / local.unit
             np.testing.assert_allclose(again[:, 6], radii, atol=1e-9)
             assert (np.linalg.norm(again[:, 3:6], axis=1) > 0.5).all() == (kind in DIRECTED)
@@ -153,10 +161,10 @@ def test_motors_and_twists_of_frames_are_told_to_the_world(driver):
     rng = np.random.default_rng(11)
     lines = {"line": made("line", *parameters(12))}
     moved = {"line": cga3d.translator((3.0, 4.0, -7.0)) >> lines["line"]}
-    query, reference = local_pair(driver, lines, moved)
+    query, reference = normalize_pair(driver, lines, moved)
     inside = cga3d.translator(rng.normal(size=(5, 3))) * cga3d.rotor(rng.normal(size=(5, 3)), rng.uniform(3, 6, 5))
     rows = np.array(inside.as_kind("motor")._data)
-    world = outward(driver, rows, query, reference, cga3d)
+    world = motors_to_world(driver, rows, query, reference, cga3d)
     assert (world.values[:, 0] > 0).all() and (rows[:, 0] < 0).any()
     there, back = np.tile(np.eye(4), (2, 1, 1))
     there[:3, 3], back[:3, 3] = reference.center, -query.center
@@ -165,7 +173,7 @@ def test_motors_and_twists_of_frames_are_told_to_the_world(driver):
     np.testing.assert_allclose(world.to_matrix(), expected, atol=1e-12)
     twists = 1e-6 * rng.normal(size=(5, 6))
     small = cga3d.wrap(cga3d.kind("twist"), twists).exp().to_matrix()
-    told = outward_twists(driver, twists, reference, cga3d).exp().to_matrix()
+    told = twists_to_world(driver, twists, reference, cga3d).exp().to_matrix()
     there_and_back = there @ grown @ small @ np.linalg.inv(grown) @ np.linalg.inv(there)
     np.testing.assert_allclose(told, there_and_back, atol=1e-13)
-    assert outward_twists(driver, np.empty((0, 6)), reference, cga3d).shape == (0,)
+    assert twists_to_world(driver, np.empty((0, 6)), reference, cga3d).shape == (0,)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import bladesmith as bs
-from bladesmith import reform
+from bladesmith import registration
 from bladesmith.errors import InputError
-from bladesmith.reform.sketch import Sketch
+from bladesmith.registration.plotting.glyphs import ModelSketch
 
-from .reform_support import POSE, full_disk, mixed, noisy_lines, tables
+from ...support.registration import POSE, full_disk, mixed, noisy_lines, tables
 
 CGA = bs.cga3d
 
@@ -39,10 +39,10 @@ def on_line(segment, line):
 
 def test_pictures_show_every_line_where_it_is():
     query, reference = noisy_lines()
-    result = reform.register(query, reference)
-    figure = reform.picture(result, query, reference)
+    result = registration.register(query, reference)
+    figure = registration.picture(result, query, reference)
     before, after = figure.axes
-    red, black, blue, green = (reform.picture.__globals__[n] for n in ("RED", "BLACK", "BLUE", "GREEN"))
+    red, black, blue, green = (registration.picture.__globals__[n] for n in ("RED", "BLACK", "BLUE", "GREEN"))
     found = artists(before)
     for color, model in ((red, query), (black, reference)):
         assert max(map(on_line, found[color], model.parameters["line"])) < 1e-9
@@ -59,7 +59,7 @@ def test_pictures_show_every_line_where_it_is():
         found[blue], result.matches["lines"], strict=True
     ):  # matched lines are drawn side by side
         if match >= 0:
-            other = Sketch(reference).segments[match]
+            other = ModelSketch(reference).segments[match]
             assert np.abs(np.linalg.norm(segment - other, axis=1)).max() < 0.2
     assert [t.get_text() for t in after.get_legend().get_texts()] == [
         "reference, without a match (12)", "reference, matched (28)", "query, moved (40, 12 without a match)"
@@ -68,7 +68,7 @@ def test_pictures_show_every_line_where_it_is():
 
 def test_pictures_have_equal_axes_and_nothing_outside():
     query, reference = noisy_lines()
-    for ax in reform.picture(reform.register(query, reference), query, reference).axes:
+    for ax in registration.picture(registration.register(query, reference), query, reference).axes:
         limits = np.array([ax.get_xlim3d(), ax.get_ylim3d(), ax.get_zlim3d()])
         sides = np.diff(limits)[:, 0]
         np.testing.assert_allclose(ax._box_aspect / ax._box_aspect[0], sides / sides[0], rtol=1e-6)
@@ -81,21 +81,24 @@ def test_lines_end_where_others_pass_however_the_model_is_turned():
     """The table's legs are drawn from the rails to the top, and no further; so are those of the moved table."""
     query, table = tables()
     legs = np.abs(table.parameters["line"][:, 5]) > 0.9
-    ends = np.sort(Sketch(table).segments[legs][:, :, 2], axis=1)
+    ends = np.sort(ModelSketch(table).segments[legs][:, :, 2], axis=1)
     assert (np.abs(ends - (0.15, 0.75)) < 0.1).all()
-    lengths = [np.sort(np.linalg.norm(np.diff(Sketch(m).segments, axis=1), axis=2).ravel()) for m in (query, table)]
+    lengths = [
+        np.sort(np.linalg.norm(np.diff(ModelSketch(m).segments, axis=1), axis=2).ravel()) for m in (query, table)
+    ]
     np.testing.assert_allclose(*lengths, rtol=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 12])
 def test_pictures_of_all_kinds(n, tmp_path):
     from PIL import Image
 
     reference = mixed(n)
     query = reference.transformed(~POSE)
-    result = reform.register(query, reference)
+    result = registration.register(query, reference)
     for suffix in ("png", "svg"):
-        reform.picture(result, query, reference, tmp_path / f"p.{suffix}", show="after", title="Mixed")
+        registration.picture(result, query, reference, tmp_path / f"p.{suffix}", show="after", title="Mixed")
     with Image.open(tmp_path / "p.png") as picture:
         assert picture.size == (800, 600)
         colors = np.asarray(picture.convert("RGB")).reshape(-1, 3)
@@ -107,38 +110,46 @@ def test_pictures_of_all_kinds(n, tmp_path):
 def test_a_query_far_away_is_drawn_nearer_and_that_is_told():
     query, reference = noisy_lines()
     far = query.transformed(CGA.translator((1e4, 0, 0)))
-    ax = reform.picture(reform.register(far, reference), far, reference, show="before").axes[0]
+    ax = registration.picture(registration.register(far, reference), far, reference, show="before").axes[0]
     assert "away, drawn nearer" in ax.get_legend().get_texts()[1].get_text()
     assert np.ptp(ax.get_xlim3d()) < 100
 
 
 def test_what_has_no_picture_is_told(tmp_path, monkeypatch):
     query, reference = tables()
-    result = reform.register(query, reference)
-    other = reform.Model(lines=[[(0, 0, 0), (1, 0, 0)]])
+    result = registration.register(query, reference)
+    other = registration.Model(lines=[[(0, 0, 0), (1, 0, 0)]])
     for arguments, message in [
         ((result, query, reference, None, "later"), "show is 'later'"),
         ((result, other, reference), "lines of the models are not those that were registered"),
         ((result, query, other), "lines of the models are not those that were registered"),
-        ((None, query, reference), "the result is a NoneType"),
-        ((result, query, {}), "the reference is a dict"),
-        ((result, query, reference, tmp_path / "p.xyz"), "'xyz' is no format of pictures.*png"),
-        ((result, query, reference, tmp_path / "p"), "its suffix.*none"),
+        ((None, query, reference), "the result is None"),
+        ((result, query, {}), "the reference is {}"),
+        ((result, query, reference, tmp_path / "p.xyz"), "'xyz' is not a format of pictures.*png"),
+        ((result, query, reference, tmp_path / "p"), "has no suffix"),
     ]:
         with pytest.raises(InputError, match=message):
-            reform.picture(*arguments[:4], **({"show": arguments[4]} if len(arguments) > 4 else {}))
+            registration.picture(*arguments[:4], **({"show": arguments[4]} if len(arguments) > 4 else {}))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", full_disk)
     with pytest.raises(OSError, match="No space left"):
-        reform.picture(result, query, reference, tmp_path / "p.png")
+        registration.picture(result, query, reference, tmp_path / "p.png")
     assert not list(tmp_path.iterdir())
 
 
 def test_models_alone_are_drawn_with_colours_of_their_own():
     _, table = tables()
     colors = ["#2f9461"] * 11 + ["#22303c"] * 11
-    ax = reform.draw_model(
+    ax = registration.draw_model(
         table, color={"lines": colors}, label="table", motor=CGA.translator((5, 0, 0)).as_kind("motor")
     )
     found = artists(ax)
     assert {c: len(s) for c, s in found.items()} == {"#2f9461": 11, "#22303c": 11}
     assert min(s[:, 0].min() for s in found["#2f9461"]) > 4
+
+
+def test_an_empty_model_is_drawn_as_nothing():
+    pytest.importorskip("matplotlib")
+    ax = registration.draw_model(registration.Model())
+    assert not ax.collections and not ax.lines
+    with pytest.raises(InputError, match="the model is None"):
+        registration.draw_model(None)

@@ -5,14 +5,27 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bladesmith import cga3d
+from bladesmith import cga3d, registration
 from bladesmith.errors import BladesmithError, InputError, SingularError, UndeterminedError
-from bladesmith.reform import Model, register
-from bladesmith.reform.frames import outward, scaled
-from bladesmith.reform.job import Job
-from bladesmith.reform.polish import polish
+from bladesmith.registration import Model, register
+from bladesmith.registration.estimation.refinement import refine_pose
+from bladesmith.registration.model.normalization import motors_to_world, scale_coefficients
+from bladesmith.registration.search.problem import RegistrationProblem
 
-from .reform_support import apart, fresh, moved, noisy, pose, right, scene, seeds, seen, table, unit
+from ...support.registration import (
+    apart,
+    fresh,
+    lines_and_planes,
+    moved,
+    noisy,
+    pose,
+    right,
+    scene,
+    seeds,
+    seen,
+    table,
+)
+from ...support.vectors import unit
 
 KINDS = ("points", "point_pairs", "lines", "circles", "planes", "spheres")
 Z = np.array([0.0, 0.0, 1.0])
@@ -26,6 +39,7 @@ def allowed(count, share):
 # -- bars ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("spec", [{"lines": 20}, {"lines": 10, "planes": 10}, {"lines": 60}])
 @pytest.mark.parametrize("wrong", [0.0, 0.3])
 def test_exact_scenes_are_exact(spec, wrong):
@@ -37,6 +51,7 @@ def test_exact_scenes_are_exact(spec, wrong):
     assert failed <= allowed(len(range_), 0.99)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [20, 100, 400])
 @pytest.mark.parametrize(("noise", "wrong"), [(1e-3, 0.3), (1e-2, 0.0), (1e-2, 0.3)])
 def test_any_displacement(n, noise, wrong):
@@ -48,6 +63,7 @@ def test_any_displacement(n, noise, wrong):
     assert failed <= allowed(len(range_), 0.98)
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind(kind):
     for seed in seeds(4, 100):
@@ -56,6 +72,7 @@ def test_every_kind(kind):
         assert found.converged and apart(found.motor, motor) < 1e-9 and right(found, true)
 
 
+@pytest.mark.compiles
 def test_all_kinds_together():
     query, reference, motor, true = scene(dict.fromkeys(KINDS, 8), 3, 0.25, 0.25, 1e-3)
     found = register(query, reference, threads=1)
@@ -65,14 +82,15 @@ def test_all_kinds_together():
 
 def least(query, reference, motor, true):
     """The motor of the least positive cost over the true matches."""
-    job = Job(query.objects, reference.objects, threads=1)
-    to, back = cga3d.translator(-job.reference.center), cga3d.translator(job.query.center)
-    start = scaled(to * motor * back, 1 / job.reference.unit)._data.reshape(-1)
+    problem = RegistrationProblem(query.objects, reference.objects, threads=1)
+    to, back = cga3d.translator(-problem.reference.center), cga3d.translator(problem.query.center)
+    start = scale_coefficients(to * motor * back, 1 / problem.reference.unit)._data.reshape(-1)
     pairs = {k.removesuffix("s"): (np.flatnonzero(m >= 0), m[m >= 0]) for k, m in true.items()}
-    found = polish(job.scene, job.driver, start, pairs)
-    return outward(job.driver, found.motor[None], job.query, job.reference, job.algebra)[0]
+    found = refine_pose(problem.scene, problem.driver, start, pairs)
+    return motors_to_world(problem.driver, found.motor[None], problem.query, problem.reference, problem.algebra)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [0.0, 0.3])
 def test_noise_costs_no_more_than_it_must(wrong):
     """Twenty lines: a start at too small a tolerance must not end in a few matches."""
@@ -94,6 +112,7 @@ def test_a_query_whose_first_objects_have_no_counterpart_is_found():
 # -- symmetric models ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
 @pytest.mark.parametrize("missing", [0.0, 0.2])
 def test_a_table_has_two_poses(noise, missing):
@@ -183,6 +202,7 @@ def test_matches_that_leave_a_motion_free_are_reported():
     assert not found.converged and found.message
 
 
+@pytest.mark.slow
 def test_what_noise_leaves_nearly_free_is_reported():
     """Lines that are nearly parallel say nothing about shifts along them, where directions are no better known."""
     rng = np.random.default_rng(4)
@@ -344,3 +364,12 @@ def test_nothing_is_raised_but_errors_of_the_package():
         else:
             assert not found.converged
             assert np.isfinite(found.motor.values).all()
+
+
+def test_subsets_of_matches_are_drawn_in_blocks_and_are_the_same(monkeypatch):
+    query, reference = lines_and_planes().transformed(cga3d.rotor((0, 0, 1), 0.1)), lines_and_planes()
+    whole = registration.register(query, reference, start="proximity", samples=100)
+    monkeypatch.setattr("bladesmith.registration.search.ransac.BLOCK", 60)  # three subsets of 18 matches
+    parts = registration.register(query, reference, start="proximity", samples=100)
+    assert np.array_equal(whole.motor.values, parts.motor.values) and whole.doubt == parts.doubt
+    assert [step.candidates for step in whole.history] == [step.candidates for step in parts.history]

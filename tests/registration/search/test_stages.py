@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 
-from bladesmith import Status, objects, reform
+from bladesmith import Status, objects, registration
 from bladesmith import cga3d as cga
-from bladesmith.codegen.build import compiler
-from bladesmith.errors import InputError, MissingExtraError, ShapeError, SingularError, UndeterminedError
-from bladesmith.reform import Model, matching
-from bladesmith.reform.estimate import METHODS, estimate_rotor
-from bladesmith.reform.iterate import iterate
-from bladesmith.reform.matching import cost_matrix, match
+from bladesmith.codegen.build.extension import compiler
+from bladesmith.errors import InputError, ShapeError, SingularError, UndeterminedError
+from bladesmith.registration import Model
+from bladesmith.registration.estimation.estimate_rotor import METHODS, estimate_rotor
+from bladesmith.registration.matching import matching
+from bladesmith.registration.matching.icp import iterate
+from bladesmith.registration.matching.matching import cost_matrix, match
 
-from .reform_support import fresh, noisy, pose, rotation, turned
-from .reform_support import moved as moved_parameters
+from ...support.registration import fresh, noisy, pose, rotation, turned
+from ...support.registration import moved as moved_parameters
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
@@ -48,7 +47,7 @@ def scene(spec, seed, noise=0.0, wrong=0.0, angle=None, shift=1.0, turn=False):
         if bad[kind].any():
             y[bad[kind]] = fresh(kind, int(wrong * n), rng)
         query[kind], reference[kind] = x, turned(kind, y, rng) if turn else y
-    return reform.Model(**query), reform.Model(**reference), motor, bad
+    return registration.Model(**query), registration.Model(**reference), motor, bad
 
 
 # -- matching ----------------------------------------------------------------------------------------------
@@ -114,8 +113,8 @@ def test_a_threshold_leaves_far_objects_alone():
 
 
 def test_kinds_that_one_model_lacks_have_no_matches():
-    query = reform.Model(points=[[0, 0, 0]], lines=[[(0, 0, 0), (1, 0, 0)]])
-    reference = reform.Model(lines=[[(0, 0, 1), (1, 0, 0)], [(0, 0, 0), (1, 0, 0)]])
+    query = registration.Model(points=[[0, 0, 0]], lines=[[(0, 0, 0), (1, 0, 0)]])
+    reference = registration.Model(lines=[[(0, 0, 1), (1, 0, 0)], [(0, 0, 0), (1, 0, 0)]])
     found = match(query, reference)
     assert found.indices["points"].tolist() == [-1] and found.indices["lines"].tolist() == [1]
     assert list(cost_matrix(query, reference)) == ["line"]
@@ -124,30 +123,30 @@ def test_kinds_that_one_model_lacks_have_no_matches():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda x: match(reform.Model(), x), "the query's objects are empty"),
-        (lambda x: match(x, reform.Model(points=[[0, 0, 0]])), "no kind of object in common: lines and points"),
+        (lambda x: match(registration.Model(), x), "the query's objects are empty"),
+        (lambda x: match(x, registration.Model(points=[[0, 0, 0]])), "no kind of object in common: lines and points"),
         (lambda x: match(x, 3), "the reference's objects"),
         (lambda x: match(x, x, assignment="both"), "assignment is 'both'"),
         (lambda x: match(x, x, cost="least"), "cost is 'least'"),
         (lambda x: match(x, x, threshold=0), "threshold is 0; a positive number"),
         (lambda x: match(x, x, length=np.nan), "length is nan"),
-        (lambda x: match({"cubes": 1}, x), "'cubes' is no kind"),
+        (lambda x: match({"cubes": 1}, x), "'cubes' is not a kind"),
         (lambda x: match(x.lines * np.nan, x), r"lines\[0\]"),
         (lambda x: estimate_rotor(x, x, method="newton"), "method is 'newton'"),
-        (lambda x: estimate_rotor(x, x, start=1), "start is int"),
+        (lambda x: estimate_rotor(x, x, start=1), "start is 1; one motor"),
         (lambda x: estimate_rotor(x, x, iterations=0), "iterations is 0"),
         (lambda x: estimate_rotor(x, x, cost="distance"), "cost is 'distance'"),
         (lambda x: iterate(x, x, estimate="all"), "estimate is 'all'"),
         (lambda x: iterate(x, x, iterations=True), "iterations is True"),
-        (lambda x: reform.register(x, x, start="here"), "start is 'here'"),
+        (lambda x: registration.register(x, x, start="here"), "start is 'here'"),
         (
-            lambda x: reform.register(x, x, start="proximity", sample_size=6),
+            lambda x: registration.register(x, x, start="proximity", sample_size=6),
             "sample_size is 6, and there are 5 matches",
         ),
     ],
 )
 def test_bad_input_is_told(call, message):
-    lines = reform.Model(lines=fresh("lines", 5, np.random.default_rng(1)))
+    lines = registration.Model(lines=fresh("lines", 5, np.random.default_rng(1)))
     with pytest.raises(InputError, match=message):
         call(lines)
 
@@ -155,6 +154,7 @@ def test_bad_input_is_told(call, message):
 # -- estimates ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @SPECS
 def test_exact_matches_give_the_motor_from_any_displacement(spec, method):
@@ -177,6 +177,7 @@ def test_signs_tell_which_are_turned_round():
     np.testing.assert_array_equal(found.signs["lines"], signs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @SPECS
 def test_outliers_are_left_out(spec, method):
@@ -254,21 +255,21 @@ def test_a_motor_that_is_one_of_many_says_so_and_strict_refuses_it():
     pose = cga.translator((0, 0.5, 1)) * cga.rotor((0, 0, 1), 0.2)
     there = along.transformed(pose)
     for method in ("direct", "linear"):
-        found = reform.estimate_rotor(along, there, method)
+        found = registration.estimate_rotor(along, there, method)
         assert found.status == Status.NOT_UNIQUE
         Model(lines=found >> along.lines)  # it serves all the same
         with pytest.raises(UndeterminedError, match="leave free, .*the translation along") as caught:
-            reform.estimate_rotor(along, there, method, strict=True)
+            registration.estimate_rotor(along, there, method, strict=True)
         assert caught.value.motions.shape == (1,)
         slide = caught.value.motions.values[0]  # on e12, e13, e1ni, e23, e2ni, e3ni
         assert np.abs(slide[[0, 1, 3]]).max() < 1e-9 * np.abs(slide).max()
         assert np.abs(np.cross(slide[[2, 4, 5]], (np.cos(0.2), np.sin(0.2), 0))).max() < 1e-9 * np.abs(slide).max()
         assert caught.value.result.status == Status.NOT_UNIQUE
     more = Model(lines=[*along.parameters["line"].reshape(-1, 2, 3), [(0, 0, 0), (0, 1, 1)]])
-    exact = reform.estimate_rotor(more, more.transformed(pose), strict=True)
+    exact = registration.estimate_rotor(more, more.transformed(pose), strict=True)
     assert exact.status == Status.OK and apart(exact, pose) < 1e-10
     with pytest.raises(SingularError, match="has not come to rest after 2 iterations: NOT_CONVERGED"):
-        reform.estimate_rotor(more, more.transformed(pose), iterations=2, strict=True)
+        registration.estimate_rotor(more, more.transformed(pose), iterations=2, strict=True)
 
 
 def test_half_turns_that_leave_algorithm_1_no_step():
@@ -318,13 +319,6 @@ def test_far_from_the_origin_no_digits_are_lost():
         assert apart(local, motor) < 1e-7
 
 
-def test_without_scipy_the_extra_is_named(monkeypatch):
-    query, reference, _, _ = scene(LINES, 1)
-    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
-    with pytest.raises(MissingExtraError, match="optimize"):
-        estimate_rotor(query, reference, "optimize")
-
-
 def test_the_printed_cost_is_refused_between_rounds():
     query, reference, _, _ = scene(EVERY, 1)
     with pytest.raises(InputError, match="not bounded from below"):
@@ -334,7 +328,7 @@ def test_the_printed_cost_is_refused_between_rounds():
 # -- iteration and sampling --------------------------------------------------------------------------------
 
 
-def table() -> reform.Model:
+def table() -> registration.Model:
     """A slab on four legs of four edges each: 22 lines, 16 of them parallel; half a turn leaves it as it is."""
     rows = [((0, y, 0.7), (1, 0, 0)) for y in (-0.4, 0.4)] + [((x, 0, 0.7), (0, 1, 0)) for x in (-0.7, 0.7)]
     rows += [
@@ -345,7 +339,7 @@ def table() -> reform.Model:
         for dy in (0, 0.06)
     ]
     rows += [((0, y, 0.1), (1, 0, 0)) for y in (-0.3, 0.3)]
-    return reform.Model(lines=np.array(rows, float))
+    return registration.Model(lines=np.array(rows, float))
 
 
 def displaced(model, seed, angle, shift):
@@ -398,7 +392,7 @@ def test_sampling_leaves_local_minima_of_the_table_and_none_is_believed():
         query, motor = displaced(model, seed, 1.0, 0.5)
         near = iterate(query, model)
         assert near.converged == is_right(near, motor), near.message
-        found = reform.register(query, model, seed=seed, start="proximity")
+        found = registration.register(query, model, seed=seed, start="proximity")
         assert found.converged == is_right(found, motor), found.message
         stuck += not is_right(near, motor)
         left += is_right(found, motor) and not is_right(near, motor)
@@ -409,20 +403,20 @@ def test_sampling_from_a_start_and_with_outliers():
     for seed in range(3):
         query, reference, motor, _ = scene({"lines": 40}, seed, wrong=0.3, noise=1e-3, turn=True)
         start = cga.translator((0.05, -0.05, 0.05)) * motor
-        found = reform.register(query, reference, seed=3, start=start.as_kind("motor", check=False))
+        found = registration.register(query, reference, seed=3, start=start.as_kind("motor", check=False))
         assert found.converged and apart(found.motor, motor) < 1e-2
-        again = reform.register(query, reference, seed=3, start=start.as_kind("motor", check=False), threads=1)
+        again = registration.register(query, reference, seed=3, start=start.as_kind("motor", check=False), threads=1)
         np.testing.assert_array_equal(found.motor.values, again.motor.values)
         samples = [s for s in found.history if s.name == "sample"]
         assert samples and samples[0].candidates == 64
         assert [s.hits for s in samples] == sorted(s.hits for s in samples) or samples[-1].hits >= 20
-    short = reform.register(query, reference, start="proximity", iterations=2)
+    short = registration.register(query, reference, start="proximity", iterations=2)
     assert len([s for s in short.history if s.name == "sample"]) <= 2
 
 
 def test_the_half_turn_of_the_table_is_told():
     query, motor = displaced(table(), 1, 0.1, 0.1)
-    found = reform.register(query, table(), start="proximity")
+    found = registration.register(query, table(), start="proximity")
     half = cga.rotor((0, 0, 1), np.pi)
     assert apart(found.motor, motor) < 1e-9  # the near one of the two
     assert any(apart(m, half * motor) < 1e-9 for m in found.ambiguous)

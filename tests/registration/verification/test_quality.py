@@ -4,50 +4,62 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mpmath import mp
 from scipy import stats
 
 from bladesmith import cga3d
 from bladesmith.errors import UndeterminedError
-from bladesmith.reform import Model, register
-from bladesmith.reform.chance import doubt, lead
-from bladesmith.reform.contest import COUNTED, Contest, distinct
-from bladesmith.reform.fisher import CHI_SQUARE, beyond, quantile, widening
-from bladesmith.reform.polish import effective
+from bladesmith.registration import Model, register
+from bladesmith.registration.estimation.confidence import CHI_SQUARE, hotelling_inflation
+from bladesmith.registration.estimation.refinement import effective_sample_size
+from bladesmith.registration.verification.ranking import INLIER_FACTOR, CandidateRanking, distinct
+from bladesmith.registration.verification.significance import log_gap_probability, log_nfa
 
-from .reform_support import FULL, apart, blocks, fresh, moved, noisy, pose, scene, seeds, seen, table, twist, unit
+from ...support.registration import (
+    FULL,
+    apart,
+    blocks,
+    fresh,
+    moved,
+    noisy,
+    pose,
+    scene,
+    seeds,
+    seen,
+    table,
+    twist,
+)
+from ...support.vectors import unit
 
 # -- covariance ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("residuals", [1.0, 1.5, 2.0, 3.7, 10.0, 45.3, 1000.0])
-def test_quantiles_are_those_of_fishers_distribution(residuals):
-    for level in (0.5, 0.95, 0.99):
-        assert quantile(residuals, level) == pytest.approx(stats.f.ppf(level, 6, residuals), rel=1e-9)
-    for f in (0.1, 1.0, 3.0, 50.0):
-        assert beyond(f, residuals) == pytest.approx(stats.f.sf(f, 6, residuals), rel=1e-9)
-
-
-def test_widening_is_hotellings_factor():
-    assert pytest.approx(stats.chi2.ppf(0.95, 6), rel=1e-12) == CHI_SQUARE
-    for m in (7.5, 12.0, 20.0, 99.5):
-        assert widening(m) == pytest.approx(6 * m / (m - 5) * stats.f.ppf(0.95, 6, m - 5) / CHI_SQUARE, rel=1e-9)
-    assert widening(2.0) == widening(6.0) > 100  # never more than for one residual
-    assert widening(1e6) == pytest.approx(1, abs=1e-4)
+def test_inflation_is_hotellings_factor():
+    assert mp.gammainc(3, 0, CHI_SQUARE / 2, regularized=True) == pytest.approx(0.95, rel=1e-14)
+    for m in (6.0, 6.5, 7.5, 12.0, 20.0, 99.5, 1005.0):
+        f = hotelling_inflation(m) * CHI_SQUARE * (m - 5) / (6 * m)
+        level = mp.betainc(3, (m - 5) / 2, 0, 6 * f / (6 * f + m - 5), regularized=True)  # Fisher's distribution
+        assert 1 - level == pytest.approx(0.05, rel=1e-12)
+    assert hotelling_inflation(2.0) == hotelling_inflation(6.0) > 100  # never more than for one residual
+    assert hotelling_inflation(1e6) == pytest.approx(1, abs=1e-4)
     rng = np.random.default_rng(0)
     m, inside = 12, []
     for _ in range(4000):
         sample = rng.normal(size=(m, 6))
-        inside.append((b := rng.normal(size=6)) @ np.linalg.solve(sample.T @ sample / m * widening(m), b) < CHI_SQUARE)
+        inside.append(
+            (b := rng.normal(size=6)) @ np.linalg.solve(sample.T @ sample / m * hotelling_inflation(m), b) < CHI_SQUARE
+        )
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
 
 
 def test_equal_matches_count_one_each():
-    assert effective(np.tile(np.eye(6) / 15, (15, 1, 1))) == pytest.approx(15)
+    assert effective_sample_size(np.tile(np.eye(6) / 15, (15, 1, 1))) == pytest.approx(15)
     shares = np.tile(np.eye(6) / 15, (15, 1, 1))
     shares[0] *= 8
-    assert effective(shares / 22 * 15) < 7  # one that says most
+    assert effective_sample_size(shares / 22 * 15) < 7  # one that says most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spec",
     [{"lines": 20}, {"lines": 50}, {"lines": 100}, {"lines": 10, "planes": 10}, {"lines": 25, "planes": 25}],
@@ -251,6 +263,7 @@ def claim(made, seed):
     return found.converged, right
 
 
+@pytest.mark.slow
 def test_what_fails_is_not_claimed():
     """Of scenes whose pose is not found, `converged` is true for 1 % at most."""
     slow = {name for name in FAILING if "blocks" in name}
@@ -264,6 +277,7 @@ def test_what_fails_is_not_claimed():
     assert false <= most, (false, failed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REPEATING)
 def test_one_of_many_equal_places_is_not_claimed(name):
     """Where a reference repeats itself, 1 % of all scenes at most: their true pose is found, or nothing is claimed."""
@@ -313,12 +327,15 @@ def test_only_noise_calls_for_a_second_look():
 def test_few_matches_tell_badly_how_near_they_are():
     """As far apart as twice or thrice an estimate from five lines; from many, no farther than is counted anyway."""
     rng = np.random.default_rng(6)
-    contest = Contest(None, None, 2)
+    ranking = CandidateRanking(None, None, 2)
     for hits in (5, 8, 30):
         freedoms = 4 * (hits - 2)
         one, two = np.sqrt(rng.chisquare(freedoms, (2, 100_000)) / freedoms)
-        assert np.mean(one / two > COUNTED * contest.at_most(1.0, hits)) < 0.01
-    assert contest.at_most(2.0, 1000) == 2.0 and contest.at_most(1.0, 3) > contest.at_most(1.0, 5) > 1.4
+        assert np.mean(one / two > INLIER_FACTOR * ranking.scale_upper_bound(1.0, hits)) < 0.01
+    assert (
+        ranking.scale_upper_bound(2.0, 1000) == 2.0
+        and ranking.scale_upper_bound(1.0, 3) > ranking.scale_upper_bound(1.0, 5) > 1.4
+    )
 
 
 def test_the_message_says_why():
@@ -336,9 +353,9 @@ def test_doubt_bounds_what_chance_does():
     """Chernoff's bound, against the binomial distribution itself."""
     for hits, objects, p in ((5, 20, 0.05), (12, 20, 0.3), (20, 20, 0.5), (300, 1000, 0.2)):
         exact = stats.binom.logsf(hits - 1, objects, p) / np.log(10) + 3
-        assert exact <= doubt(hits, objects, p, 1000) <= exact + 2
-    assert doubt(2, 20, 0.3, 1) == doubt(5, 0, 0.1, 1) == np.inf
-    assert np.isfinite(doubt(20, 20, 0.0, 10))
+        assert exact <= log_nfa(hits, objects, p, 1000) <= exact + 2
+    assert log_nfa(2, 20, 0.3, 1) == log_nfa(5, 0, 0.1, 1) == np.inf
+    assert np.isfinite(log_nfa(20, 20, 0.0, 10))
 
 
 def test_lead_is_that_of_the_greatest_of_many():
@@ -350,9 +367,9 @@ def test_lead_is_that_of_the_greatest_of_many():
         level = np.median(seconds)
         there = hits[seconds == level]
         measured = np.mean(there[:, -1] - level >= ahead)
-        assert 1 / 3 < measured / 10 ** lead(int(level) + ahead, int(level), 40, 0.1) < 3
-    assert lead(5, 5, 20, 0.1) == 0.0
-    assert lead(9, 2, 20, 0.01) < -4
+        assert 1 / 3 < measured / 10 ** log_gap_probability(int(level) + ahead, int(level), 40, 0.1) < 3
+    assert log_gap_probability(5, 5, 20, 0.1) == 0.0
+    assert log_gap_probability(9, 2, 20, 0.01) < -4
 
 
 def test_distinct_motors_are_told_apart_whatever_their_signs():

@@ -11,14 +11,11 @@ import numpy as np
 
 from bladesmith import dynamics
 
-from . import newton_euler as ne
-from .newton_euler import REST, times
+from ...oracles import newton_euler as ne
+from ...oracles.newton_euler import REST, times
+from ..vectors import unit
 
 # -- objects that never move -----------------------------------------------------------------------------------
-
-
-def unit(v):
-    return v / np.linalg.norm(v)
 
 
 @dataclass

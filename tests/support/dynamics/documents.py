@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from bladesmith import dynamics
 
-ROOT = Path(__file__).resolve().parent.parent
-EXAMPLES = sorted((ROOT / "examples" / "chapter6").glob("*.toml"))
+from ..checkout import CHECKOUT
+
+EXAMPLES = sorted((CHECKOUT / "examples" / "dynamics").glob("*.toml"))
 HOSTILE = "A </script><img src=x onerror=alert(1)> $\\frac$ {{ 7 * 7 }} %s"
 
 BODY = """

@@ -13,14 +13,15 @@ from scipy.spatial.transform import Rotation
 from bladesmith import cga3d as cga
 from bladesmith import dynamics
 from bladesmith import pga3d as pga
-from bladesmith.calls import call
-from bladesmith.codegen.programs.dynamics import LOADS, Needs
-from bladesmith.dynamics import engine, methods
-from bladesmith.dynamics.assembly import Assembly, assemble
+from bladesmith.codegen.programs.dynamics.config import LOADS, DynamicsConfig
+from bladesmith.dispatch.formulas import evaluate
+from bladesmith.dynamics.assembly.assemble import assemble
+from bladesmith.dynamics.assembly.data import Assembly
+from bladesmith.dynamics.integration import driver, integrators
 
-from . import newton_euler as ne
-from .dynamics_conditions import wrench
-from .newton_euler import State, times
+from ...oracles import newton_euler as ne
+from ...oracles.newton_euler import State, times
+from .conditions import wrench
 
 FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
 ALGEBRAS = {"cga": cga, "pga": pga}
@@ -35,6 +36,8 @@ BAR = 1e-10
 #: Objects drawn for each constraint, and states of each.
 OBJECTS, STATES = (5, 200) if FULL else (3, 40)
 GRAVITY = np.array([0.3, -0.7, -9.81])
+#: Moments of inertia of a body of unit mass and a radius of gyration of about a half.
+MOMENTS = np.array([0.1, 0.2, 0.25])
 
 
 class Wide(Assembly):
@@ -45,13 +48,13 @@ class Wide(Assembly):
         return LAYOUTS[self.algebra.name]
 
     def needs(self, method, chart):
-        return Needs(self.algebra.name, 1, self.mode, LOADS, self.layouts, ROWS, method, chart, True)
+        return DynamicsConfig(self.algebra.name, 1, self.mode, LOADS, self.layouts, ROWS, method, chart, True)
 
 
 def wide_driver(made):
     """A driver of the wide program for an assembly."""
     made.__class__ = Wide
-    return engine.Driver(made, methods.Method("rk4", 1.0, 1e-12, 0.0), "exponential", False, 0.0)
+    return driver.Driver(made, integrators.Method("rk4", 1.0, 1e-12, 0.0), "exponential", False, 0.0)
 
 
 def states(n, seed, size=2.0, speed=3.0):
@@ -95,7 +98,9 @@ def _item(body):
 
 def screws(algebra, rows):
     """Vectors a and b of a I3 + b n."""
-    found = call(algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(rows)))
+    found = evaluate(
+        algebra, "mechanics.screw_vectors", algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(rows))
+    )
     return found.values[0].values, found.values[1].values
 
 
@@ -133,25 +138,25 @@ class Looked:
 
     def _all(self, s, algebra):
         n, model = len(s.mass), self.driver._model
-        own, state = self.frame.own, body_of(s, algebra)
+        own, state = self.frame.to_body, body_of(s, algebra)
         place = algebra.translator(s.x - self.made.origin) * algebra.motor_from_matrix(state.rotation) * own
         motors = place.as_kind("motor", check=False).values
         twists = (~own >> state.twist_in_body).values
         if self.frame.allowed is not None:
             twists = np.where(self.frame.allowed, twists, 0.0)
-        first, stride = model.numbers, self.made.width if self.made.size > 1 else 0
+        first, stride = model.numbers, self.made.parameter_count if self.made.size > 1 else 0
         rates, rows, rank = np.empty((n, 6)), np.empty((n, 6)), np.empty(n, int)
         for i in range(n):
             model.numbers = first + i * stride
             self.before(i)
-            found = self.driver.look(0.0, motors[i : i + 1], twists[i : i + 1])
+            found = self.driver.evaluate(0.0, motors[i : i + 1], twists[i : i + 1])
             rates[i], rows[i], rank[i] = found["accelerations"][0], found["reactions"][0], found["rank"]
         self.rank, self.twists = rank, twists
         return rates, rows
 
     def _to_world(self, s, algebra, rates, rows):
         """The driver's frame is another than the body's: its origin is a point of the body, its axes are turned."""
-        own = np.broadcast_to(algebra.matrix(self.frame.own), (len(s.mass), 4, 4))
+        own = np.broadcast_to(algebra.matrix(self.frame.to_body), (len(s.mass), 4, 4))
         turn = s.turn @ own[:, :3, :3]
         r = times(s.turn, own[:, :3, 3])
         (w, v), (dw, dv) = screws(algebra, self.twists), screws(algebra, rates)
@@ -204,3 +209,8 @@ def compared(s, rows, algebra, constraints, null_space, rng, alone=False, before
     acting, about_center = loads(algebra, rng)
     found = Looked(s, algebra, acting, constraints, null_space, alone, before)
     return found, worst(found, *ne.motion(s, *about_center(s), rows), s)
+
+
+def sized_body(size=1.0, position=(0.0, 0.0, 0.0), algebra=cga, **given):
+    """A body whose lengths are `size` times as long."""
+    return dynamics.RigidBody(size**3, MOMENTS * size**5, position, algebra=algebra, **given)

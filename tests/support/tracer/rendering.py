@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bladesmith import tracer
-from bladesmith.tracer.layers import LAYERS
+from bladesmith.tracer.rendering.aov_layers import LAYERS
 
 ALL = tuple(LAYERS)
 SIZE = (60, 40)

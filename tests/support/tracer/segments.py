@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from . import curve_oracle as oracle
+from ...oracles import circle_sums as oracle
 
 U = 2.0**-53
 FAR = np.array([1e6, -3e5, 2e6])

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d, tracer
-from bladesmith.codegen.multivector import Multivector, reciprocal, select, sqrt
+from bladesmith.codegen.algebra.multivector import Multivector, reciprocal, select, sqrt
 from bladesmith.codegen.programs import cga3d as algebra
-from bladesmith.codegen.programs.scene import needs
-from bladesmith.codegen.programs.surface_kinds import surface_kind
+from bladesmith.codegen.programs.tracer.scene import needs
+from bladesmith.codegen.programs.tracer.surface_kinds import surface_kind
 from bladesmith.curves import Bezier
-from bladesmith.tracer.bounds import FAR, bounded
-from bladesmith.tracer.enclosures import Enclosure, EnclosureRing, polynomial
-from bladesmith.tracer.engine import engine_for
-from bladesmith.tracer.rows import gathered
+from bladesmith.tracer.acceleration.affine_arithmetic import AffineForm, AffineRing, polynomial
+from bladesmith.tracer.acceleration.bounds import FAR, compute_bounds
+from bladesmith.tracer.rendering.program import engine_for
+from bladesmith.tracer.rendering.surface_tables import build_surface_tables
 from bladesmith.tracer.surfaces.evolved import EvolvedSurface
 
-RING = EnclosureRing()
+RING = AffineRing()
 #: A sampled surface reaches a little less far than the surface.
 SAMPLES, ANGLES = 201, 48
 #: Relative margin that bounds keep for rounding: points are told to far less.
@@ -30,13 +30,13 @@ NOISE = 1e-9
 # -- the arithmetic ------------------------------------------------------------------------------------------
 
 
-def scalar(enclosure: Enclosure) -> Multivector:
+def scalar(enclosure: AffineForm) -> Multivector:
     return Multivector(algebra(), RING, {0: enclosure})
 
 
-def exact_range(enclosure: Enclosure) -> tuple[float, float]:
+def exact_range(enclosure: AffineForm) -> tuple[float, float]:
     """Its ends; everything where nothing is known."""
-    known = np.isfinite(enclosure.error)
+    known = np.isfinite(enclosure.radius)
     return (float(enclosure.low), float(enclosure.high)) if known else (-np.inf, np.inf)
 
 
@@ -55,8 +55,8 @@ def test_enclosures_hold_every_value(width):
     for middle in random.normal(size=12) * 2:
         slope = float(width * random.choice([-1, 1]))
         with np.errstate(invalid="ignore"):  # infinity times zero: what is unknown stays so
-            found = functions(scalar(Enclosure(np.float64(middle), np.float64(slope), np.float64(0.0))), 1)
-        assert width > 0.1 or all(np.isfinite(y.scalar().error) for y in found)
+            found = functions(scalar(AffineForm(np.float64(middle), np.float64(slope), np.float64(0.0))), 1)
+        assert width > 0.1 or all(np.isfinite(y.scalar().radius) for y in found)
         for x in np.linspace(-1, 1, 41):
             exact = mpmath.mpf(float(middle)) + mpmath.mpf(slope) * mpmath.mpf(float(x))
             for value, enclosed in zip(functions(exact, mpmath.mpf(1)), found, strict=True):
@@ -67,17 +67,17 @@ def test_enclosures_hold_every_value(width):
 def test_enclosures_narrow_with_the_square_of_the_piece():
     errors = []
     for width in (0.1, 0.05, 0.025):
-        found = functions(scalar(Enclosure(np.float64(0.7), np.float64(width), np.float64(0.0))), 1)
-        errors.append(float(found[2].scalar().error))
+        found = functions(scalar(AffineForm(np.float64(0.7), np.float64(width), np.float64(0.0))), 1)
+        errors.append(float(found[2].scalar().radius))
     assert errors[0] / errors[1] > 3.5 and errors[1] / errors[2] > 3.5
 
 
 def test_what_cannot_be_told_is_unbounded_or_both():
-    across = scalar(Enclosure(np.float64(0.1), np.float64(1.0), np.float64(0.0)))
-    assert not np.isfinite(reciprocal(across).scalar().error)
+    across = scalar(AffineForm(np.float64(0.1), np.float64(1.0), np.float64(0.0)))
+    assert not np.isfinite(reciprocal(across).scalar().radius)
     either = select(across > 0, across + 5, across - 5).scalar()
     assert exact_range(either)[0] <= -5.9 and exact_range(either)[1] >= 6.1
-    below = sqrt(scalar(Enclosure(np.float64(0.0), np.float64(1.0), np.float64(0.0)))).scalar()
+    below = sqrt(scalar(AffineForm(np.float64(0.0), np.float64(1.0), np.float64(0.0)))).scalar()
     for y in np.linspace(0, 1, 21):
         assert exact_range(below)[0] <= np.sqrt(y) <= exact_range(below)[1]
 
@@ -105,7 +105,7 @@ def bounds_of(surfaces):
     """Box of each row in the world, and centre and radius of the sphere of each; all of one kind."""
     kind = surface_kind(surfaces[0].program_kind)
     engine = engine_for(needs([kind.name], pictures=False))
-    rows = gathered(engine, surfaces)[kind.name]
+    rows = build_surface_tables(engine, surfaces)[kind.name]
     bound = rows.constants[:, kind.slice("bound")]
     unit = rows.constants[:, kind.slice("unit")][:, :1]
     center = rows.constants[:, kind.slice("center")] + unit * bound[:, :3]
@@ -145,6 +145,7 @@ def is_held(points, box, center, radius):
     return inside and np.max(np.linalg.norm(points - center, axis=-1)) <= radius + NOISE * size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_bounds_hold_every_point_and_little_more(degree):
     random = np.random.default_rng(degree)
@@ -161,6 +162,7 @@ def test_bounds_hold_every_point_and_little_more(degree):
     assert np.median(ratios) < 1.05 and np.percentile(ratios, 90) < 1.25
 
 
+@pytest.mark.compiles
 def test_bounds_of_point_pairs_hold_their_segments():
     if not hasattr(tracer, "EvolvedPointPairs"):
         from bladesmith.tracer.surfaces.evolved import EvolvedPointPairs
@@ -210,7 +212,7 @@ def test_boxes_of_plain_surfaces():
         normals[0], normals[1] = (0, 0, 1), (1e-9, 0, 1)
         centers = centers * scale + shift
         discs = [tracer.Disc(c, n, 0.4 * scale) for c, n in zip(centers, normals, strict=True)]
-        _, boxes = bounded(surface_kind("disc"), np.concatenate([d.parameters for d in discs]))
+        _, boxes = compute_bounds(surface_kind("disc"), np.concatenate([d.parameters for d in discs]))
         for disc, box in zip(discs, boxes, strict=True):
             helper = np.eye(3)[np.argmin(np.abs(disc.normal))]
             u = np.cross(disc.normal, helper) / np.linalg.norm(np.cross(disc.normal, helper))
@@ -220,14 +222,14 @@ def test_boxes_of_plain_surfaces():
             assert np.all(rim.min(axis=0) >= box[:3] - slack) and np.all(rim.max(axis=0) <= box[3:] + slack)
             assert np.all(box[3:] - box[:3] <= 0.81 * scale + 1e-9)
         spheres = np.concatenate([centers, np.full((40, 1), 0.3 * scale)], axis=1)
-        _, boxes = bounded(surface_kind("sphere"), spheres)
+        _, boxes = compute_bounds(surface_kind("sphere"), spheres)
         for row, box in zip(spheres, boxes, strict=True):
             for i in range(3):
                 assert Fraction(box[i]) <= Fraction(row[i]) - Fraction(row[3])
                 assert Fraction(box[3 + i]) >= Fraction(row[i]) + Fraction(row[3])
-    _, boxes = bounded(surface_kind("plane"), np.ones((2, 4)))
+    _, boxes = compute_bounds(surface_kind("plane"), np.ones((2, 4)))
     assert np.all(np.isinf(boxes))
-    assert bounded(surface_kind("sphere"), np.zeros((0, 4)))[1].shape == (0, 6)
+    assert compute_bounds(surface_kind("sphere"), np.zeros((0, 4)))[1].shape == (0, 6)
 
 
 def test_circles_of_the_algebra_are_bounded_like_their_parameters():

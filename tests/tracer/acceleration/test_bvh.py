@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from bladesmith import cga3d, tracer
-from bladesmith.codegen.programs.scene import TREE_PAYS, TREE_PAYS_WIDE, needs
-from bladesmith.codegen.programs.surface_kinds import in_order
+from bladesmith.codegen.programs.tracer.scene import TREE_PAYS, TREE_PAYS_WIDE, needs
+from bladesmith.codegen.programs.tracer.surface_kinds import in_order
 from bladesmith.curves import KochanekBartels
 from bladesmith.errors import InputError
 from bladesmith.status import Status
-from bladesmith.tracer.engine import engine_for
-from bladesmith.tracer.hits import FEW_RAYS
-from bladesmith.tracer.options import rays_view
-from bladesmith.tracer.tree import PARTS, outward, tree_over
+from bladesmith.tracer.acceleration.bvh import PARTS, round_outward, tree_over
+from bladesmith.tracer.rendering.hits import FEW_RAYS
+from bladesmith.tracer.rendering.program import engine_for
+from bladesmith.tracer.scene.render_options import ray_options
 
 CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
 FIELDS = ("t", "surface", "status", "point", "normal", "alpha")
@@ -72,6 +72,7 @@ def tubes(random, count, scale=1.0, shift=0.0):
     return made
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1.0, 1e3), (1e-6, 0.0), (1e6, 1e7)])
 def test_the_tree_changes_no_bit(dtype, scale, shift):
@@ -106,6 +107,7 @@ def test_the_tree_changes_no_bit_of_rays_from_far_away(dtype):
     assert both(surfaces, origins.astype(dtype), directions.astype(dtype)).hit.any()
 
 
+@pytest.mark.compiles
 def test_evolved_surfaces_in_a_tree():
     random = np.random.default_rng(3)
     surfaces = [*tubes(random, 25), *lattice(random, 10, 0.5, 0.0)]
@@ -236,16 +238,16 @@ def test_unbounded_rows_are_loose():
     boxes[1, 3:] = np.inf
     boxes[2] = np.nan
     tree = tree_over(engine, [np.zeros((0, 6)), boxes])
-    assert tree.loose == 2 and tree.items.tolist() == [[1, 0], [1, 3], [1, 1], [1, 2]]
+    assert tree.unbounded == 2 and tree.items.tolist() == [[1, 0], [1, 3], [1, 1], [1, 2]]
     empty = tree_over(engine, [])
-    assert empty.parts.shape == (0, PARTS) and empty.loose == 0
+    assert empty.parts.shape == (0, PARTS) and empty.unbounded == 0
 
 
 def test_boxes_of_less_precision_hold_the_others():
     random = np.random.default_rng(6)
     sides = random.normal(size=(500, 2, 3, 4)) * 10.0 ** random.integers(-3, 7, (500, 1, 1, 1))
     boxes = np.sort(sides, axis=1).reshape(500, 6, 4)
-    single = outward(boxes, np.float32)
+    single = round_outward(boxes, np.float32)
     assert single.dtype == np.float32
     assert np.all(single[:, :3] <= boxes[:, :3]) and np.all(single[:, 3:] >= boxes[:, 3:])
     np.testing.assert_allclose(single, boxes, rtol=3e-7)
@@ -257,8 +259,8 @@ def test_boxes_of_less_precision_hold_the_others():
 def test_all_points_of_a_line_on_many_rows():
     """A stack of triangles: a line through all of them has as many points, whatever room there was at first."""
     if not hasattr(tracer, "Facets"):
-        pytest.importorskip("bladesmith.tracer.surfaces.facets")
-    from bladesmith.tracer.surfaces.facets import Facets
+        pytest.importorskip("bladesmith.tracer.surfaces.triangles")
+    from bladesmith.tracer.surfaces.triangles import Facets
 
     count = 500
     corners = np.array([(-1.0, -1, 0), (2, -1, 0), (-1, 2, 0)])
@@ -286,6 +288,7 @@ def test_a_point_on_the_joint_of_two_pieces_counts_once():
 # -- several rays at once --------------------------------------------------------------------------------------
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("count", [1, 2, 3, 7, 8, 9, 500])
 def test_several_rays_at_once_meet_what_each_meets(dtype, count):
@@ -299,7 +302,7 @@ def test_several_rays_at_once_meet_what_each_meets(dtype, count):
         origins[::5] = np.nan
         directions[1::7, 1] = np.inf
         hits = scene.intersect(origins, directions)
-        directly = scene._ready(rays_view("isolate", 64, np.dtype(dtype))).first(origins, directions)
+        directly = scene._bound_scene(ray_options("isolate", 64, np.dtype(dtype))).first(origins, directions)
         for name in FIELDS:
             np.testing.assert_array_equal(getattr(hits, name), directly[name], err_msg=name)
         assert np.array_equal(hits.hit, hits.surface >= 0)
@@ -346,7 +349,7 @@ def test_rays_that_are_changed_before_points_are_asked_for_are_noticed(name, dty
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_change_is_noticed_wherever_it_is_among_many_rays(threads):
-    """Several seals are made by one call."""
+    """Several checksums are made by one call."""
     scene = tracer.Scene(CAMERA, [], [tracer.Plane((0, 0, 1), 0.0)])
     count = 20 * FEW_RAYS + 3
     origins, directions = np.tile([0.0, 0.0, 5.0], (count, 1)), np.tile([0.0, 0.5, -1.0], (count, 1))
@@ -370,6 +373,7 @@ def test_rays_without_points_are_asked_in_any_shape_and_number_of_threads():
 # -- directions of any length, numbers of any size ---------------------------------------------------------------
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize(
     ("dtype", "powers"), [(np.float64, (-1060, -500, 0, 40, 500, 1020)), (np.float32, (-140, -50, 0, 40, 120))]
 )
@@ -398,6 +402,7 @@ def test_the_length_of_directions_does_not_matter(dtype, powers):
                 np.testing.assert_array_equal(every, getattr(facets.intersect(origins[same], directions[same]), name))
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_what_is_farther_than_numbers_go_is_not_hit(dtype):
     huge = np.finfo(dtype).max / 2
@@ -435,6 +440,7 @@ def crowd(random, count, size, evolved):
     return made, np.array(frames)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("dtype", "seed"), [(np.float64, 3), (np.float64, 31), (np.float32, 2), (np.float32, 5)])
 def test_rays_from_a_million_sizes_away_that_graze(dtype, seed):
     """Nearly in the planes of discs, triangles and circles: what is hit, and where, hangs on rounding."""

@@ -13,9 +13,14 @@ import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import curves, tracer
+from bladesmith.cli.main import run
 from bladesmith.errors import SceneError
+from bladesmith.tracer.io import evolved_tables, reader
 from bladesmith.tracer.surfaces.evolved import EvolvedPointPairs
-from bladesmith.tracer.surfaces.facets import Facets, Mesh
+from bladesmith.tracer.surfaces.triangles import Facets, Mesh
+
+from ...support.checkout import CHECKOUT
+from ...support.tracer.scenes import TUBE
 
 HEAD = "[camera]\nposition = [0.0, -8.0, 2.0]\nlook_at = [0.0, 0.0, 0.0]\n"
 FIRST = "{ center = [0, 0, 0], normal = [0, 0, 1], radius = 1.0 }"
@@ -128,7 +133,7 @@ def test_flips_and_gaps(load, caplog):
     body = f"controls = [{FIRST}, {opposed}]\n"
     with caplog.at_level(logging.WARNING, "bladesmith"):
         (turned,) = load(surface("evolved_circles", body)).surfaces
-    assert turned.flipped.tolist() == [False, True] and "turned over" in caplog.text
+    assert turned.flipped.tolist() == [False, True] and "orientation reversed" in caplog.text
     with pytest.raises(
         SceneError, match=r"scene.toml, line 4: surfaces\[0\] has imaginary circles for alpha from 0.333"
     ):
@@ -190,7 +195,7 @@ NAMES = [
     (surface("sphere", "center = [0, 0, 0]\nradius = 1\nname = ''\n"), "line 8: surfaces[0].name"),
     (surface("sphere", "center = [0, 0, 0]\nradius = 1\nname = 3\n"), "line 8: surfaces[0].name is 3; text"),
     (circles("", FIRST), "surfaces[0].controls", "has 1 items where 2 are the least"),
-    (circles("", FIRST, FIRST), "line 4: surfaces[0] is refused: the 2 controls are one and the same circle"),
+    (circles("", FIRST, FIRST), "line 4: surfaces[0] is refused: the 2 controls are all the same circle"),
     (circles("", *[FIRST, SECOND] * 6), "surfaces[0].controls are 12", "up to degree 8, not 11", "kochanek_bartels"),
     (circles("curve = 'spline'"), "line 6: surfaces[0].curve is \"spline\"", "known: bezier, rational_bezier"),
     (circles("weights = [1, 2]"), "line 6: surfaces[0].weights is a key of curve = 'rational_bezier'", "is 'bezier'"),
@@ -208,16 +213,16 @@ NAMES = [
     (circles("curve = 'interpolating'\nknots = [1, 0]"), "line 7: surfaces[0].knots[1] is 0, which does not exceed"),
     (circles("curve = 'interpolating'\ndegree = 4"), "line 7: surfaces[0].degree is 4; a degree is at most 3"),
     (circles("curve = 'interpolating'\nends = 'open'"), "surfaces[0].ends is \"open\"; known: not-a-knot, natural"),
-    (odd("center = [0, 0, 1], normal = [0, 0, 0], radius = 1"), "line 7: surfaces[0].controls[1].normal", "not zero"),
+    (odd("center = [0, 0, 1], normal = [0, 0, 0], radius = 1"), "line 7: surfaces[0].controls[1].normal", "be zero"),
     (odd("center = [0, 0, 1], normal = [0, 0, 1], radius = 0"), "surfaces[0].controls[1].radius is 0; a radius is"),
     (odd("center = [0, nan, 1], normal = [0, 0, 1], radius = 1"), "surfaces[0].controls[1].center[1] is nan"),
     (odd("center = [0, 1e200, 1], normal = [0, 0, 1], radius = 1"), "controls[1].center", "coordinates go to 1e+90"),
     (odd("a = [0, 0, 1], b = [0, 0, 2]"), "surfaces[0].controls[1].a is not a known key"),
     (odd("center = [0, 0, 0], normal = [0, 0, -1], radius = 1.0"), "one object"),
-    (odd("center = [0, 0, 0], normal = [0, 0, 1], radius = 1e-30"), "sizes too unlike"),
+    (odd("center = [0, 0, 0], normal = [0, 0, 1], radius = 1e-30"), "sizes too different"),
     (surface("evolved_point_pairs", f"controls = [{PAIRS}, {{ a = [1, 0, 0], b = [1, 0, 0] }}]\n"),
      "line 6: surfaces[0].controls[3].b", "two end points"),
-    (surface("plane", "normal = [0, 0, 0]\n"), "line 6: surfaces[0].normal", "not zero"),
+    (surface("plane", "normal = [0, 0, 0]\n"), "line 6: surfaces[0].normal", "must not be zero"),
     (facets("vertices = [[0, 0, 0], [1, 0, 0]]"), "surfaces[0].vertices", "3 are the least"),
     (facets("vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]"), "vertices are 4", "faces are needed"),
     (facets("vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]", "faces = [[0, 1, 3]]"), "line 7: surfaces[0].faces[0]"),
@@ -244,11 +249,11 @@ CAMERAS = [
     ("position = [0, 0, 0]", "camera.look_at is missing"),
     ("look_at = [0, 0, 0]", "camera.position is missing"),
     ("position = [0, 0, 0]\nlook_at = [0, 0, 0]", "line 3: camera.look_at is the camera's own position"),
-    ("position = [0, 0, 0]\nlook_at = [0, 0, 1]", "camera.up is parallel to the view"),
-    ("position = [0, 0, 0]\nlook_at = [0, 1, 0]\nx_max = 1", "line 4: camera.x_max is of the other way"),
+    ("position = [0, 0, 0]\nlook_at = [0, 0, 1]", "camera.up is parallel to the viewing direction"),
+    ("position = [0, 0, 0]\nlook_at = [0, 1, 0]\nx_max = 1", "line 4: camera.x_max belongs to the other definition"),
     ("motor = [1, 0, 0, 0, 0, 0, 0, 0]", "camera.y_max is missing"),
-    ("motor = [1, 0, 0, 0, 0, 0, 0, 0]\ny_max = 1\nup = [0, 0, 1]", "line 4: camera.up is of the other way"),
-    ("motor = [2, 0, 0, 0, 0, 0, 0, 0]\ny_max = 1", "line 2: camera.motor is not normalised"),
+    ("motor = [1, 0, 0, 0, 0, 0, 0, 0]\ny_max = 1\nup = [0, 0, 1]", "line 4: camera.up belongs to the other"),
+    ("motor = [2, 0, 0, 0, 0, 0, 0, 0]\ny_max = 1", "line 2: camera.motor is not normalized"),
     ("motor = [1, 0, 0]\ny_max = 1", "line 2: camera.motor has 3 items"),
 ]
 
@@ -282,7 +287,64 @@ def test_messages_name_surfaces(load):
 
 
 def test_the_scenes_of_the_docs(load):
-    page = (Path(__file__).resolve().parent.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    page = (CHECKOUT / "docs" / "scenes.md").read_text(encoding="utf-8")
     first, second = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     assert [s.kind for s in load(first, head="").surfaces] == ["sphere", "evolved_circles"]
     assert load(second).surfaces[0].program_kind == "evolved_circles_3"
+
+
+def test_curves_of_a_file_are_the_same_at_once_and_one_by_one(tmp_path) -> None:
+    random, lines = np.random.default_rng(2), [HEAD]
+    for i in range(30):
+        count, (c, n) = 2 + i % 3, random.normal(size=(2, 5, 3)).tolist()
+        if i % 2:
+            rows = [f"{{ a = {c[k]}, b = {n[k]} }}" for k in range(count)]
+        else:
+            rows = [f"{{ center = {c[k]}, normal = {n[k]}, radius = {0.1 + k} }}" for k in range(count)]
+        kind = "evolved_point_pairs" if i % 2 else "evolved_circles"
+        align = str(i % 5 > 0).lower()
+        lines.append(f"[[surfaces]]\nkind = '{kind}'\ngaps = true\nalign = {align}\ncontrols = [{', '.join(rows)}]\n")
+    file = tmp_path / "scene.toml"
+    file.write_text("\n".join(lines))
+    document = reader.read_document(str(file), reader.SceneTable, SceneError)
+    found = evolved_tables.read_beziers(document.contents.surfaces)
+    assert len(found) == 30
+    for i, table in enumerate(document.contents.surfaces):
+        alone, together = table.surface(tmp_path), table.surface(tmp_path, found[i])
+        assert np.array_equal(alone.parameters, together.parameters)
+        assert np.array_equal(alone.flipped, together.flipped)
+    assert any(segments.flipped.any() for segments in found.values())
+
+
+def test_a_whole_number_of_thousands_of_digits(tmp_path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(HEAD + f"[render]\nwidth = {'9' * 5000}\n")
+    with pytest.raises(SceneError, match=r"scene.toml: a whole number has thousands of digits"):
+        tracer.Scene.load(file)
+
+
+@pytest.mark.parametrize(
+    "text", ["[[lights]]\nposition = [0, 0, 5]\ncolor = [1, 1e20, 1]\n", "[sky]\nzenith = [1e20, 0, 0]\n"]
+)
+def test_limits_of_files_are_told_with_their_line(tmp_path, text, capsys):
+    path = tmp_path / "scene.toml"
+    path.write_text("[camera]\nposition = [0, -8, 2]\nlook_at = [0, 0, 0]\n" + text)
+    assert run(["render", str(path), "-o", str(tmp_path / "a.png")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "scene.toml, line " in line and "colors go to 1e+09" in line
+
+
+def test_a_scene_file_says_once_what_was_turned_over(tmp_path, caplog):
+    circle = "{{ center = [{}, 0, {}], normal = [0, 0, {}], radius = 1.0 }}".format
+    surface = '[[surfaces]]\nkind = "evolved_circles"\nname = "tube {}"\ncontrols = [{}, {}]\n'.format
+    body = "".join(surface(i, circle(i, 0, 1), circle(i, 2, 1 if i == 3 else -1)) for i in range(12))
+    path = tmp_path / "scene.toml"
+    path.write_text("[camera]\nposition = [0, -8, 2]\nlook_at = [0, 0, 0]\n" + body)
+    with caplog.at_level(logging.WARNING, "bladesmith"):
+        tracer.Scene.load(path)
+    (line,) = caplog.messages
+    assert "controls of 11 surfaces" in line and line.endswith("; ..") and "surfaces[3]" not in line
+    assert "scene.toml: " in line and "surfaces[2] ('tube 2'): 1;" in line
+    with caplog.at_level(logging.WARNING, "bladesmith"):
+        tracer.EvolvedCircles([TUBE[0], ((0, 1, 2), (0, -0.5, -1), 0.6)], align=True)
+    assert len(caplog.messages) == 2

@@ -10,7 +10,9 @@ from bladesmith.curves import Bezier
 from bladesmith.tracer.meshing import mesh_of
 from bladesmith.tracer.surfaces.evolved import EvolvedCircles, EvolvedPointPairs
 
-from .mesh_support import BENT, RIBBON, TUBE
+from ...oracles.sequences import dot
+from ...support.tracer.meshes import BENT, RIBBON
+from ...support.tracer.scenes import TUBE
 
 # -- the surface to 50 digits: skew matrices on e1 e2 e3 e+ e-, nothing of bladesmith's ---------------------
 
@@ -83,10 +85,6 @@ def place(controls, alpha):
 
 def cross(a, b):
     return mp.matrix([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
-
-
-def dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 @pytest.fixture

@@ -12,20 +12,15 @@ from click.testing import CliRunner
 
 from bladesmith import tracer
 from bladesmith.cli.mesh import command
-from bladesmith.curves import KochanekBartels
 from bladesmith.errors import InputError, SceneError
 from bladesmith.tracer.meshing import TriangleMesh, mesh_of
 from bladesmith.tracer.meshing.scenes import scene_meshes
 from bladesmith.tracer.surfaces.evolved import EvolvedCircles, EvolvedPointPairs
 
-from .mesh_support import RIBBON, TUBE, as_trimesh, face_normals, necklace
+from ...support.tracer.meshes import RIBBON, as_trimesh, face_normals
+from ...support.tracer.scenes import CAMERA, TUBE
 
 # -- files -------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def ring():
-    return EvolvedCircles(KochanekBartels(necklace(), closed=True))
 
 
 @pytest.fixture(scope="module")
@@ -126,11 +121,11 @@ def test_a_glb_far_away_keeps_its_shape(tmp_path):
 
 
 def test_files_are_written_whole_or_not_at_all(tmp_path, small):
-    with pytest.raises(InputError, match=r"\.obj, \.ply, \.stl, \.glb, not \.fbx"):
+    with pytest.raises(InputError, match=r"\.obj, \.ply, \.stl or \.glb, not \.fbx"):
         small.save(tmp_path / "tube.fbx")
-    with pytest.raises(InputError, match="names none"):
+    with pytest.raises(InputError, match="a text or a path is needed"):
         small.save(3)
-    with pytest.raises(OSError, match="nowhere"):
+    with pytest.raises(InputError, match="nowhere.*cannot be written: No such file"):
         small.save(tmp_path / "nowhere" / "tube.obj")
     with pytest.raises(SceneError, match="scale"):
         small.save(tmp_path / "tube.obj", scale=-1.0)
@@ -140,7 +135,7 @@ def test_files_are_written_whole_or_not_at_all(tmp_path, small):
 
 
 def test_what_is_written_is_read_by_the_tracer(tmp_path, ring):
-    from bladesmith.tracer.surfaces.facets import Mesh
+    from bladesmith.tracer.surfaces.triangles import Mesh
 
     mesh = ring.mesh(96, 32)
     for ending in (".obj", ".glb", ".ply"):
@@ -237,7 +232,7 @@ def test_errors_name_the_surface():
         ({"rings": 0}, "rings is 0"),
         ({"segments": 2}, "segments is 2"),
         ({"segments": 2.5}, "segments is 2.5"),
-        ({"rings": 1 << 20, "segments": 1 << 20}, "more than a mesh can have"),
+        ({"rings": 1 << 20, "segments": 1 << 20}, "quads have more than"),
     ],
 )
 def test_bad_counts_are_refused(arguments, message):
@@ -255,11 +250,11 @@ def test_few_quads_are_enough():
     ("changes", "message"),
     [
         ({"vertices": np.zeros((3, 2))}, "vertices"),
-        ({"vertices": np.full((4, 3), np.nan)}, r"vertices\[0\] is not finite"),
+        ({"vertices": np.full((4, 3), np.nan)}, r"vertices\[0, 0\] is nan; a finite number"),
         ({"vertex_normals": np.zeros((4, 3))}, "unit vectors"),
         ({"vertex_normals": np.zeros((3, 3))}, r"\(4, 3\)"),
         ({"uv": np.zeros((4, 3))}, r"\(4, 2\)"),
-        ({"faces": [[0, 1, 4]]}, "not there"),
+        ({"faces": [[0, 1, 4]]}, "indices of 4 vertices run from 0"),
         ({"faces": [[0.0, 1.0, 2.0]]}, "whole numbers"),
     ],
 )
@@ -277,5 +272,14 @@ def test_arrays_cannot_be_written(small):
 
 
 def test_what_is_no_surface():
-    with pytest.raises(SceneError, match="a str is no surface"):
+    with pytest.raises(SceneError, match="surface is .*; a Surface is needed"):
         mesh_of("tube")
+
+
+def test_meshes_of_scenes_keep_names() -> None:
+    from bladesmith.tracer.meshing.scenes import scene_meshes
+
+    surfaces = [tracer.Sphere((0, 0, 0), 1), tracer.Sphere((3, 0, 0), 1)]
+    surfaces[1].name = "moon"
+    names = [mesh.name for mesh, _ in scene_meshes(tracer.Scene(CAMERA, [], surfaces), None, 4, 4)]
+    assert names == ["0 sphere", "1 moon"]

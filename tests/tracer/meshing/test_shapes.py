@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from bladesmith import tracer
 from bladesmith.curves import Bezier, KochanekBartels, RationalBezier
 from bladesmith.errors import SceneError
-from bladesmith.tracer.meshing.rings import carried
+from bladesmith.tracer.meshing.tubes import cumulative_products
 from bladesmith.tracer.surfaces.evolved import EvolvedCircles, EvolvedPointPairs
-from bladesmith.tracer.surfaces.facets import Facets
+from bladesmith.tracer.surfaces.triangles import Facets
 
-from .mesh_support import BENT, TUBE, agreement, as_trimesh, face_normals, necklace
+from ...support.tracer.meshes import BENT, agreement, as_trimesh, face_normals, necklace
+from ...support.tracer.scenes import TUBE
 
 # -- shapes whose volume is known --------------------------------------------------------------------------
 
@@ -90,11 +91,6 @@ def test_triangles_stay_what_they_are():
 # -- closed curves -----------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def ring():
-    return EvolvedCircles(KochanekBartels(necklace(), closed=True))
-
-
 def test_a_closed_tube_is_watertight(ring):
     mesh = ring.mesh(120, 40)
     solid = as_trimesh(mesh)
@@ -103,7 +99,7 @@ def test_a_closed_tube_is_watertight(ring):
     assert solid.is_volume
     assert solid.euler_number == 0  # a torus
     assert agreement(mesh) > 0.9
-    welded = mesh.welded()
+    welded = mesh.weld()
     assert trimesh.Trimesh(welded.vertices, welded.faces, process=False).is_watertight
     assert len(welded.vertices) == 120 * 40
 
@@ -173,7 +169,7 @@ def test_products_of_rotors_are_those_of_a_loop():
 
     rng = np.random.default_rng(4)
     steps = cga3d.rotor(rng.normal(size=(37, 3)), rng.uniform(-2, 2, 37))
-    total, wanted = carried(steps), []
+    total, wanted = cumulative_products(steps), []
     running = None
     for i in range(37):
         running = steps[i] if running is None else steps[i] * running
@@ -188,7 +184,7 @@ def test_a_closed_ribbon():
     from bladesmith import cga3d
 
     mesh = EvolvedPointPairs(KochanekBartels(cga3d.point_pair(a, b), closed=True)).mesh(70, 6)
-    welded = mesh.welded()
+    welded = mesh.weld()
     assert len(welded.vertices) == 70 * 7
     assert agreement(mesh) > 0.9
 
@@ -204,7 +200,7 @@ def test_smooth_joints_share_vertices_and_sharp_ones_have_two_normals():
     assert len(sharp.vertices) == 15 * 17
     for mesh in (smooth, sharp):
         assert len(mesh.faces) == 12 * 16 * 2
-        assert len(mesh.welded().vertices) == 13 * 16
+        assert len(mesh.weld().vertices) == 13 * 16
         assert agreement(mesh) > 0.3
 
 
@@ -295,7 +291,7 @@ def test_caps_close_circles_that_share_a_point(count):
     for angle in np.linspace(0, 1.2, count):
         axis, across = (np.sin(angle), 0.0, np.cos(angle)), np.array([np.cos(angle), 0.0, -np.sin(angle)])
         controls.append((tuple(np.array([1.0, 0.0, 0.0]) - across), axis, 1.0))
-    mesh = tracer.EvolvedCircles(controls).mesh(16, 24, caps=True).welded()
+    mesh = tracer.EvolvedCircles(controls).mesh(16, 24, caps=True).weld()
     sides = np.sort(np.concatenate([mesh.faces[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     edges, used = np.unique(sides, axis=0, return_counts=True)
     assert (used == 2).all() and len(np.unique(mesh.faces)) - len(edges) + len(mesh.faces) == 2
@@ -306,13 +302,13 @@ def test_caps_close_circles_that_share_a_point(count):
 def test_pairs_within_one_line_sweep_nothing(along, start):
     ends = [start + t * np.array(along) for t in (0, 4, 1, 2)]
     surface = tracer.EvolvedPointPairs([tuple(map(tuple, ends[:2])), tuple(map(tuple, ends[2:]))])
-    with pytest.raises(SceneError, match="the surface is a line: nothing is swept"):
+    with pytest.raises(SceneError, match="the surface is a line: it has no area"):
         surface.mesh(4, 4)
 
 
 @pytest.mark.parametrize("radius", [1e-7, 1e-10])
 def test_circles_that_rounding_eats_are_called_so(radius):
-    """They are real, and no control is to be turned over."""
+    """They are real, and no control is to be flipped."""
     surface = tracer.EvolvedCircles([((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 1), (0, 0, 1), radius)])
-    with pytest.raises(SceneError, match="circles of which rounding leaves nothing.*between alpha = 0.875 and 1"):
+    with pytest.raises(SceneError, match="circles that are lost to rounding.*between alpha = 0.875 and 1"):
         surface.mesh(8, 8)

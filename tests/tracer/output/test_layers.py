@@ -10,27 +10,12 @@ from PIL import Image
 
 from bladesmith import tracer
 from bladesmith.cli.main import run
-from bladesmith.errors import InputError, SceneError
-from bladesmith.tracer import image as image_module
-from bladesmith.tracer.layers import shown
+from bladesmith.errors import BladesmithError, InputError, SceneError
+from bladesmith.tracer.output import image as image_module
+from bladesmith.tracer.rendering.aov_layers import layer_picture
 
-from .service_support import ALL, SIZE, all_layers, same, written
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    return written(tmp_path_factory.mktemp("scene"))
-
-
-@pytest.fixture(scope="module")
-def scene(path):
-    return tracer.Scene.load(path)
-
-
-@pytest.fixture(scope="module")
-def expected(scene):
-    return all_layers(scene)
-
+from ...support.tracer.rendering import ALL, SIZE, same
+from ...support.tracer.scenes import PICTURE
 
 # -- layers --------------------------------------------------------------------------------------------------
 
@@ -86,6 +71,7 @@ def test_scenes_keep_few_drivers(scene):
 # -- files ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.peers
 def test_exr_files_hold_the_numbers(tmp_path, expected):
     exr = pytest.importorskip("OpenEXR")
     target = tmp_path / "a.exr"
@@ -130,15 +116,17 @@ def test_colors_of_layers_follow_the_numbers():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         depth = np.array([[1.0, 2.0, 4.0, 1000.0, np.inf, np.nan]])
-        assert (np.diff(light(shown("depth", depth).pixels)[0, :4]) < 0).all()
-        assert (shown("depth", depth).pixels[0, 4:] == 0).all()
+        assert (np.diff(light(layer_picture("depth", depth).pixels)[0, :4]) < 0).all()
+        assert (layer_picture("depth", depth).pixels[0, 4:] == 0).all()
         cost = np.array([[0, 1, 5, 9, -1]], np.int32)
-        assert (np.diff(light(shown("cost", cost).pixels)[0, :4]) > 0).all()
-        assert (shown("cost", cost).pixels[0, 4] == 0).all() and "from 0 (dark) to 9" in shown("cost", cost).legend
-        assert "none" in shown("alpha", np.full((2, 3), np.nan)).legend
+        assert (np.diff(light(layer_picture("cost", cost).pixels)[0, :4]) > 0).all()
+        assert (layer_picture("cost", cost).pixels[0, 4] == 0).all() and "from 0 (dark) to 9" in layer_picture(
+            "cost", cost
+        ).legend
+        assert "none" in layer_picture("alpha", np.full((2, 3), np.nan)).legend
         for one in (np.full((2, 3), 7.0), np.array([[0.0, 0.0, np.inf]]), np.array([[0.0, 2.0, np.inf]])):
-            assert np.isfinite(light(shown("depth", one).pixels)).all()
-        shown("normal", np.full((2, 3, 3), np.nan))
+            assert np.isfinite(light(layer_picture("depth", one).pixels)).all()
+        layer_picture("normal", np.full((2, 3, 3), np.nan))
 
 
 def test_what_is_no_layer_is_not_saved(tmp_path):
@@ -157,12 +145,13 @@ def test_formats_that_are_too_small_are_told_before_the_render(tmp_path):
 def test_bands_of_a_large_picture_are_encoded_alike(monkeypatch):
     picture = np.random.default_rng(0).uniform(-0.1, 1.1, (13, 7, 3))
     monkeypatch.setattr(image_module, "BAND", 20)
-    np.testing.assert_array_equal(image_module._encoded(picture), image_module.encode(picture))
+    np.testing.assert_array_equal(image_module._encode_image(picture), image_module.encode(picture))
 
 
 # -- the command ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.peers
 def test_the_command_writes_layers(path, tmp_path, capsys):
     size = ["--width", "12", "--height", "9", "--antialias", "2"]
     more = ["--aov", "normal", "--aov", "depth", "--aov", "depth", "--aov", "cost", "--aov", "alpha"]
@@ -175,3 +164,18 @@ def test_the_command_writes_layers(path, tmp_path, capsys):
     assert "depth" in capsys.readouterr().err
     assert run(["render", "--help"]) == 0
     assert "Example: bladesmith render scene.toml -o image.png" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("done", [True, 1, [True], np.zeros((2, 2)), np.zeros((3, 2), bool), "done"])
+def test_pixels_that_are_done_are_bools_of_the_picture(tmp_path, done):
+    with pytest.raises(BladesmithError, match="done"):
+        tracer.save_image(tmp_path / "a.png", PICTURE, done)
+    assert not list(tmp_path.iterdir())
+
+
+def test_layers_of_one_file_have_one_size(tmp_path):
+    with pytest.raises(BladesmithError, match="depth has"):
+        tracer.save_layers(tmp_path / "a.exr", {"color": PICTURE, "depth": np.zeros((3, 2))})
+    for layers in ({}, PICTURE):
+        with pytest.raises(BladesmithError, match="layers are"):
+            tracer.save_layers(tmp_path / "a.png", layers)

@@ -9,13 +9,9 @@ import pytest
 
 from bladesmith import tracer
 
-CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 1.0))
+from ...support.tracer.scenes import BLACK, CAMERA, dark
+
 MATT = {"specular": 0.0, "ambient": 0.0, "diffuse": 1.0}
-BLACK = (0.0, 0.0, 0.0)
-
-
-def dark(camera, lights, surfaces, **more):
-    return tracer.Scene(camera, lights, surfaces, horizon=BLACK, zenith=BLACK, **more)
 
 
 def test_light_follows_lambert():
@@ -202,6 +198,7 @@ def test_no_surface_shadows_itself_however_far_the_camera_is():
     assert image.min() > 0.3
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("center", [(0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (1000.0, 0.0, 0.0)])
 def test_a_camera_on_a_sphere_sees_it_only_below(center, dtype):

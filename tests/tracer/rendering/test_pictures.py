@@ -13,17 +13,14 @@ from PIL import Image
 from bladesmith import tracer
 from bladesmith.cli.main import run
 from bladesmith.errors import InputError, SceneError
-from bladesmith.tracer import image as image_module
+from bladesmith.tracer.output import image as image_module
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "scenes"
-DEMO = Path(tracer.__file__).parent / "data" / "demo.toml"
-CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 1.0))
+from ...support.checkout import CHECKOUT
+from ...support.tracer.scenes import CAMERA, dark
+
+EXAMPLES = CHECKOUT / "examples" / "scenes"
+DEMO = Path(tracer.__file__).parent / "io" / "data" / "demo.toml"
 MATT = {"specular": 0.0, "ambient": 0.0, "diffuse": 1.0}
-BLACK = (0.0, 0.0, 0.0)
-
-
-def dark(camera, lights, surfaces, **more):
-    return tracer.Scene(camera, lights, surfaces, horizon=BLACK, zenith=BLACK, **more)
 
 
 def middle_of(mask):
@@ -54,6 +51,7 @@ def test_pictures_agree_with_rays():
     assert set(np.unique(hits.surface)) == {-1, *range(len(scene.surfaces))}
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("far", [(1e6, 0, 0), (1e6, -2e6, 3e6)])
 def test_pictures_do_not_care_where_the_scene_lies(far):
     def picture(shift):
@@ -105,9 +103,7 @@ def test_the_file_says_the_size(tmp_path):
 
 def test_progress_is_told():
     told = []
-    tracer.Scene.load(EXAMPLES / "orientation.toml").render(
-        100, 90, progress=lambda done, total: told.append((done, total))
-    )
+    tracer.Scene.load(EXAMPLES / "orientation.toml").render(100, 90, progress=lambda p: told.append((p.done, p.total)))
     assert told[-1] == (9000, 9000) and all(a[0] < b[0] for a, b in zip(told, told[1:], strict=False))
 
 

@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 
 from bladesmith import tracer
-from bladesmith.codegen.formulas.blades import blade_projector
-from bladesmith.codegen.multivector import from_values
+from bladesmith.codegen.algebra.multivector import from_values
+from bladesmith.codegen.formulas.objects.blades import blade_projector
 from bladesmith.codegen.programs import cga3d
-from bladesmith.codegen.programs.scene import needs
-from bladesmith.codegen.programs.surface_kinds import surface_kind
-from bladesmith.codegen.rings import NumericRing, PrecisionRing
+from bladesmith.codegen.programs.tracer.scene import needs
+from bladesmith.codegen.programs.tracer.surface_kinds import surface_kind
+from bladesmith.codegen.rings.protocol import NumericRing, PrecisionRing
+from bladesmith.core.registry import stock_algebra
 from bladesmith.curves import Bezier, Interpolating, KochanekBartels, RationalBezier
-from bladesmith.loading import stock_algebra
 from bladesmith.status import Status
-from bladesmith.tracer.engine import engine_for
-from bladesmith.tracer.rows import gathered
+from bladesmith.tracer.rendering.program import engine_for
+from bladesmith.tracer.rendering.surface_tables import build_surface_tables
 
-TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
+from ...support.tracer.scenes import TUBE
 
 
 def random_surfaces(count, seed, degree=1):
@@ -39,18 +39,18 @@ def random_surfaces(count, seed, degree=1):
             )
             for k in range(degree + 1)
         ]
-        yield tracer.EvolvedCircles(Bezier(controls), gaps=degree > 1)
+        yield tracer.EvolvedCircles(Bezier(controls), align=True, gaps=degree > 1)
 
 
 Circle = namedtuple("Circle", "center normal radius")
 
 
 def controls_of(surface):
-    """The circles that were given, turned over where the surface says so."""
+    """The circles that were given, flipped where the surface says so."""
     turns = np.where(surface.flipped, -1.0, 1.0)
     return [
         Circle(np.asarray(c, float), turn * np.asarray(n, float) / np.linalg.norm(n), float(r))
-        for (c, n, r), turn in zip(surface.segments.given.given, turns, strict=True)
+        for (c, n, r), turn in zip(surface.segments.source.original_controls, turns, strict=True)
     ]
 
 
@@ -139,6 +139,7 @@ def reference_roots(surface, origin, direction):
     return sorted(roots)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3, 5])
 def test_every_root_is_found_and_none_is_false(degree):
     random = np.random.default_rng(5)
@@ -184,6 +185,7 @@ def precise_normal(surface, alpha, point):
     return normal / (normal @ normal) ** (number(1) / 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_normals_at_fifty_digits(degree):
     """1 - |cos| is the square of half the angle: taken from the angle, it keeps its digits."""
@@ -195,7 +197,7 @@ def test_normals_at_fifty_digits(degree):
         for i, j in zip(*np.nonzero(~np.isnan(found.t)), strict=True):
             expected = precise_normal(surface, found.alpha[i, j], found.point[i, j])
             across = np.cross(expected, found.normal[i, j])
-            assert float(across @ across) / 2 < 1e-12, (surface.segments.given, found.alpha[i, j], found.point[i, j])
+            assert float(across @ across) / 2 < 1e-12, (surface.segments.source, found.alpha[i, j], found.point[i, j])
             seen += 1
     assert seen >= 12
 
@@ -241,7 +243,7 @@ def test_rays_to_points_of_the_surface_find_them(seed):
 
 def constants_of(surface):
     engine = engine_for(needs([surface.program_kind], pictures=False))
-    (row,) = gathered(engine, [surface])[surface.program_kind].constants
+    (row,) = build_surface_tables(engine, [surface])[surface.program_kind].constants
     return row
 
 
@@ -265,6 +267,7 @@ def through_one_point(random):
     return tracer.EvolvedCircles(Bezier(controls))
 
 
+@pytest.mark.slow
 def test_circles_that_share_a_point():
     random = np.random.default_rng(61)
     total = 0
@@ -337,6 +340,7 @@ def test_curves_of_circles_on_a_common_sphere(degree):
 TILTS = [0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 1e-3, 0.0099, 0.0101]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", TILTS)
 def test_rays_in_and_near_the_plane_of_a_circle(tilt):
     """The meet vanishes there; both points on the circle are found, and beside the circle none is invented."""
@@ -443,11 +447,45 @@ def test_rays_from_far_away_meet_it_too(tilt):
 def test_opposed_circles_are_turned_over_and_it_is_said(caplog):
     circles = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 0.5), (0, 0, -1), 1.0)]
     with caplog.at_level("WARNING", "bladesmith"):
-        surface = tracer.EvolvedCircles(Bezier(circles))
-    assert surface.flipped.tolist() == [False, True] and "turned over" in caplog.text
-    kept = tracer.EvolvedCircles(Bezier(circles), align=False)
-    assert not kept.flipped.any()
-    assert not tracer.EvolvedCircles(Bezier(TUBE)).flipped.any()
+        surface = tracer.EvolvedCircles(Bezier(circles), align=True)
+    assert surface.flipped.tolist() == [False, True] and "orientation reversed" in caplog.text
+    assert not tracer.EvolvedCircles(Bezier(TUBE), align=True).flipped.any()
+
+
+def test_surfaces_follow_the_curve_through_their_controls():
+    """Opposed or not, with and without align: one default for both."""
+    random = np.random.default_rng(8)
+    t = np.linspace(0, 1, 21)
+    for _ in range(20):
+        circles = [(3 * k * np.eye(3)[2] + random.normal(size=3), random.normal(size=3), 1.0) for k in range(4)]
+        for options in ({}, {"align": False}, {"align": True}):
+            for make in (Bezier, KochanekBartels, lambda x, **o: RationalBezier(x, [1, 2, 2, 1], **o)):
+                curve = make(circles, **options)
+                for followed in (curve, *([circles] if make is Bezier else [])):
+                    surface = tracer.EvolvedCircles(followed, gaps=True, **options)
+                    assert np.array_equal(surface.flipped, curve.flipped)
+                    at = t * curve.segments
+                    assert np.array_equal(surface.curve(at).status, curve(at).status)
+                    assert np.array_equal(surface.curve(at).values, curve(at).values, equal_nan=True)
+
+
+def test_files_turn_opposing_controls_over_unless_they_say_otherwise(tmp_path):
+    text = """
+[camera]
+position = [0.0, -8.0, 2.0]
+look_at = [0.0, 0.0, 0.0]
+
+[[surfaces]]
+kind = "evolved_circles"
+controls = [
+    { center = [0, 0, 0], normal = [0, 0, 1], radius = 1.0 },
+    { center = [0, 0, 2], normal = [0, 0, -1], radius = 1.0 },
+]
+"""
+    for option, turned in (("", True), ("align = true\n", True), ("align = false\ngaps = true\n", False)):
+        path = tmp_path / "scene.toml"
+        path.write_text(text + option)
+        assert tracer.Scene.load(path).surfaces[0].flipped.tolist() == [False, turned]
 
 
 def test_opposition_is_the_sign_of_the_scalar_part():
@@ -465,6 +503,7 @@ def test_a_ray_in_the_surface_is_singular():
     assert found.t[0, 0] == pytest.approx(3.0) and abs(found.normal[0, 0, 2]) == pytest.approx(1.0)
 
 
+@pytest.mark.compiles
 def test_methods_agree_where_they_find_roots():
     surface = tracer.EvolvedCircles(Bezier(TUBE))
     random = np.random.default_rng(12)
@@ -485,6 +524,7 @@ def answers_of_both_precisions(ask, origins, directions):
     return ask(*rays), ask(*(x.astype(np.float64) for x in rays))
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kind", ["circles", "point pairs"])
 def test_rays_of_single_precision_have_the_roots_of_double(kind):
     """Whatever the precision of the rays, the work is done in double: every root, none false, then one rounding."""
@@ -568,6 +608,7 @@ def test_curves_of_every_class(name):
     np.testing.assert_array_equal(single.count, double.count)
 
 
+@pytest.mark.compiles
 def test_both_printed_methods_at_degree_two():
     (surface,) = random_surfaces(1, 91, 2)
     random = np.random.default_rng(19)
@@ -632,6 +673,7 @@ def test_no_ray_is_lost_between_two_pieces(seed):
     np.testing.assert_allclose(found.alpha[near], joints, atol=1e-7)
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kind", ["circle", "point_pair"])
 @pytest.mark.parametrize("count", [3, 4])
 def test_points_at_the_seam_of_a_closed_curve_count_once(kind, count):

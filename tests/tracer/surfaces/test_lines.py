@@ -15,27 +15,24 @@ from hypothesis import strategies as st
 
 from bladesmith import cga3d as cga
 from bladesmith import tracer
-from bladesmith.codegen.formulas import rays
-from bladesmith.codegen.formulas.euclidean import cross
-from bladesmith.codegen.multivector import from_values
+from bladesmith.codegen.algebra.multivector import from_values
+from bladesmith.codegen.formulas.objects.euclidean import cross, dot
+from bladesmith.codegen.formulas.rays import rays
 from bladesmith.codegen.programs import cga3d
-from bladesmith.codegen.rings import PrecisionRing
+from bladesmith.codegen.rings.protocol import PrecisionRing
 from bladesmith.errors import SceneError, ShapeError, SingularError
 from bladesmith.status import Status
-from bladesmith.tracer.reflection import contact, normal_line, reflect, tangent_line
+from bladesmith.tracer.rendering.reflection import contact, normal_line, reflect, tangent_line
 from bladesmith.tracer.surfaces.evolved import EvolvedCircles, EvolvedPointPairs
-from bladesmith.tracer.surfaces.facets import Facets
+from bladesmith.tracer.surfaces.triangles import Facets
+
+from ...support.tracer.scenes import TUBE, line_direction
+from ...support.vectors import unit
 
 RING = PrecisionRing(50)
 mpf = RING.context.mpf
-TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0), ((0.0, 1.0, 2.0), (0.0, 0.5, 1.0), 0.6)]
 RIBBON = [((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), ((0.0, 1.0, 1.0), (0.5, 2.0, 1.0))]
 DTYPES = (np.float64, np.float32)
-
-
-def unit(v):
-    v = np.asarray(v, float)
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def exact(x):
@@ -146,7 +143,7 @@ def test_the_meet_in_the_plane_at_fifty_digits():
     u = rays.unit(exact((1, 0, 0)))
     v = cross(normal, u)
     disc = rays.circle(center, normal, radius)
-    plane = rays.dual_plane(normal, rays.dot(normal, center)).undual()
+    plane = rays.dual_plane(normal, dot(normal, center)).undual()
     for share, sign in ((0, 1), (0.5, 1), (1, 0), (1.5, -1)):
         origin = center + scalar(share) * radius * v - scalar(3) * u
         ray = rays.line(origin, u)
@@ -285,10 +282,6 @@ def test_normals_and_tangents_are_difference_and_sum():
             np.testing.assert_allclose(made.values, printed.values / size[:, None], atol=1e-12 / size.min())
 
 
-def line_direction(line):
-    return -np.stack([line[f"e{i}noni"] for i in (1, 2, 3)], -1)
-
-
 def test_the_printed_reflections_at_fifty_digits():
     """(4.7), (4.8) and plain vectors in spheres, near and far, from outside and from inside."""
     random = np.random.default_rng(5)
@@ -306,9 +299,9 @@ def test_the_printed_reflections_at_fifty_digits():
                 inverted = rays.reflect_in_sphere(ray, sphere, rays.point(hit))
                 plane = rays.tangent_plane(sphere, rays.point(hit)).grade(4)
                 mirrored = rays.reflect_in_plane(ray, plane).grade(3)
-                expected = m - 2 * rays.dot(m, normal) * normal
+                expected = m - 2 * dot(m, normal) * normal
                 lines = [inverted.grade(3), mirrored, rays.line(hit, expected)]
-                size = [mp.sqrt(rays.dot(d, d).scalar()) for d in map(rays.line_direction, lines)]
+                size = [mp.sqrt(dot(d, d).scalar()) for d in map(rays.line_direction, lines)]
                 rows = [[c.scalar() / s for c in x.coefficients()] for x, s in zip(lines, size, strict=True)]
                 values = [dict(zip(x.terms, row, strict=True)) for x, row in zip(lines, rows, strict=True)]
                 blades = set().union(*values)

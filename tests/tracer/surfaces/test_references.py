@@ -1,4 +1,4 @@
-"""Roots of rays on evolved surfaces against references of 50 digits (tests/references): none lost, none false.
+"""Roots of rays on evolved surfaces against references of 50 digits (tests/oracles/references): none lost, none false.
 
 A parameter may be off by `ROUNDINGS` units of rounding times the condition number of the root, which the reference
 has from the definition. Two roots count as two as long as the condition between them exceeds what rounding makes of
@@ -7,11 +7,9 @@ it; rays that graze a surface closer than that, and only those, may be answered 
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +17,7 @@ import pytest
 from bladesmith import cga3d, tracer
 from bladesmith.curves import KochanekBartels
 
-sys.path.insert(0, str(Path(__file__).parent))
-from references.families import (  # noqa: E402
+from ...oracles.references.families import (
     FAMILIES,
     MARGIN_ZERO,
     PER_DECADE,
@@ -30,8 +27,9 @@ from references.families import (  # noqa: E402
     input_bytes,
     rays,
 )
+from ...support.checkout import CHECKOUT
 
-FOLDER = Path(__file__).parent / "references"
+FOLDER = CHECKOUT / "tests" / "oracles" / "references"
 UNIT = 2.0**-53
 #: What a parameter may be off by, in units of rounding times its condition number: pairs that nearly share a circle
 #: are told in a frame of their own.
@@ -110,6 +108,7 @@ def wrong(a: Answers) -> np.ndarray:
     return np.array([len(f) - len(w) for w, f in zip(a.wanted, a.found, strict=True)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CERTAIN)
 def test_no_root_is_lost_and_none_is_false(name):
     a = answers(name)

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
 from math import comb
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bladesmith import cga3d as cga
 from bladesmith import tracer
-from bladesmith.codegen.build import compiler
-from bladesmith.codegen.formulas import ribbons
-from bladesmith.codegen.programs.scene import needs
-from bladesmith.codegen.programs.surface_kinds import surface_kind
+from bladesmith.codegen.build.extension import compiler
+from bladesmith.codegen.formulas.curves import ribbon_constants, ribbons
+from bladesmith.codegen.programs.tracer.scene import needs
+from bladesmith.codegen.programs.tracer.surface_kinds import surface_kind
 from bladesmith.curves import Bezier, KochanekBartels, RationalBezier
 from bladesmith.status import Status
-from bladesmith.tracer.engine import engine_for
+from bladesmith.tracer.rendering.program import engine_for
 from bladesmith.tracer.surfaces.evolved import EvolvedPointPairs
 
-sys.path.insert(0, str(Path(__file__).parent))
-import ribbon_support as rs  # noqa: E402
+from ...oracles import ribbons as rs
+from ...oracles.sequences import dot
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 #: Surfaces and rays of each for the oracle, which is slow, by degree.
@@ -43,7 +41,7 @@ def on_a_circle(random, degree):
 
 
 def surface_of(pairs):
-    surface = EvolvedPointPairs([(tuple(a), tuple(b)) for a, b in pairs])
+    surface = EvolvedPointPairs([(tuple(a), tuple(b)) for a, b in pairs], align=True)
     return surface, rs.Oracle(pairs, surface.flipped)
 
 
@@ -101,7 +99,7 @@ def test_condition_is_the_meet_and_the_polynomial_both_branches(degree, free):
     random, mp = np.random.default_rng(degree), rs.MP
     oracle = rs.Oracle([[p.tolist() for p in pair] for pair in random_pairs(random, degree)])
     numbers = tuple(rs.number(c.terms.get(b, 0)) for c in oracle.controls for b in rs.BLADES)
-    make = ribbons.ribbon_free_constants if free else ribbons.ribbon_constants
+    make = ribbon_constants.ribbon_free_constants if free else ribbon_constants.ribbon_constants
     norm, kappa, controls, products, near = (part.values for part in make(numbers))
     origin, direction = (rs.vector(random.normal(size=3)) for _ in range(2))
     meets = ribbons.ribbon_ray(origin, direction, controls, products, near[4:])[0].values
@@ -128,7 +126,7 @@ def test_normals_are_those_of_differences_at_50_digits(degree):
     random, mp = np.random.default_rng(20 + degree), rs.MP
     oracle = rs.Oracle([[p.tolist() for p in pair] for pair in random_pairs(random, degree)])
     numbers = tuple(rs.number(c.terms.get(b, 0)) for c in oracle.controls for b in rs.BLADES)
-    constants = [part.values for part in ribbons.ribbon_constants(numbers)[:4]]
+    constants = [part.values for part in ribbon_constants.ribbon_constants(numbers)[:4]]
     step = mp.mpf(10) ** -15
     for t, place in ((mp.mpf("0.2"), mp.mpf("0.7")), (mp.mpf("0.85"), mp.mpf("-0.4"))):
         moved = [(t + step, place), (t - step, place), (t, place + step), (t, place - step)]
@@ -137,12 +135,13 @@ def test_normals_are_those_of_differences_at_50_digits(degree):
         normal = [u[i - 2] * v[i - 1] - u[i - 1] * v[i - 2] for i in range(3)]
         position, a, b = rs.vector(oracle.place(t, place)), rs.number(1 - t), rs.number(t)
         got = rs.coordinates(ribbons.ribbon_normal(position, *constants[:2], a, b, *constants[2:]))
-        assert 1 - abs(rs.inner(got, normal)) / mp.sqrt(rs.inner(normal, normal)) < mp.mpf(10) ** -25
+        assert 1 - abs(dot(got, normal)) / mp.sqrt(dot(normal, normal)) < mp.mpf(10) ** -25
 
 
 # -- against the oracle ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("family", ["random", "tangent", "far", "cocircular", "parallel"])
 def test_every_root_is_found_and_no_other(family, degree):
@@ -161,6 +160,7 @@ def test_every_root_is_found_and_no_other(family, degree):
     assert hits > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("family", "degree"), [("random", 1), ("far", 1), ("cocircular", 1), ("random", 2)])
 def test_single_precision(family, degree):
     hits = wrong = 0

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from bladesmith import tracer
-from bladesmith.codegen.programs.scene import TREE_PAYS
+from bladesmith.codegen.programs.tracer.scene import TREE_PAYS
 from bladesmith.curves import KochanekBartels
 
 PIECES = TREE_PAYS + 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [False, True])
 def test_points_on_joints_count_once_in_a_tree(closed):
     """Rays through points of the controls, along the curve and against it: a tree asks the nearer piece first."""
@@ -87,7 +88,8 @@ def test_the_root_of_the_first_circle_stands_beside_others():
     for _ in range(8):
         ring = _ring(4, 0.6, rng)
         center, axis, _, _, radius = ring
-        surface = tracer.EvolvedCircles([(tuple(c), tuple(a), r) for c, a, r in zip(center, axis, radius, strict=True)])
+        controls = [(tuple(c), tuple(a), r) for c, a, r in zip(center, axis, radius, strict=True)]
+        surface = tracer.EvolvedCircles(controls, align=True)
         place = np.zeros(400, int)
         origins, along, _ = _rays_through(place, *ring, rng)
         found = surface.intersect(origins, along)

@@ -10,19 +10,13 @@ from hypothesis import strategies as st
 from mpmath import mpf
 
 from bladesmith import curves, errors, tracer
-from bladesmith.codegen.programs.surface_kinds import surface_kind
-from bladesmith.tracer import gaps, segments, spans
-from bladesmith.tracer.segments import local_segments
+from bladesmith.codegen.programs.tracer.surface_kinds import surface_kind
+from bladesmith.tracer.sweeps import imaginary_gaps, real_intervals
+from bladesmith.tracer.sweeps import local_segments as segments
+from bladesmith.tracer.sweeps.local_segments import local_segments
 
-from . import curve_oracle as oracle
-from .segment_support import GOOD, circles, exact
-
-
-@pytest.fixture(autouse=True)
-def fifty_digits():
-    with mpmath.workdps(50):
-        yield
-
+from ...oracles import circle_sums as oracle
+from ...support.tracer.segments import GOOD, circles, exact
 
 # -- where sums are real -------------------------------------------------------------------------------------
 
@@ -41,7 +35,7 @@ def on_a_sphere(random, n):
 
 def gaps_of(objects, kind):
     found = local_segments(objects, kind, align=False)
-    return gaps.imaginary_gaps(found.parameters()[:, segments.CONTROLS], kind)
+    return imaginary_gaps.imaginary_gaps(found.parameters()[:, segments.CONTROLS], kind)
 
 
 def assert_gaps(objects, kind, found, places=41):
@@ -54,6 +48,7 @@ def assert_gaps(objects, kind, found, places=41):
         assert oracle.is_real(oracle.bernstein(len(mp) - 1, mpf(float(x))), mp, kind) != inside, (x, found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_circles_of_one_sphere_are_imaginary_where_fifty_digits_say_so(degree):
     random, seen = np.random.default_rng(degree), 0
@@ -68,6 +63,7 @@ def test_circles_of_one_sphere_are_imaginary_where_fifty_digits_say_so(degree):
     assert seen > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3, 5])
 def test_point_pairs_are_imaginary_where_fifty_digits_say_so(degree):
     random, seen = np.random.default_rng(degree), 0
@@ -97,7 +93,7 @@ def test_vases_are_imaginary_where_fifty_digits_say_so(make):
     objects = [((0, 0, z), (0, 0, 1), r) for z, r in ((0, 1), (3, 0.4), (6, 0.8), (9, 0.3), (12, 0.5))]
     curve = make(objects)
     found = local_segments(curve, "circle", align=False)
-    gap = gaps.imaginary_gaps(found.parameters()[:, segments.CONTROLS], "circle")
+    gap = imaginary_gaps.imaginary_gaps(found.parameters()[:, segments.CONTROLS], "circle")
     assert gap.imaginary.all() and len(gap.row) >= 2
     members, shares = curve.blending()
     for i in range(4):
@@ -121,6 +117,7 @@ def test_where_the_projector_is_singular_at_one_place_there_is_no_gap():
     assert first == 0 and last == 1 and end <= 0.5 <= start and others == [1, 0] * 2
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 4), st.integers(0, 10**6), st.floats(-3, 3), st.booleans())
 def test_what_is_called_real_is_real(degree, seed, exponent, is_pair):
@@ -138,7 +135,7 @@ def test_what_is_called_real_is_real(degree, seed, exponent, is_pair):
 def test_halving_keeps_the_polynomial():
     random = np.random.default_rng(2)
     p = random.normal(size=(3, 2, 6))
-    halves = gaps._halved(p).reshape(3, 2, 2, 6)
+    halves = imaginary_gaps._subdivide(p).reshape(3, 2, 2, 6)
     for t in (0.0, 0.3, 1.0):
         basis = np.array([[float(b) for b in oracle.bernstein(5, mpf(x))] for x in (t, t / 2, t / 2 + 0.5)])
         np.testing.assert_allclose(halves[:, 0] @ basis[0], p @ basis[1], atol=1e-14)
@@ -160,7 +157,7 @@ def asked(curve, kind="circle", gaps=False, name=None, align=False):
     word = "free_" if found.free else ""
     member = surface_kind(f"evolved_{kind}s_{word}{found.controls.shape[1] - 1}")
     rows = found.parameters(gaps)
-    return spans.checked(member, rows, np.zeros(len(rows), int), [Stub(found, name)])
+    return real_intervals.with_real_intervals(member, rows, np.zeros(len(rows), int), [Stub(found, name)])
 
 
 def test_an_imaginary_surface_is_named_with_its_interval_and_the_turn_that_cures_it():
@@ -168,7 +165,7 @@ def test_an_imaginary_surface_is_named_with_its_interval_and_the_turn_that_cures
         asked(OPPOSED, name="cup")
     text = str(caught.value)
     assert "surfaces[0] ('cup') has imaginary circles for alpha from 0.333333 to 0.666667" in text
-    assert "Turn over controls[1] (align = true does)" in text and "gaps = true" in text
+    assert "Flip the orientation of controls[1] (align = true does)" in text and "gaps = true" in text
     assert (asked(OPPOSED, align=True)[0, 7:9] == [0, 1]).all()
 
 
@@ -181,7 +178,8 @@ def test_gaps_are_left_out_where_they_are_allowed():
 
 def test_messages_use_the_curves_own_parameter():
     curve = curves.Interpolating([GOOD, *OPPOSED[1:], ((0, 0, 3), (0, 0, -1), 0.5)], [0, 2, 3], degree=1)
-    with pytest.raises(errors.SceneError, match=r"alpha from 0.66\d* to 1.33\d*.*Turn over controls\[0\]"):
+    expected = r"alpha from 0.66\d* to 1.33\d*.*Flip the orientation of controls\[0\]"
+    with pytest.raises(errors.SceneError, match=expected):
         asked(curve)
 
 
@@ -192,12 +190,12 @@ def test_rows_that_stay_one_object_and_sizes_too_unlike_are_refused():
     with pytest.raises(errors.SceneError, match="stays one object from alpha 0 to 1"):
         asked([GOOD, ((0, 0, 0), (0, 0, -1), 1.0)])
     far = {"from": GOOD, "to": OPPOSED[1], "scale": 1e300}
-    with pytest.raises(errors.SceneError, match="sizes too unlike"):
+    with pytest.raises(errors.SceneError, match="sizes too different"):
         asked(curves.Hermite(GOOD, far, ((0, 0, 1), (0, 0, 1), 1.0), far))
     with pytest.raises(errors.SceneError, match="not finite"):
         rows = local_segments(OPPOSED, "circle").parameters()
         rows[0, 20] = np.nan
-        spans.checked(surface_kind("evolved_circles_1"), rows, np.array([0]))
+        real_intervals.with_real_intervals(surface_kind("evolved_circles_1"), rows, np.array([0]))
 
 
 def test_many_rows_are_checked_at_once():
@@ -205,16 +203,18 @@ def test_many_rows_are_checked_at_once():
     found = [local_segments(on_a_sphere(random, 2), "circle", False) for _ in range(60)]
     found = [f for f in found if np.abs(np.abs(f.controls[0, 0]) - np.abs(f.controls[0, 1])).max() > 1e-9]
     rows = np.concatenate([f.parameters(gaps=True) for f in found])
-    all_ = spans.checked(surface_kind("evolved_circles_1"), rows, np.arange(len(rows)))
+    all_ = real_intervals.with_real_intervals(surface_kind("evolved_circles_1"), rows, np.arange(len(rows)))
     for i, f in enumerate(found):
         np.testing.assert_array_equal(all_[i], asked_row(f))
     assert (all_[:, 8] < 1).any() and (all_[:, 8] == 1).any()
-    empty = spans.checked(surface_kind("evolved_circles_1"), rows[:0], np.zeros(0, int))
+    empty = real_intervals.with_real_intervals(surface_kind("evolved_circles_1"), rows[:0], np.zeros(0, int))
     assert empty.shape == (0, rows.shape[1])
 
 
 def asked_row(found):
-    return spans.checked(surface_kind("evolved_circles_1"), found.parameters(gaps=True), np.array([0]))[0]
+    return real_intervals.with_real_intervals(
+        surface_kind("evolved_circles_1"), found.parameters(gaps=True), np.array([0])
+    )[0]
 
 
 def test_surfaces_follow_every_kind_of_curve():

@@ -8,7 +8,6 @@ import json
 import math
 import re
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,13 +17,13 @@ from bladesmith.cli import main
 from bladesmith.curves import Bezier, KochanekBartels
 from bladesmith.errors import InputError, MissingExtraError, SceneError
 from bladesmith.tracer.surfaces.evolved import EvolvedCircles, EvolvedPointPairs
-from bladesmith.tracer.surfaces.facets import Facets
-from bladesmith.tracer.view import view
-from bladesmith.tracer.view_figure import MOST_TRACES
+from bladesmith.tracer.surfaces.triangles import Facets
+from bladesmith.tracer.viewer.page import view
+from bladesmith.tracer.viewer.plotly_figure import MOST_TRACES
 
-sys.path.insert(0, str(Path(__file__).parent))
+from ...support.browser import Chromium, browser
 
-from browser_support import Chromium, browser
+pytestmark = pytest.mark.peers
 
 HOSTILE = "</script><img src=x onerror=document.body.dataset.hacked=1><b>%{x}&amp;"
 TUBE = [((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5), ((0.0, 1.0, 1.0), (0.0, 1.0, 1.0), 0.4)]
@@ -233,7 +232,7 @@ def test_scenes_without_bodies_and_surfaces_without_a_mesh():
 def test_what_is_wrong_is_said(tmp_path, monkeypatch):
     made = tracer.Scene(tracer.Camera.look_at((0, -8, 2), (0, 0, 0)))
     for call, error, message in (
-        (lambda: view("scene"), SceneError, "no Scene"),
+        (lambda: view("scene"), SceneError, "a Scene is needed"),
         (lambda: view(made, names=["a"]), SceneError, "names are 1"),
         (lambda: view(made, vertices=0), SceneError, "vertices is 0"),
         (lambda: view(made, tmp_path / "none" / "page.html"), InputError, "page.html"),
@@ -304,6 +303,7 @@ def opened(request, chromium, tmp_path_factory):
     return path, pixels(chromium.picture()), made.intersect(*made.camera.rays(*SIZE))
 
 
+@pytest.mark.browser
 def test_a_browser_draws_it_without_complaint_or_network(opened, chromium):
     path, picture, _ = opened
     assert chromium.value("document.body.dataset.state") == "ready"
@@ -319,6 +319,7 @@ def test_a_browser_draws_it_without_complaint_or_network(opened, chromium):
     assert legend[0] == HOSTILE[:47] + "\u2026" and legend[2] == "blue & round" and len(legend) == 8
 
 
+@pytest.mark.browser
 def test_what_the_browser_draws_is_where_the_rays_hit(opened, chromium):
     """The first picture against the tracer: the same pixels are covered, and the sphere is blue."""
     _, picture, hits = opened
@@ -340,6 +341,7 @@ def test_what_the_browser_draws_is_where_the_rays_hit(opened, chromium):
     assert len(blue) > 200 and (blue[:, 2] > blue[:, 0] + 40).mean() > 0.98
 
 
+@pytest.mark.browser
 def test_what_is_under_the_mouse_is_told(opened, chromium):
     hits = opened[2]
     rows, columns_ = np.nonzero(hits.surface == 0)
@@ -357,6 +359,7 @@ def test_what_is_under_the_mouse_is_told(opened, chromium):
     assert chromium.complaints() == []
 
 
+@pytest.mark.browser
 def test_buttons_and_the_legend_work(opened, chromium):
     first = opened[1]
     chromium.click("#overview")

@@ -1,0 +1,220 @@
+"""Without a C compiler everything public gives an answer, or an error that says what is compiled and what to do."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import bladesmith as bs
+from bladesmith import cga3d as cga
+from bladesmith import codegen, curves, dynamics, kinematics, objects, registration, tracer
+from bladesmith.cli.doctor import command as doctor
+from bladesmith.codegen.build.extension import generated_extension, load
+from bladesmith.codegen.declarations import plain_spec
+from bladesmith.codegen.generator import generate
+from bladesmith.dispatch.installed import bundled_folder, headers, installed_program
+from bladesmith.errors import CompilerMissingError
+from bladesmith.kinematics.serial import driver
+from bladesmith.tracer.rendering import program
+
+CAMERA = tracer.Camera.look_at((0.0, -8.0, 2.0), (0.0, 0.0, 0.5))
+LINES = cga.line(np.random.default_rng(0).normal(size=(9, 3)), np.random.default_rng(1).normal(size=(9, 3)))
+MOTOR = cga.translator([1.0, 2.0, 3.0]).as_kind("motor")
+DELTA = kinematics.DeltaRobot(0.4, 0.1, 0.5, 1.0)
+Y = np.array([0.1, 0.2, 0.9])
+
+
+def installed(test):
+    """For a test of an installation that holds compiled programs."""
+    return pytest.mark.compiles(pytest.mark.usefixtures("programs")(test))
+
+
+@pytest.fixture(scope="module")
+def programs():
+    """The package's programs as a wheel holds them in which everything is compiled."""
+    names = [name for name in ("scene", "merge", "reform") if installed_program(name) is None]
+    modules = [f"bladesmith.generated.{name}._kernels" for name in names]
+    for name, module in zip(names, modules, strict=True):
+        sys.modules[module] = load(generated_extension(bundled_folder(name), headers()))
+    installed_program.cache_clear()
+    assert all(installed_program(name) for name in names)
+    yield
+    for name in modules:
+        del sys.modules[name]
+    installed_program.cache_clear()
+
+
+@pytest.fixture(params=["CC", "PATH"])
+def no_compiler(request, monkeypatch, tmp_path):
+    """Nothing compiled in this process counts, nor what is in the cache; what begins the message."""
+    monkeypatch.setenv("BLADESMITH_CACHE_DIR", str(tmp_path))
+    if request.param == "CC":
+        monkeypatch.setenv("CC", "/nonexistent/cc")
+    else:
+        monkeypatch.setenv("CC", "")
+        monkeypatch.setenv("PATH", str(tmp_path))
+    caches = [program.engine_for, program._stock, driver._module]
+    from bladesmith.dynamics.integration import driver as dynamics_engine
+
+    caches.append(dynamics_engine.driver)
+    for each in caches:
+        each.cache_clear()
+    refused = set(cga.stock._refused)
+    yield "the C compiler CC='/nonexistent/cc' does not run" if request.param == "CC" else "no C compiler was found"
+    for each in caches:
+        each.cache_clear()
+    cga.stock._refused.intersection_update(refused)
+
+
+def circles(count):
+    return [((0.6 * i, 0.1 * i * i, 0.0), (1.0, 0.2 * i, 0.1), 1.0 + 0.1 * i) for i in range(count)]
+
+
+def pairs(count):
+    return [((0.6 * i, 0.0, 0.0), (0.6 * i, 0.3 * i, 1.0)) for i in range(count)]
+
+
+def render(surface):
+    return tracer.Scene(CAMERA, [tracer.Light((4, -6, 8))], [surface]).render(8, 6)
+
+
+def chain():
+    return kinematics.Chain(kinematics.revolute_axis([[0, 0, 0], [1, 0, 0]], [0, 0, 1]))
+
+
+def body():
+    return dynamics.RigidBody(1.0, [1.0, 2.0, 3.0])
+
+
+NEEDS_ONE = {
+    "circles of degree 4": (lambda: render(tracer.EvolvedCircles(circles(5))), "evolved_circles_4 are compiled"),
+    "circles of degree 6": (lambda: render(tracer.EvolvedCircles(circles(7))), "evolved_circles_6 are compiled"),
+    "point pairs of degree 4": (lambda: render(tracer.EvolvedPointPairs(pairs(5))), "evolved_point_pairs_4 are"),
+    "one ray": (lambda: tracer.EvolvedCircles(circles(5)).intersect([0, -9, 0], [0, 1, 0]), "evolved_circles_4 are"),
+    "a simulation": (lambda: dynamics.Simulation(body()).run(0.1), "simulations are compiled"),
+    "a system": (lambda: dynamics.Simulation(DELTA.system(DELTA.inverse(Y))).run(0.1), "simulations are compiled"),
+    "forward": (lambda: chain().forward([0.1, 0.2]), "chains are compiled"),
+    "jacobian": (lambda: chain().jacobian([0.1, 0.2]), "chains are compiled"),
+    "inverse": (lambda: chain().inverse(cga.translator([1, 0, 0])), "chains are compiled"),
+    "singularity": (lambda: chain().singularity([0.1, 0.2]), "chains are compiled"),
+    "a pose": (lambda: DELTA.mechanism(DELTA.inverse(Y)).solve_pose(), "poses of mechanisms are compiled"),
+}
+
+
+@installed
+@pytest.mark.parametrize("name", NEEDS_ONE)
+def test_what_needs_a_compiler_says_so(name, no_compiler):
+    make, what = NEEDS_ONE[name]
+    with pytest.raises(CompilerMissingError) as caught:
+        make()
+    message = str(caught.value)
+    assert message.startswith(no_compiler) and what in message
+    assert "Install gcc or clang" in message and "numba" not in message
+
+
+@codegen.kernel(cga.kind("motor"), cga.kind("point"))
+def moved(m, x):
+    return m * x * ~m
+
+
+SERVES = {
+    **{f"circles of degree {n}": lambda n=n: render(tracer.EvolvedCircles(circles(n + 1))) for n in (1, 2, 3)},
+    **{f"point pairs of degree {n}": lambda n=n: render(tracer.EvolvedPointPairs(pairs(n + 1))) for n in (1, 3)},
+    "a sphere": lambda: render(tracer.Sphere((0, 0, 0), 1.0)),
+    "a mesh of degree 4": lambda: tracer.mesh_of(tracer.EvolvedCircles(circles(5)), 6, 6).vertices,
+    "a curve": lambda: curves.Bezier([cga.circle(*c) for c in circles(6)])(np.linspace(0, 1, 9)).values,
+    "merging": lambda: objects.merge_similar(LINES, 0.5).objects.values,
+    "kmeans": lambda: objects.kmeans(LINES, 3).labels,
+    "costs": lambda: objects.cost_matrix(LINES, LINES),
+    "costs in float32": lambda: objects.cost_matrix(LINES.astype(np.float32), LINES.astype(np.float32)),
+    "registration": lambda: registration.estimate_rotor(LINES, MOTOR >> LINES).values,
+    "matching": lambda: np.asarray(registration.match(LINES, LINES).indices),
+    "a model": lambda: repr(registration.model_from_points(np.random.default_rng(2).normal(size=(400, 3)), 4)),
+    "delta": lambda: DELTA.forward(DELTA.inverse(Y)),
+    "delta in float32": lambda: DELTA.inverse(Y.astype(np.float32)),
+    "delta precise": lambda: DELTA.forward(DELTA.inverse(Y, precise=True), precise=True),
+    "delta by screws": lambda: DELTA.inverse_jacobian(Y, "screw"),
+    "delta many": lambda: DELTA.inverse(np.tile(Y, (150_000, 1)), precise=True, threads=2)[::50_000],
+    "delta workspace": lambda: DELTA.workspace(points=5).condition,
+    "mobility": lambda: DELTA.mechanism(DELTA.inverse(Y)).mobility(),
+    "a mechanism's Jacobian": lambda: DELTA.mechanism(DELTA.inverse(Y)).rank(),
+    "a kernel": lambda: moved.on("numpy")(MOTOR, cga.point([1.0, 2.0, 3.0])).values,
+}
+
+
+@installed
+@pytest.mark.parametrize("name", SERVES)
+def test_what_does_not_need_one_gives_the_same(name, no_compiler, monkeypatch):
+    found = SERVES[name]()
+    monkeypatch.undo()
+    for each in (program.engine_for, program._stock):
+        each.cache_clear()
+    expected = SERVES[name]()
+    is_array = isinstance(found, np.ndarray)
+    assert np.shape(found) == np.shape(expected) and np.array_equal(found, expected, equal_nan=is_array)
+
+
+def fresh_kernel():
+    @codegen.kernel(cga.kind("motor"), cga.kind("point"))
+    def shifted(m, x):
+        return m * x * ~m
+
+    return shifted
+
+
+@pytest.mark.parametrize("numba", [pytest.param(True, marks=pytest.mark.peers), False])
+def test_kernels_run_on_what_there_is(numba, no_compiler, monkeypatch, caplog):
+    if numba:
+        pytest.importorskip("numba")
+    else:
+        monkeypatch.setattr("bladesmith.codegen.api._has_numba", lambda: False)
+    shifted = fresh_kernel()
+    points = np.arange(15.0).reshape(5, 3)
+    for dtype in (np.float64, np.float32):
+        found = shifted(MOTOR.astype(dtype), cga.point(points.astype(dtype)))
+        assert found.dtype == dtype and np.abs(found.values[:, 0] - points[:, 0] - 1).max() < 1e-5
+    used = "numba" if numba else "numpy"
+    told = {r.getMessage() for r in caplog.records if r.getMessage().startswith("shifted")}
+    assert told == {f"shifted runs by {used}: {no_compiler}."}
+    with pytest.raises(CompilerMissingError, match="a plan calls compiled C") as caught:
+        shifted.plan(MOTOR, cga.point(points))
+    assert str(caught.value).endswith("or call the kernel itself")
+
+
+def test_folders_of_generated_kernels_run_as_plain_python(no_compiler, tmp_path, caplog):
+    for name, text in generate(plain_spec(2, 0, 0, "without")).items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    plane = bs.load_algebra(tmp_path)
+    assert (plane.e1 * plane.e2).values.tolist() == [1.0]
+    assert (plane.wrap(plane.kind("even"), np.array([2.0, 1.0])) * plane.e1).values.tolist() == [2.0, -1.0]
+    assert plane.stock.library is None
+    told = [r.getMessage() for r in caplog.records if "without" in r.getMessage()]
+    assert told and all("numba" not in text and "generated kernels are compiled" in text for text in told)
+
+
+def test_doctor_says_what_runs(no_compiler):
+    found = json.loads(CliRunner().invoke(doctor, ["--json"]).output)
+    assert found["targets"]["C"] == "installed kernels only"
+    assert "install gcc or clang" in found["compiler"]["compiler"]
+    lacks = found["compiler"]["without it"]
+    assert all(word in lacks for word in ("simulations", "chains", "mechanisms", "degree 4"))
+    assert "target" not in found["compiler"]["compiler"] + lacks
+
+
+def test_no_text_is_made_for_nothing(tmp_path):
+    """The error comes at once: not after seconds of printing programs that cannot be compiled."""
+    script = (
+        "from bladesmith import dynamics, errors\n"
+        "from bladesmith.codegen.programs.dynamics import dynamics as programs\n"
+        "simulation = dynamics.Simulation(dynamics.RigidBody(1.0, [1.0, 2.0, 3.0]))\n"
+        "try:\n    simulation.run(0.1)\nexcept errors.CompilerMissingError:\n"
+        "    print(programs.dynamics_program.cache_info().currsize)\n"
+    )
+    env = {**os.environ, "CC": "/nonexistent/cc", "BLADESMITH_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=env)
+    assert done.stdout.strip() == "0", done.stderr
