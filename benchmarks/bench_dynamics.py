@@ -24,7 +24,7 @@ from dynamics_peers import GRAVITY, Top
 from timing import REPEATS, Row, arguments, run_parts, seconds
 
 from bladesmith import cga3d, dynamics
-from bladesmith.report.studies import exact_motions
+from bladesmith.benchmarks.studies.dynamics import exact_motions
 
 #: Free and heavy: no two moments equal.
 FREE = Top((1.0, 2.0, 2.5), (1.5, 1.0, 2.0), (1.0, 0.0, 0.0, 0.0), 20.0)
@@ -210,8 +210,8 @@ def _compared(what: str, rows: list[Row]) -> Iterator[Row]:
 
 def drift(options: argparse.Namespace) -> Iterator[Row]:
     """Energy and momentum over as many steps as are asked for, of every integrator."""
-    from bladesmith.report.runner import run_study
-    from bladesmith.report.studies import drift as studied
+    from bladesmith.benchmarks.harness.runner import run_study
+    from bladesmith.benchmarks.studies.dynamics import drift as studied
 
     for row in run_study(studied.study((float(options.steps),))):
         if not row.sweep:
@@ -220,9 +220,9 @@ def drift(options: argparse.Namespace) -> Iterator[Row]:
 
 def auto(options: argparse.Namespace) -> Iterator[Row]:
     """What "auto" takes in the studies, and the fastest and the most exact of all others."""
-    from bladesmith.report.registry import load_study
-    from bladesmith.report.runner import run_study
-    from bladesmith.report.studies import integrators
+    from bladesmith.benchmarks.harness.runner import run_study
+    from bladesmith.benchmarks.registry import load_study
+    from bladesmith.benchmarks.studies.dynamics import integrators
 
     for name in ("tops", "pendulums", "stiffness"):
         study = load_study(name)

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from bladesmith.codegen.flags import C_FLAGS
-from bladesmith.codegen.machine import has_wide_vectors
+from bladesmith.codegen.build.cpu_features import has_wide_vectors
+from bladesmith.codegen.build.flags import C_FLAGS
 
-HEADERS = Path(__file__).resolve().parents[1] / "templates" / "c"
+HEADERS = Path(__file__).resolve().parents[1] / "templates" / "c" / "lib"
 COUNT = 4000  # items: long against a call, short against the cache, no power of two (columns would collide)
 ROUNDS, REPEATS = 15, 40  # the fastest round counts
 ONE = ("sin", "cos", "exp", "log", "sinh", "cosh", "stumpff0", "stumpff4")

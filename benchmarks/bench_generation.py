@@ -27,9 +27,9 @@ def cpu(work: Callable[[], object]) -> float:
 
 def generate_stock(with_records: bool) -> None:
     """Derive and print all stock algebras."""
-    from bladesmith.codegen.catalogue import STOCK
+    from bladesmith.codegen.algebra.loader import STOCK
+    from bladesmith.codegen.algebra.schema import load_spec, stock_spec_path
     from bladesmith.codegen.generator import generate
-    from bladesmith.codegen.spec import load_spec, stock_spec_path
 
     for name in STOCK:
         records = json.loads((GENERATED / name / "forms.json").read_text("utf-8")) if with_records else None

@@ -23,9 +23,9 @@ import kinematics_peers as peers
 import numpy as np
 from timing import Row, arguments, run_parts, seconds
 
-from bladesmith.kinematics.delta import DeltaRobot
-from bladesmith.report.studies import chains, delta, mechanisms
-from bladesmith.report.studies.delta_exact import ExactDelta, floats
+from bladesmith.benchmarks.studies.kinematics import chains, delta, mechanisms
+from bladesmith.benchmarks.studies.kinematics.delta_exact import ExactDelta, floats
+from bladesmith.kinematics.delta.robot import DeltaRobot
 
 #: Poses of a batch; of one of mechanisms; those whose errors are looked at.
 BATCH, MECHANISMS, LOOKED_AT = 100_000, 2000, 20
@@ -84,14 +84,14 @@ def delta_robot(options: argparse.Namespace) -> Iterator[Row]:
 def screws(options: argparse.Namespace) -> Iterator[Row]:
     """Jacobians of the Delta's fifteen joints, all bodies' twists included, at poses that are known."""
     rng = np.random.default_rng(2)
-    asked = delta.usual()(rng, LOOKED_AT)
-    many = asked.held.copied(MECHANISMS // LOOKED_AT)
+    asked = delta.usual(rng, LOOKED_AT)
+    many = asked.jointed_robot.repeated_poses(MECHANISMS // LOOKED_AT)
     for back, name in ((False, "forward"), (True, "inverse")):
-        own = asked if not back else replace(asked, at=asked.known[1], back=True)
+        own = asked if not back else replace(asked, at=asked.known_pose[1], is_inverse=True)
         exact, rows = own.exact, []
         for method, bar in (("elimination", ELIMINATION_BAR), ("general", GENERAL_BAR)):
-            found = asked.held.jacobian(many, back, method)[:LOOKED_AT]
-            run = lambda m=method, b=back: asked.held.jacobian(many, b, m)  # type: ignore[misc]  # noqa: E731
+            found = asked.jointed_robot.jacobian(many, back, method)[:LOOKED_AT]
+            run = lambda m=method, b=back: asked.jointed_robot.jacobian(many, b, m)  # type: ignore[misc]  # noqa: E731
             ns = 1e9 * seconds(run) / MECHANISMS
             rows.append({"method": f"bladesmith, {method}", "ns": ns, "error": off(found, exact), "bar": bar})
         found = delta.pseudo_inverse(own, None)
@@ -103,11 +103,11 @@ def screws(options: argparse.Namespace) -> Iterator[Row]:
 def arm(options: argparse.Namespace) -> Iterator[Row]:
     """Poses and Jacobians of a six-axis arm."""
     for what in ("pose", "jacobian"):
-        few = chains.six(what)(np.random.default_rng(3), LOOKED_AT)
+        few = chains.six(np.random.default_rng(3), LOOKED_AT, quantity=what)
         many, one = replace(few, q=np.tile(few.q, (BATCH // LOOKED_AT, 1))), replace(few, q=few.q[:1])
         chain, rows = few.chain, []
         solve: Callable[[Any], Any] = chain.forward if what == "pose" else partial(chain.jacobian, point=np.zeros(3))
-        found = chains.ours(few, None, copies=1)
+        found = chains.run_batch(few, None, copies=1)
         for name, at, count in (("bladesmith", many.q, BATCH), ("bladesmith, pose by pose", one.q[0], 1)):
             ns = 1e9 * seconds(lambda x=at, f=solve: f(x)) / count  # type: ignore[misc]
             rows.append({"method": name, "ns": ns, "error": float(chains.error(found, few.exact, few).max())})
@@ -132,7 +132,7 @@ def growth(options: argparse.Namespace) -> Iterator[Row]:
         (f"chain of {BODIES} bodies", mechanisms.chain, BODIES),
         (f"ladder of {CELLS} parallelograms", mechanisms.ladder, CELLS),
     ):
-        grown = make(float(size))(np.random.default_rng(4), 1)
+        grown = make(np.random.default_rng(4), 1, float(size))
 
         def run(grown: Any = grown) -> Any:
             assembled = grown.mechanism()
@@ -143,7 +143,7 @@ def growth(options: argparse.Namespace) -> Iterator[Row]:
         error = float(mechanisms.error((grown, run()), None, grown)[0])
         bar = {"bar": CHAIN_BAR} if make is mechanisms.chain else {}
         yield {"what": what, "method": "bladesmith", "ns": 1e9 * seconds(run, 3), "error": error, **bar}
-    small = mechanisms.chain(float(mechanisms.MOST))(np.random.default_rng(4), 1)
+    small = mechanisms.chain(np.random.default_rng(4), 1, float(mechanisms.MOST))
     rows = []
     for name, solve in (("bladesmith", mechanisms.by_loops), ("dense singular values", mechanisms.by_singular_values)):
         error = float(mechanisms.error((small, solve(small)), None, small)[0])  # type: ignore[operator]
@@ -153,7 +153,7 @@ def growth(options: argparse.Namespace) -> Iterator[Row]:
 
 def table(options: argparse.Namespace) -> Iterator[Row]:
     """Table 7.1 in numbers, from the study."""
-    from bladesmith.report.runner import run_study
+    from bladesmith.benchmarks.harness.runner import run_study
 
     for line in delta.table(run_study(delta.STUDY)):
         for label, error in line.errors.items():

@@ -24,12 +24,13 @@ from typing import Any
 import numpy as np
 
 import bladesmith as bs
-from bladesmith.codegen.generator import formula_by_name
-from bladesmith.codegen.kinds import Kind, NumericSource
-from bladesmith.codegen.simplify import chosen_form
-from bladesmith.codegen.targets.c import c_function
-from bladesmith.codegen.targets.extension import kernel_files
-from bladesmith.codegen.trace import trace
+from bladesmith.codegen.algebra.algebra import Kind
+from bladesmith.codegen.algebra.members import NumericSource, sample
+from bladesmith.codegen.declarations import formula_by_name
+from bladesmith.codegen.optimise.variants import select_variant
+from bladesmith.codegen.targets.c.extension import bodies_text
+from bladesmith.codegen.targets.c.printer import c_function
+from bladesmith.codegen.trace.trace import trace
 
 os.environ.setdefault("BLADESMITH_SPECIALISE", "0")
 ROOT = Path(__file__).resolve().parent.parent
@@ -68,7 +69,7 @@ def best(run: Callable[[], Any], items: int, repeats: int = REPEATS) -> float:
 
 def members(kind: Kind, items: int, seed: int) -> np.ndarray:
     """Rows of random members."""
-    x = kind.sample(NumericSource(items, seed))
+    x = sample(kind, NumericSource(items, seed))
     return np.stack([np.broadcast_to(v, (items,)) for v in kind.values(x)], -1)
 
 
@@ -116,7 +117,7 @@ def structure_of_arrays(row: tuple[str, str, str, str], items: int) -> float:
         (Path(folder) / "soa.c").write_text(source)
         for i, flags in enumerate(FLAG_SETS):
             library = Path(folder) / f"soa{i}.so"
-            command = f"gcc -std=c11 {flags} -fno-math-errno -fopenmp-simd -shared -fPIC -I{ROOT}/templates/c -w"
+            command = f"gcc -std=c11 {flags} -fno-math-errno -fopenmp-simd -shared -fPIC -I{ROOT}/templates/c/lib -w"
             subprocess.run([*command.split(), "soa.c", "-o", str(library), "-lm"], cwd=folder, check=True)
             run = ctypes.CDLL(str(library)).run
             pointers = [x.ctypes.data_as(ctypes.c_void_p) for x in (out, *rows)]
@@ -125,8 +126,7 @@ def structure_of_arrays(row: tuple[str, str, str, str], items: int) -> float:
 
 
 def _columns_source(kernel: Any, items: int) -> str:
-    function = c_function(chosen_form(kernel))
-    files = kernel_files("soa", [kernel])
+    function = c_function(select_variant(kernel, quick=True))
     loads = "\n".join(
         f"    V {p.name}_in[{p.size}]; for (int j = 0; j < {p.size}; j++) {p.name}_in[j] = {p.name}[j * n + i];"
         for p in function.inputs
@@ -140,7 +140,7 @@ def _columns_source(kernel: Any, items: int) -> str:
 #define BS_BYTES 0
 #define BS_TAG soa
 #include "instance.h"
-{files["kernels.h"]}
+{bodies_text([select_variant(kernel, quick=True)])}
 void run(long n, double *restrict result, {arguments})
 {{
 #pragma omp simd

@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 from timing import Row, arguments, run_parts
 
-from bladesmith import reform
-from bladesmith.report.studies import pose_peers, poses
+from bladesmith import registration
+from bladesmith.benchmarks.harness.study import optional_module
+from bladesmith.benchmarks.studies.registration import pose_peers, poses
 
 Find = Callable[[poses.Scene], Any]
 #: Lines of a query, and milliseconds on two threads that are allowed.
@@ -62,12 +63,12 @@ def measured(name: str, scenes: list[poses.Scene], find: Find, cap: float) -> Ro
 
 def ours(threads: int, **options: Any) -> Find:
     """Ours, as a matrix."""
-    return lambda s: reform.register(s.query, s.reference, threads=threads, **options).motor.to_matrix()
+    return lambda s: registration.register(s.query, s.reference, threads=threads, **options).motor.to_matrix()
 
 
 def at_best(scene: poses.Scene) -> Any:
     """The pose of the least positive cost over the true matches: what noise leaves."""
-    from bladesmith.reform.estimate import estimate_rotor
+    from bladesmith.registration.estimation.estimate_rotor import estimate_rotor
 
     true = scene.true["line"]
     query = scene.query.subset(np.flatnonzero(true >= 0))
@@ -76,7 +77,7 @@ def at_best(scene: poses.Scene) -> Any:
 
 def compared(options: argparse.Namespace, what: str, count: int, **nature: Any) -> Iterator[Row]:
     """All methods on the same scenes of so many lines."""
-    scenes = poses.scenes({"line": count}, **nature)(np.random.default_rng(count), options.seeds).items
+    scenes = poses.scenes(np.random.default_rng(count), options.seeds, {"line": count}, **nature).items
     first = measured("bladesmith, 1 thread", scenes, ours(1), options.cap)
     yield {"what": what, **first}
     yield {"what": what, **measured("bladesmith, 2 threads", scenes, ours(2), options.cap), "bar": BARS.get(count)}
@@ -88,9 +89,9 @@ def compared(options: argparse.Namespace, what: str, count: int, **nature: Any) 
         row = measured(name, scenes, find, options.cap)
         return {"what": what, **row, "times": row["ms"] / first["ms"]}
 
-    if pose_peers.installed("small_gicp") and not options.skip_points:
+    if optional_module("small_gicp") and not options.skip_points:
         yield peer("points: GICP", pose_peers.local)
-    if pose_peers.installed("open3d") and not options.skip_points and count <= MOST_OF_RANSAC:
+    if optional_module("open3d") and not options.skip_points and count <= MOST_OF_RANSAC:
         yield peer("points: FPFH, RANSAC, GICP", lambda s: pose_peers.anywhere(s, RANSAC))
     if not options.skip_clifford and count <= MOST_OF_CLIFFORD:
         pose_peers.clifford_tools()
@@ -132,18 +133,18 @@ def kinds(options: argparse.Namespace) -> Iterator[Row]:
         ("20 of each kind", dict.fromkeys(every, 20)),
         *((f"30 {kind}s".replace("_", " "), {kind: 30}) for kind in every),
     ):
-        scenes = poses.scenes(counts, **WRONG)(np.random.default_rng(7), options.seeds).items
+        scenes = poses.scenes(np.random.default_rng(7), options.seeds, counts, **WRONG).items
         yield {"what": f"{what}, 30 % wrong and missing", **measured("bladesmith", scenes, ours(1), options.cap)}
 
 
 def starts(options: argparse.Namespace) -> Iterator[Row]:
     """(e) The text's own ways from near, and the global start."""
-    from bladesmith.reform.iterate import iterate
+    from bladesmith.registration.matching.icp import iterate
 
     for count in (20, 100):
         for text, nature in (("", {}), (", 30 % wrong and missing", WRONG)):
-            scenes = poses.scenes({"line": count}, displacement=NEAR, noise=1e-3, **nature)(
-                np.random.default_rng(count), options.seeds
+            scenes = poses.scenes(
+                np.random.default_rng(count), options.seeds, {"line": count}, displacement=NEAR, noise=1e-3, **nature
             ).items
             what = f"{count} lines near{text}, noise 0.001"
             ways: dict[str, Find] = {
@@ -157,10 +158,10 @@ def starts(options: argparse.Namespace) -> Iterator[Row]:
 
 def stages(options: argparse.Namespace) -> Iterator[Row]:
     """(f) The motor between matched lines (5.3): three ways of ours, two of `clifford`'s."""
-    from bladesmith.reform.estimate import METHODS, estimate_rotor
+    from bladesmith.registration.estimation.estimate_rotor import METHODS, estimate_rotor
 
     for count in (5, 20, 100):
-        made = poses.scenes({"line": count}, displacement=1.0)(np.random.default_rng(count), options.seeds).items
+        made = poses.scenes(np.random.default_rng(count), options.seeds, {"line": count}, displacement=1.0).items
         scenes = [_matched(scene) for scene in made]
         what, first = f"motor between {count} matched lines", None
         for method in METHODS:
@@ -214,12 +215,12 @@ def memory(is_reset: bool = False) -> float:
 
 def grow(count: int, noise: float) -> None:
     """One large registration; prints the row."""
-    small = poses.scenes({"line": 20})(np.random.default_rng(0), 1).items
+    small = poses.scenes(np.random.default_rng(0), 1, {"line": 20}).items
     ours(2)(small[0])
-    scenes = poses.scenes({"line": count}, noise=noise, **WRONG)(np.random.default_rng(1), 1).items
+    scenes = poses.scenes(np.random.default_rng(1), 1, {"line": count}, noise=noise, **WRONG).items
     before = memory(is_reset=True)
     start, clock = time.process_time(), time.perf_counter()
-    found = reform.register(scenes[0].query, scenes[0].reference, threads=2)
+    found = registration.register(scenes[0].query, scenes[0].reference, threads=2)
     busy, wall = time.process_time() - start, time.perf_counter() - clock
     more = memory() - before
     error = float(poses.pose_errors(found.motor.to_matrix()[None], scenes[0].pose[None])[0])

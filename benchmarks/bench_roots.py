@@ -1,7 +1,7 @@
 """Roots of rays on evolved surfaces: lost, false, largest error and time of each method, by family of references.
 
-Truth are the certified roots of tests/references, of 50 digits and from the surfaces' own definition, so that all
-rounding counts. Times are processor time on one thread.
+Truth are the certified roots of tests/oracles/references, of 50 digits and from the surfaces' own definition, so that
+all rounding counts. Times are processor time on one thread.
 
     python benchmarks/bench_roots.py
     python benchmarks/bench_roots.py circles_random pairs_cubic --surfaces 50
@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from bladesmith import cga3d, tracer
 from bladesmith.curves import KochanekBartels
 
-TESTS = Path(__file__).resolve().parents[1] / "tests"
-sys.path.insert(0, str(TESTS))
-from references.families import FAMILIES, Controls, Family, controls, rays  # noqa: E402
+CHECKOUT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(CHECKOUT))
+from tests.oracles.references.families import FAMILIES, Controls, Family, controls, rays  # noqa: E402
 
 Array = NDArray[Any]
 SAMPLES = (16, 64, 256, 1024)
@@ -63,7 +63,7 @@ class Work:
     """Surfaces of a family with their rays and true roots."""
 
     def __init__(self, family: Family, most: int) -> None:
-        with np.load(TESTS / "references" / f"{family.name}.npz") as file:
+        with np.load(CHECKOUT / "tests" / "oracles" / "references" / f"{family.name}.npz") as file:
             attempts, counts, roots = file["attempts"], file["counts"], file["roots"]
         self.wanted = np.split(roots, np.cumsum(counts.ravel())[:-1])[: most * family.rays]
         self.items: list[tuple[Any, Array, Array]] = []

@@ -23,8 +23,8 @@ import numpy as np
 from timing import Row, arguments, run_parts
 
 from bladesmith import tracer
+from bladesmith.benchmarks.studies.tracing import crowds, hits
 from bladesmith.cli.demo import demo_scene_path
-from bladesmith.report.studies import crowds, hits
 
 WIDTH, HEIGHT = 640, 480
 #: Where the camera stands, and what it looks at.
@@ -119,7 +119,7 @@ def embree_of(surface: Any, rings: int, around: int) -> tuple[Any, float]:
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
-    vertices, faces = hits.tessellated(surface, 2 * rings * around)
+    vertices, faces = hits.tessellate(surface, 2 * rings * around)
     vertices = vertices.astype(np.float32)
     start = time.perf_counter()
     scene = EmbreeScene()
@@ -184,7 +184,7 @@ def demo(options: argparse.Namespace) -> Iterator[Row]:
     yield {"what": f"demo scene, {WIDTH} x {HEIGHT}, two threads", "ours": seconds, "unit": "s", "bar": 1}
     text = (
         "import os, time; from bladesmith import tracer; from bladesmith.cli.demo import demo_scene_path\n"
-        "from bladesmith.tracer.engine import engine_for\n"
+        "from bladesmith.tracer.rendering.program import engine_for\n"
         "scene = tracer.Scene.load(demo_scene_path()); wanted = scene.needs\n"
         "start, before = time.perf_counter(), sum(os.times()[:4]); engine_for(wanted)\n"
         "print(time.perf_counter() - start, sum(os.times()[:4]) - before)"
@@ -199,10 +199,10 @@ def demo(options: argparse.Namespace) -> Iterator[Row]:
 def scale(options: argparse.Namespace) -> Iterator[Row]:
     """(d) Ten thousand surfaces against ten, that cover as much of the view."""
     for kind, make in (("circles", crowds.tubes), ("pairs", crowds.ribbons)):
-        crowd = crowds.crowd(kind, make)(np.random.default_rng(5), 1000)
+        crowd = crowds.crowd(np.random.default_rng(5), 1000, kind, make)
         times = {}
         for n in crowds.NUMBERS:
-            times[n] = best(partial(crowds.traced, crowd, n), 1000 * crowds.COPIES) * 1e9
+            times[n] = best(partial(crowds.trace_scene, crowd, n), 1000 * crowds.COPIES) * 1e9
         for n, ns in times.items():
             yield {"what": f"{n} surfaces evolved from {kind}", "ours": ns, "unit": "ns/ray", "bar": 4 * times[10]}
 

@@ -1,4 +1,4 @@
-"""Derives the constants of templates/c/elementary.h and templates/numba/elementary_constants.py.
+"""Derives the constants of templates/c/lib/elementary.h and templates/numba/elementary_constants.py.
 
 Minimax polynomials by Remez exchange at 40 digits. On intervals that start at zero they are rounded one coefficient
 at a time, and each rounding is made good by the coefficients that are still free (on others z, z^2, ... is no basis

@@ -17,14 +17,14 @@ from PIL import Image
 
 PAGE = Path(__file__).resolve().parent / "gallery.md"
 FOLDER = PAGE.parent / "images" / "gallery"
-CHAPTER4 = PAGE.parent / "images" / "chapter4"
-CHAPTER5 = PAGE.parent / "images" / "chapter5"
-CHAPTER6 = PAGE.parent / "images" / "chapter6"
-CHAPTER7 = PAGE.parent / "images" / "chapter7"
-SCENES = PAGE.parent.parent / "examples" / "chapter4" / "render.py"
-FIGURES = PAGE.parent.parent / "examples" / "chapter5" / "figures.py"
-MOTIONS = PAGE.parent.parent / "examples" / "chapter6" / "figures.py"
-ROBOTS = PAGE.parent.parent / "examples" / "chapter7" / "figures.py"
+TRACING = PAGE.parent / "images" / "tracing"
+REGISTRATION = PAGE.parent / "images" / "registration"
+DYNAMICS = PAGE.parent / "images" / "dynamics"
+KINEMATICS = PAGE.parent / "images" / "kinematics"
+SCENES = PAGE.parent.parent / "examples" / "tracing" / "render.py"
+FIGURES = PAGE.parent.parent / "examples" / "registration" / "figures.py"
+MOTIONS = PAGE.parent.parent / "examples" / "dynamics" / "figures.py"
+ROBOTS = PAGE.parent.parent / "examples" / "kinematics" / "figures.py"
 #: A page of many pictures should load quickly.
 MOST_BYTES = 120 * 1024
 COLORS = 256
@@ -71,7 +71,7 @@ def main() -> None:
     only = parser.parse_args().only
     with tempfile.TemporaryDirectory() as folder:
         places = {}
-        for script, target in ((SCENES, CHAPTER4), (FIGURES, CHAPTER5), (MOTIONS, CHAPTER6), (ROBOTS, CHAPTER7)):
+        for script, target in ((SCENES, TRACING), (FIGURES, REGISTRATION), (MOTIONS, DYNAMICS), (ROBOTS, KINEMATICS)):
             made = Path(folder, target.name)
             subprocess.run([sys.executable, str(script), "--out", str(made)], check=True)
             places[target] = sorted(made.glob("*.png"))

@@ -1,6 +1,6 @@
 """Draws the figures of thesis chapter 6 from the simulation files beside it: figures 6.3 to 6.5, and a double pendulum.
 
-    python examples/chapter6/figures.py --out chapter6 --pages
+    python examples/dynamics/figures.py --out dynamics --pages
 
 Needs the extra `plot`. With --pages every motion is also written as a page to turn and to play.
 """
@@ -25,13 +25,13 @@ FIGURES = {
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter6"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("dynamics"), metavar="FOLDER")
     parser.add_argument("--pages", action="store_true", help="write pages to play, too")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for figure, name in FIGURES.items():
         setup = dynamics.load_simulation(HERE / f"{name}.toml")
-        record = dynamics.recorded(setup.run(), setup.sketch)
+        record = dynamics.as_record(setup.run(), setup.sketch)
         record.picture(options.out / f"{figure}.png")
         if options.pages:
             record.animate(options.out / f"{figure}.html")

@@ -1,6 +1,6 @@
 """A six-axis arm from a URDF file: forward and inverse kinematics, Jacobian, singular poses, a straight way.
 
-    python examples/chapter7/arm.py --out chapter7
+    python examples/kinematics/arm.py --out kinematics
 
 Needs the extra `urdf`.
 """
@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import kinematics
-from bladesmith.kinematics.document import load_mechanism
+from bladesmith.kinematics.io.reader import load_mechanism
 
 HERE = Path(__file__).resolve().parent
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter7"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("kinematics"), metavar="FOLDER")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
@@ -35,7 +35,7 @@ def main() -> None:
     print("twist of the flange for unit speeds:", chain.velocity(q, np.ones(6)))
 
     straight = chain.singularity(np.radians([20.0, -70.0, 0.0, -110.0, -90.0, 0.0]))
-    print(f"arm stretched out: rank {straight.rank}, lost {straight.lost}")
+    print(f"arm stretched out: rank {straight.rank}, lost {straight.lost_twist}")
 
     rng = np.random.default_rng(7)
     poses = chain.forward(rng.uniform(-3, 3, (1000, 6)))
@@ -46,7 +46,7 @@ def main() -> None:
     motion = setup.motion()
     print("along the line the joints need", np.abs(motion.speeds).max(0).round(3), "rad/s at most")
     motion.save(out / "arm_line.csv")
-    setup.picture(out / "arm_line.png", setup.moved())
+    setup.picture(out / "arm_line.png", setup.motion_with_poses())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A Delta robot: angles for a position and back, both Jacobians by two methods, singular poses, a motion (thesis 7.7).
 
-python examples/chapter7/delta.py --out chapter7
+python examples/kinematics/delta.py --out kinematics
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import Status, kinematics
-from bladesmith.kinematics import delta_plots
+from bladesmith.kinematics.delta import plots
 
 ROBOT = kinematics.DeltaRobot(base_radius=0.4, effector_radius=0.15, upper_arm=0.6, forearm=1.2)
 
@@ -23,7 +23,7 @@ def circle(t: float) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter7"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("kinematics"), metavar="FOLDER")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
@@ -46,8 +46,8 @@ def main() -> None:
 
     motion = ROBOT.trajectory(circle, np.linspace(0.0, 1.0, 201))
     print("around the circle the motors need", np.abs(motion.speed).max(0).round(3), "rad/s at most")
-    delta_plots.picture(ROBOT, y=motion.position[::25], path=out / "delta_poses.png")
-    delta_plots.curves(motion, out / "delta_curves.png")
+    plots.picture(ROBOT, y=motion.position[::25], path=out / "delta_poses.png")
+    plots.curves(motion, out / "delta_curves.png")
 
 
 if __name__ == "__main__":

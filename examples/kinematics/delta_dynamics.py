@@ -1,6 +1,6 @@
 """A Delta robot falls: eleven bodies and fifteen joints, simulated as they are (thesis 7.7 on chapter 6's equations).
 
-    python examples/chapter7/delta_dynamics.py --out chapter7
+    python examples/kinematics/delta_dynamics.py --out kinematics
 
 First its motors are without power; then they hold it against gravity, by the torques that the Jacobian gives.
 """
@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import dynamics, kinematics
-from bladesmith.kinematics import delta_plots
-from bladesmith.kinematics.delta_geometry import axes
+from bladesmith.kinematics.delta import plots
+from bladesmith.kinematics.delta.geometry import axes
 
 ROBOT = kinematics.DeltaRobot(base_radius=0.4, effector_radius=0.15, upper_arm=0.6, forearm=1.2)
 DOWN = (0.0, 0.0, 9.81)  # e3 points from the base to the workspace
@@ -33,7 +33,7 @@ def holding(theta: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter7"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("kinematics"), metavar="FOLDER")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
@@ -53,7 +53,7 @@ def main() -> None:
     moved = np.abs(held["platform"].position - held["platform"].position[0]).max()
     print(f"held by {torques.round(3)} N m: the platform moves by {moved:.2g}")
 
-    delta_plots.picture(ROBOT, y=fall["platform"].position[::8], path=out / "delta_falling.png")
+    plots.picture(ROBOT, y=fall["platform"].position[::8], path=out / "delta_falling.png")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A four-bar linkage in CGA and in PGA: what its loop leaves and asks for twice, and the rocker's swing.
 
-python examples/chapter7/four_bar.py --out chapter7
+python examples/kinematics/four_bar.py --out kinematics
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from bladesmith import cga3d as cga
 from bladesmith import kinematics
 from bladesmith import pga3d as pga
-from bladesmith.kinematics import pictures
+from bladesmith.kinematics.plotting import picture
 
 A, B, C, D = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (3.0, 2.5, 0.0), (3.5, 0.0, 0.0)
 PINS = (("motor", "frame", "crank", A), ("pin 1", "crank", "coupler", B), ("pin 2", "coupler", "rocker", C),
@@ -32,13 +32,13 @@ def linkage(flat: bool) -> kinematics.Mechanism:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter7"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("kinematics"), metavar="FOLDER")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
     bars = linkage(flat=False)
     print(f"mobility {bars.mobility()}, rank {bars.rank()} of {bars.constraint_matrix().shape[0]} constraints;",
-          f"{len(bars.redundant())} of them are there twice: it is a flat mechanism in space")  # fmt: skip
+          f"{len(bars.self_stresses())} of them are there twice: it is a flat mechanism in space")  # fmt: skip
     ratio = bars.jacobian("motor", "hinge")[0, 0]
     flat = linkage(flat=True).jacobian("motor", "hinge")[0, 0]
     print(f"the rocker turns {ratio:.6f} times as fast as the crank; in PGA {flat:.6f}")
@@ -52,7 +52,7 @@ def main() -> None:
     trace = (around["coupler"] >> tip).parameters().xyz
     shown = [0, 45, 90, 135]
     poses = [bars.at({name: around[name][i] for name in bars.moving}) for i in shown]
-    pictures.picture(
+    picture.picture(
         poses, out / "four_bar_poses.png", tool="coupler", place=trace[shown], trace=trace, view=(68, -85)
     )  # fmt: skip
 

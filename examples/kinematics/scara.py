@@ -1,6 +1,6 @@
 """A SCARA from a URDF file: what its gripper can do, a way from place to place, where it works well.
 
-    python examples/chapter7/scara.py --out chapter7
+    python examples/kinematics/scara.py --out kinematics
 
 Needs the extra `urdf`.
 """
@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import kinematics
-from bladesmith.kinematics.document import load_mechanism
+from bladesmith.kinematics.io.reader import load_mechanism
 
 HERE = Path(__file__).resolve().parent
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter7"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("kinematics"), metavar="FOLDER")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
@@ -39,7 +39,7 @@ def main() -> None:
     best = np.nanmin(space.condition)
     print(f"at z = 0.2 it reaches {space.reachable.mean():.0%} of the box, at best with condition number {best:.2f}")
     setup.slices(out / "scara_slices.png", space)
-    setup.picture(out / "scara_way.png", setup.moved())
+    setup.picture(out / "scara_way.png", setup.motion_with_poses())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A Stewart platform: the lengths of its legs for a pose, its Jacobian, what it reaches.
 
-python examples/chapter7/stewart.py --out chapter7
+python examples/kinematics/stewart.py --out kinematics
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bladesmith import cga3d as cga
-from bladesmith.kinematics.document import load_mechanism
+from bladesmith.kinematics.io.reader import load_mechanism
 
 HERE = Path(__file__).resolve().parent
 LEGS = tuple(f"leg_{i}" for i in range(1, 7))
@@ -19,7 +19,7 @@ LEGS = tuple(f"leg_{i}" for i in range(1, 7))
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter7"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("kinematics"), metavar="FOLDER")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 

@@ -1,8 +1,8 @@
 """Draws the figures of thesis chapter 5: the table and its copy, what the stages make of them, and mixed random models.
 
-    python examples/chapter5/figures.py --out chapter5
+    python examples/registration/figures.py --out registration
 
-Needs the extras `plot` and, for figure 5.3, `optimize` (scipy).
+Needs the extra `plot`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import bladesmith as bs
-from bladesmith import plot, reform
+from bladesmith import plot, registration
 
 HERE = Path(__file__).resolve().parent
 CGA = bs.cga3d
@@ -24,7 +24,7 @@ NEAR, FAR = 16, 173
 VIEW, PAGE = (18.0, -62.0), (6.4, 4.8)
 
 
-def displaced(model: reform.Model, seed: int, shift: float, angles: tuple[float, float]) -> reform.Model:
+def displaced(model: registration.Model, seed: int, shift: float, angles: tuple[float, float]) -> registration.Model:
     """A model turned and moved by some amount."""
     random = np.random.default_rng(seed)
     return model.transformed(
@@ -47,34 +47,34 @@ def by_match(right: np.ndarray) -> dict[str, list[str]]:
 
 def tables(folder: Path) -> None:
     """Figures 5.1 to 5.5."""
-    table = reform.Model.load(HERE / "table.json")
+    table = registration.Model.load(HERE / "table.json")
     own, count = np.arange(len(table)), len(table)
     query = displaced(table, NEAR, 0.25, (0.15, 0.5))
 
     ax = page("The table and a transformation of it")
-    reform.draw_model(table, ax, BLACK, "reference")
-    plot.save(folder / "figure_5_1.png", reform.draw_model(query, ax, RED, "query"))
+    registration.draw_model(table, ax, BLACK, "reference")
+    plot.save(folder / "figure_5_1.png", registration.draw_model(query, ax, RED, "query"))
 
-    matches = np.asarray(reform.match(query, table, cost="thesis").indices)
+    matches = np.asarray(registration.match(query, table, cost="thesis").indices)
     ax = page("Proximity", int((matches == own).sum()), count)
-    reform.draw_model(table, ax, by_match(matches == own))
-    plot.save(folder / "figure_5_2.png", reform.draw_model(query, ax, RED, "query", width=0.8))
+    registration.draw_model(table, ax, by_match(matches == own))
+    plot.save(folder / "figure_5_2.png", registration.draw_model(query, ax, RED, "query", width=0.8))
 
     for number, method in (("5_3", "optimize"), ("5_4", "direct")):
-        motor = reform.estimate_rotor(query, table.subset({"lines": matches}), method)
+        motor = registration.estimate_rotor(query, table.subset({"lines": matches}), method)
         ax = page({"optimize": "Least cost over these matches", "direct": "Algorithm 1 on these matches"}[method])
-        reform.draw_model(table, ax, BLACK, "reference")
-        reform.draw_model(query, ax, BLUE, "query, moved", motor=motor)
-        plot.save(folder / f"figure_{number}.png", reform.draw_model(query, ax, RED, "query", width=0.6))
+        registration.draw_model(table, ax, BLACK, "reference")
+        registration.draw_model(query, ax, BLUE, "query, moved", motor=motor)
+        plot.save(folder / f"figure_{number}.png", registration.draw_model(query, ax, RED, "query", width=0.6))
 
     query = displaced(table, FAR, 0.5, (0.5, 1.6))
-    stuck = reform.iterate(query, table, robust=False)
+    stuck = registration.iterate(query, table, robust=False)
     right = np.asarray(stuck.matches) == own
     ax = page("Iterative matching is stuck", int(right.sum()), count)
-    reform.draw_model(table, ax, by_match(right))
-    plot.save(folder / "figure_5_5.png", reform.draw_model(query, ax, BLUE, "query, moved", motor=stuck.motor))
-    found = reform.register(query, table)
-    reform.picture(found, query, table, folder / "figure_5_5_registered.png", view=VIEW)
+    registration.draw_model(table, ax, by_match(right))
+    plot.save(folder / "figure_5_5.png", registration.draw_model(query, ax, BLUE, "query, moved", motor=stuck.motor))
+    found = registration.register(query, table)
+    registration.picture(found, query, table, folder / "figure_5_5_registered.png", view=VIEW)
 
 
 def mixed(folder: Path) -> None:
@@ -82,14 +82,16 @@ def mixed(folder: Path) -> None:
     random = np.random.default_rng(1)
     lines = np.stack([random.uniform(-1, 1, (10, 3)), random.normal(size=(10, 3))], 1)
     planes = np.hstack([random.normal(size=(6, 3)), random.uniform(-0.7, 0.7, (6, 1))])
-    query = reform.Model(lines=lines, planes=planes)
+    query = registration.Model(lines=lines, planes=planes)
     reference = query.transformed(CGA.translator((4, 1, 0.5)) * CGA.rotor((1, 2, 3), 1.9))
-    reform.picture(reform.register(query, reference), query, reference, folder / "figure_5_6.png", view=VIEW)
+    registration.picture(
+        registration.register(query, reference), query, reference, folder / "figure_5_6.png", view=VIEW
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("chapter5"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=Path("registration"), metavar="FOLDER")
     folder = parser.parse_args().out
     folder.mkdir(parents=True, exist_ok=True)
     tables(folder)

@@ -1,6 +1,6 @@
 """Makes airplane.json: lines and planes of a published mesh.
 
-    python examples/chapter5/make_airplane.py [--angle 5] [--least 0] [--output airplane.json]
+    python examples/registration/make_airplane.py [--angle 5] [--least 0] [--output airplane.json]
 
 Deterministic. Needs the extra `mesh`.
 """
@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from bladesmith import reform
+from bladesmith import registration
 
 HERE = Path(__file__).resolve().parent
 MESH = HERE.parent / "meshes" / "airplane.ply"
 ORIGIN = (
     "airplane.ply of the package PyVista 0.49.1 (pyvista/examples), MIT licence, The PyVista Developers; "
-    "lines and planes by examples/chapter5/make_airplane.py"
+    "lines and planes by examples/registration/make_airplane.py"
 )
 #: Corners are nearer to their plane or line than this, in sizes of the airplane.
 TOLERANCE = 5e-4
@@ -32,7 +32,9 @@ def main() -> None:
     arguments = parser.parse_args()
 
     angle = np.radians(arguments.angle)
-    model = reform.model_from_mesh(MESH, angle=angle, least=arguments.least, tolerance=TOLERANCE, origin=ORIGIN)
+    model = registration.model_from_mesh(
+        MESH, angle=angle, min_size=arguments.least, tolerance=TOLERANCE, origin=ORIGIN
+    )
     model.save(arguments.output)
     print(f"{model!r}: {len(model)} objects, {arguments.output.stat().st_size / 1000:.0f} kB")
 

@@ -1,6 +1,6 @@
 """Makes table.json and table_query.json: 22 lines of a table as in figure 5.1 of the thesis, and the same moved.
 
-    python examples/chapter5/make_table.py [--seed 5] [--noise 0] [--folder .]
+    python examples/registration/make_table.py [--seed 5] [--noise 0] [--folder .]
 
 The four edges of the top, four edges of each of four legs and two rails: 16 of 22 lines are parallel. A half turn about
 e3 takes the table to itself, so that two motors take the query to the table.
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import bladesmith as bs
-from bladesmith import reform
+from bladesmith import registration
 
 HERE = Path(__file__).resolve().parent
 #: Metres: half sides of the top and its height; half distances of the legs, half of a leg's side, height of the rails.
@@ -23,7 +23,7 @@ LEGS, HALF_LEG, RAIL = (0.62, 0.32), 0.03, 0.15
 CGA = bs.cga3d
 
 
-def table() -> reform.Model:
+def table() -> registration.Model:
     """The table about the origin, standing on the plane e1 e2."""
     x, y = HALF
     corners = np.array([(x, y, HEIGHT), (-x, y, HEIGHT), (-x, -y, HEIGHT), (x, -y, HEIGHT)])
@@ -36,13 +36,13 @@ def table() -> reform.Model:
     ]
     rails = [((0.0, sign * LEGS[1], RAIL), (1.0, 0.0, 0.0)) for sign in (1, -1)]
     lines = np.round(np.array([(*a, *b) for a, b in [*top, *legs, *rails]], float), 12) + 0.0
-    return reform.Model(
+    return registration.Model(
         lines=lines.reshape(-1, 2, 3), name="table", unit="m",
-        origin="a table as in figure 5.1 of the thesis, by examples/chapter5/make_table.py",
+        origin="a table as in figure 5.1 of the thesis, by examples/registration/make_table.py",
     )  # fmt: skip
 
 
-def moved(model: reform.Model, seed: int, noise: float) -> tuple[reform.Model, bs.Multivector]:
+def moved(model: registration.Model, seed: int, noise: float) -> tuple[registration.Model, bs.Multivector]:
     """The table turned and moved anyhow, its lines shuffled and some turned round; and the motor that takes it back."""
     random = np.random.default_rng(seed)
     motor = CGA.translator(random.normal(size=3)) * CGA.rotor(random.normal(size=3), random.uniform(0, np.pi))
@@ -53,7 +53,7 @@ def moved(model: reform.Model, seed: int, noise: float) -> tuple[reform.Model, b
         np.array2string(np.asarray(v), precision=3) for v in (motor.to_matrix()[:3, 3], motor.parameters().angle)
     )
     origin = f"the table turned by {angle} rad and moved by {shift}, noise {noise:g}, seed {seed}; make_table.py"
-    return reform.Model(lines=rows, name="table, moved", unit="m", origin=origin), ~motor
+    return registration.Model(lines=rows, name="table, moved", unit="m", origin=origin), ~motor
 
 
 def main() -> None:

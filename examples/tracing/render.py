@@ -1,6 +1,6 @@
 """Renders every scene of this folder, and the drawings beside some of them, as the figures of thesis chapter 4.
 
-    python examples/chapter4/render.py --out chapter4
+    python examples/tracing/render.py --out tracing
 
 A scene is a picture of `bladesmith render`. Some figures also show the scene from outside, or its mesh.
 """
@@ -104,7 +104,7 @@ def textured(scene: tracer.Scene, path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("chapter4"), help="folder to write; default: ./chapter4")
+    parser.add_argument("--out", type=Path, default=Path("tracing"), help="folder to write; default: ./tracing")
     parser.add_argument("--only", nargs="*", metavar="NAME", help="these scenes only, e.g. figure_4_16")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
