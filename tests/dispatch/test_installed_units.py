@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import logging
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -100,30 +103,33 @@ def test_without_a_compiler_the_text_serves(
     assert cross.provide(False) and np.array_equal(cross(*ROWS), written(folder, cross, *ROWS))
 
 
-def test_units_of_the_install_serve_while_their_text_is_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+#: Its own process: the table of the installed kernels is the process's, and other tests may have filled it.
+UNITS_OF_THE_INSTALL = """
+import bladesmith as bs
+from bladesmith.dispatch import stock_kernels
+folder = stock_kernels.bundled_folder("cga3d")
+manifest = stock_kernels.read_manifest(folder)
+installed, found, stale = (stock_kernels.StockKernels(bs.cga3d, folder, manifest) for _ in range(3))
+library = installed.library
+linked = {module for module, instance, _ in installed._linked_units if "f64" in instance}
+symbol = next(s for s, module in installed._modules.items() if module in linked and s in library.index)
+assert not library.lib.bs_has(library.index[symbol], False)
+found.__dict__["_linked_units"] = installed._linked_units
+assert found.library is not None and found.library is not stale.library
+changed = {(module, i, f"{made_of}?"): unit for (module, i, made_of), unit in installed._linked_units.items()}
+stale.__dict__["_linked_units"] = changed
+entries = {e.symbol: e for each in installed.entries.values() for e in each}
+assert not stale.bound(entries[symbol]).provide(False)
+assert found.bound(entries[symbol]).provide(False)
+"""
+
+
+def test_units_of_the_install_serve_while_their_text_is_the_same(tmp_path: Path) -> None:
     folder = stock_kernels.bundled_folder("cga3d")
-    manifest = stock_kernels.read_manifest(folder)
-    installed, found, stale = (stock_kernels.StockKernels(bs.cga3d, folder, manifest) for _ in range(3))
-    if installed._installed_module is None:
+    if stock_kernels.StockKernels(bs.cga3d, folder, stock_kernels.read_manifest(folder))._installed_module is None:
         pytest.skip("the stock kernels are not built")
-    monkeypatch.setenv("CC", NO_COMPILER)
-    monkeypatch.setenv("BLADESMITH_CACHE_DIR", str(tmp_path))
-    library = installed.library
-    linked = {module for module, instance, _ in installed._linked_units if "f64" in instance}
-    assert library is not None
-    # the table is the process's: other tests may have filled it in part
-    unused = (s for s, module in installed._modules.items() if module in linked and s in library.index)
-    symbol = next((s for s in unused if not library.lib.bs_has(library.index[s], False)), None)
-    if symbol is None:
-        pytest.skip("all units of the install are in use already")
-    found.__dict__["_linked_units"] = installed._linked_units
-    assert found.library is not None and found.library is not stale.library
-    changed = {(module, i, f"{made_of}?"): unit for (module, i, made_of), unit in installed._linked_units.items()}
-    stale.__dict__["_linked_units"] = changed
-    assert not bound(stale, symbol).provide(False)
-    assert bound(found, symbol).provide(False)
+    environment = {**os.environ, "CC": NO_COMPILER, "BLADESMITH_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", UNITS_OF_THE_INSTALL], env=environment, check=True)
 
 
 def test_a_processor_without_the_wide_instance(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -93,10 +93,14 @@ def test_old_attributes(owner: Any, old: str, new: str) -> None:
     assert found == getattr(owner, new) if callable(found) else str(found) == str(getattr(owner, new))
 
 
-def test_old_options_of_models() -> None:
+@pytest.mark.peers
+def test_old_options_of_models_from_points() -> None:
     xyz = np.random.default_rng(0).normal(size=(60, 3)) * (1, 1, 0)
     with pytest.warns(FutureWarning, match="is now (min_points|max_objects)="):
         found = registration.model_from_points(xyz, 1e-6, ["plane"], least=20, most=1)  # type: ignore[call-overload]
     assert found.counts == {"plane": 1}
+
+
+def test_old_options_of_models_from_meshes() -> None:
     with pytest.warns(FutureWarning, match="is now min_size="):
         registration.model_from_mesh(Mesh(BALL.vertices, BALL.faces), least=0.1)  # type: ignore[call-arg]

@@ -83,7 +83,7 @@ def test_a_noisy_box_within_the_tolerance():
 
 def test_a_smooth_sphere_has_no_lines_and_flat_patches_only():
     solid = trimesh.creation.icosphere(subdivisions=3)
-    with pytest.raises(errors.InputError, match="least"):
+    with pytest.raises(errors.InputError, match="min_size"):
         model_from_mesh(mesh_of(solid), planes=False, angle=np.radians(15))
     found = model_from_mesh(mesh_of(solid), min_size=0.0, tolerance=1e-9)
     assert found.counts == {"plane": len(solid.faces)}  # no two facets are in one plane
@@ -126,7 +126,7 @@ def test_each_line_lies_along_edges_and_each_plane_on_faces():
 
 
 @pytest.mark.parametrize("options, message", [
-    ({"angle": -0.1}, "angle"), ({"angle": 2.0}, "angle"), ({"least": np.nan}, "least"),
+    ({"angle": -0.1}, "angle"), ({"angle": 2.0}, "angle"), ({"min_size": np.nan}, "min_size"),
     ({"tolerance": -1}, "tolerance"), ({"angle": "x"}, "angle"),
     ({"planes": False, "lines": False}, "no plane or line"),
 ])  # fmt: skip

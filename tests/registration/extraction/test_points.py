@@ -132,7 +132,8 @@ def test_the_bar_is_on_standard_error(capsys, monkeypatch):
 @pytest.mark.parametrize("options, message", [
     ({"tolerance": 0.0}, "tolerance"), ({"tolerance": np.nan}, "tolerance"), ({"tolerance": "x"}, "tolerance"),
     ({"kinds": ("cube",)}, "cube"), ({"kinds": ()}, "empty"), ({"min_points": 3}, "min_points"),
-    ({"min_points": 2.5}, "min_points"), ({"max_objects": -1}, "max_objects"), ({"seed": -1}, "seed"), ({"seed": "a"}, "seed"),
+    ({"min_points": 2.5}, "min_points"), ({"max_objects": -1}, "max_objects"),
+    ({"seed": -1}, "seed"), ({"seed": "a"}, "seed"),
 ])  # fmt: skip
 def test_options_are_checked(options, message):
     with pytest.raises(errors.InputError, match=message):
