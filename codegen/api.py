@@ -20,8 +20,10 @@ from .compiler import as_written, bind_kernel, optimise_kernel, print_source, tr
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .execute.arrays import BoundKernel
 from .ir.graph import Graph
+from .ir.loops.language import numbers_in_use, runs_as_python
+from .ir.loops.nodes import KernelSignature
 from .optimise.variants import Operations, Variant
-from .rings.protocol import NumericRing
+from .rings.protocol import NumericRing, PrecisionRing, Ring
 from .trace.calls import call_in_graph
 from .trace.derivatives import derivative_formula, derivative_kinds
 from .trace.kernel import Formula, Kernel, argument_names, coefficient_name
@@ -211,6 +213,29 @@ class KernelFunction:
 
     # -- calls ---------------------------------------------------------------------------------------------
 
+    is_callable_in_algorithms = True
+
+    @property
+    def kernel_signature(self) -> KernelSignature:
+        """What algorithms call."""
+        from .targets.c.printer import symbol_of
+
+        traced = self.traced
+        outputs = tuple((o.name, len(o.nodes)) for o in traced.outputs)
+        inputs = tuple((i.name, i.kind.size) for i in traced.inputs)
+        return KernelSignature(symbol_of(self.algebra, self.name), outputs, inputs, self)
+
+    def _in_python(self, arguments: Sequence[Any]) -> Any:
+        """The formula itself on the numbers that algorithms use when they run as Python."""
+        numbers = numbers_in_use()
+        precise = PrecisionRing(numbers.dps) if hasattr(numbers, "dps") else None
+        ring: Ring = precise or NumericRing(numbers)
+        convert, back = (precise.context.mpf, numbers.mpf) if precise else (numbers, numbers)
+        items = [[convert(v) for v in np.ravel(np.asarray(a, dtype=object))] for a in arguments]
+        results = [[back(v) for v in r] for r in self.traced.reference(ring, items)]
+        arrays = [r[0] if len(r) == 1 else np.array(r, object if precise else numbers) for r in results]
+        return arrays[0] if len(arrays) == 1 else tuple(arrays)
+
     def __call__(self, *arguments: Any, **by_name: Any) -> Any:
         if by_name:
             arguments = self._positional(arguments, by_name)
@@ -220,6 +245,8 @@ class KernelFunction:
                 return result
         if any(isinstance(a, Multivector) for a in arguments):
             return self._in_formula(arguments)
+        if runs_as_python():
+            return self._in_python(arguments)
         arrays, owner = self._arrays(arguments)
         return self._wrap(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
 
@@ -258,8 +285,6 @@ class KernelFunction:
         """
         arrays, owner = self._arrays(arguments)
         if digits is not None:
-            from .rings.protocol import PrecisionRing
-
             precise = PrecisionRing(digits)
             items = [[precise.context.mpf(float(v)) for v in np.ravel(a)] for a in arrays]
             values = self.traced.reference(precise, items)

@@ -93,6 +93,10 @@ class SpecError(InputError):
     """The specification of an algebra or of a kernel is wrong."""
 
 
+class AlgorithmError(SpecError):
+    """The text of an algorithm has something that the language of algorithms has not."""
+
+
 class SignatureError(InputError):
     """A signature is out of range, of a wrong type, or asks for more than an algebra of that size serves."""
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from .codegen.errors import (
     AlgebraMismatchError,
+    AlgorithmError,
     BladeError,
     BladesmithError,
     CompileError,
@@ -34,6 +35,7 @@ from .codegen.errors import (
 
 __all__ = [
     "AlgebraMismatchError",
+    "AlgorithmError",
     "BladeError",
     "BladesmithError",
     "CompileError",

@@ -21,7 +21,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from ..build import cache
-from .numba_jit import numba
+from .numba_jit import numba, support
 
 #: As of all printed kernels (see numba_run), but functions are inlined only where LLVM finds it worth while.
 OPTIONS = {"error_model": "numpy", "fastmath": False, "nogil": True}
@@ -58,8 +58,10 @@ class KeptModule:
         linecache.cache[str(self._file)] = (len(source), None, lines, str(self._file))
         for function, value in list(vars(module).items()):
             if isinstance(value, FunctionType):
-                own = kept and function in signatures
-                vars(module)[function] = njit(**OPTIONS, cache=own)(value)
+                is_own = value.__globals__ is vars(module)
+                caches = kept and function in signatures
+                imported = None if is_own else getattr(support(value.__module__), function)
+                vars(module)[function] = imported or njit(**OPTIONS, cache=caches)(value)
         self._module = module
         self._ready: dict[str, Any] = {}
 

@@ -57,12 +57,12 @@ def load(source: str, dtype: Any = np.float64, compiled: bool = True) -> ModuleT
         for name, value in list(vars(module).items()):
             if isinstance(value, FunctionType):
                 own = value.__globals__ is vars(module)
-                vars(module)[name] = _jit(value) if own else getattr(_support(value.__module__), name)
+                vars(module)[name] = _jit(value) if own else getattr(support(value.__module__), name)
     return module
 
 
 @cache
-def _support(module: str) -> Any:
+def support(module: str) -> Any:
     """Functions of templates/numba that printed texts import, wrapped for numba."""
     return import_module(module).compiled(_jit)
 

@@ -1,0 +1,197 @@
+"""`@algorithm`: a loop in restricted Python becomes a function that is compiled when it is first called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from .errors import CompilerMissingError, InputError
+from .execute.items import ItemFunction, c_loop, numba_loop
+from .ir.loops import language
+from .ir.loops.algorithm import Algorithm
+from .ir.loops.nodes import Function
+from .ir.loops.scope import Static
+from .ir.loops.text import is_static
+from .ir.loops.types import REAL, ArrayType, Parameter, Scalar, StaticType
+
+#: Where an algorithm can run.
+TARGETS = ("c", "numba")
+
+
+def algorithm(function: Callable[..., Any]) -> AlgorithmFunction:
+    """Declare an algorithm: a decorator for a function in the language of docs/algorithms.md.
+
+    The function's text is parsed, not run: loops, branches and calls of kernels and of other algorithms become C or
+    numba. Called with arrays it runs compiled, item by item over leading axes that broadcast; inside another
+    algorithm it is a call there.
+
+    Parameters
+    ----------
+    function : callable
+        With an annotation for each parameter: `Real`, `Int`, `Bool`, `Vector[n]`, `Matrix[m, n]`, `Rows[n]`,
+        `IntVector[n]`, `IntRows[n]`, `Out[...]`, `InOut[...]`, `Static`.
+
+    Raises
+    ------
+    AlgorithmError
+        If the text has something that the language has not: with file, line and what to write instead.
+
+    Examples
+    --------
+    >>> from bladesmith.codegen import algorithm
+    >>> from bladesmith.codegen.language import Real, Vector
+    >>> @algorithm
+    ... def largest(x: Vector) -> Real:
+    ...     best = x[0]
+    ...     for i in range(1, len(x)):
+    ...         best = max(best, x[i])
+    ...     return best
+    """
+    if not callable(function) or not hasattr(function, "__code__"):
+        raise InputError(f"@algorithm declares a Python function, not {function!r}.")
+    return AlgorithmFunction(function)
+
+
+class AlgorithmFunction(Algorithm):
+    """A declared algorithm; see `algorithm`."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._compiled: dict[tuple[Function, str, str], ItemFunction] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run compiled on arrays; leading axes are items.
+
+        Parameters
+        ----------
+        *arguments
+            As declared, those that are `Out` left out.
+
+        Returns
+        -------
+        ndarray or tuple of ndarrays
+            What is `Out` or `InOut`, then what is returned.
+
+        Raises
+        ------
+        InputError, ShapeError
+            If an argument has another shape or type.
+        """
+        if language.runs_as_python():
+            return self.function(*arguments)
+        return self._call("c", arguments)
+
+    def on(self, target: str) -> Callable[..., Any]:
+        """The algorithm on one target: "c" or "numba"."""
+        if target not in TARGETS:
+            raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
+        return lambda *arguments: self._call(target, arguments)
+
+    def source(self, target: str = "c", *arguments: Any) -> str:
+        """Source text for "c" or "numba".
+
+        Parameters
+        ----------
+        target : str
+        *arguments
+            As for a call, where sizes or static values are not declared.
+
+        Raises
+        ------
+        InputError
+            If there is no such target, or sizes are missing.
+        """
+        from .programs.algorithms import algorithm_numba, algorithm_text
+
+        function = self._function(arguments or self._declared())
+        if target == "c":
+            return algorithm_text(function)
+        if target == "numba":
+            return algorithm_numba(function)
+        raise InputError(f"there is no target {target!r}; choose c or numba.")
+
+    def _declared(self) -> Sequence[Any]:
+        """Zeros in place of arguments, where the sizes are declared."""
+        found: list[Any] = []
+        for p in self._inputs():
+            if isinstance(p.type, StaticType) or (isinstance(p.type, ArrayType) and p.type.is_generic):
+                raise InputError(f"{self.name}: the text depends on {p.name}; give the arguments of a call.")
+            shape = [n or 1 for n in p.type.sizes] if isinstance(p.type, ArrayType) else []
+            scalar = p.type.scalar if isinstance(p.type, ArrayType) else p.type
+            found.append(np.zeros(shape, np.float64 if scalar == REAL else np.int64))
+        return found
+
+    def _inputs(self) -> list[Parameter]:
+        return [p for p in self.text.parameters if p.access != "out"]
+
+    def _function(self, arguments: Sequence[Any]) -> Function:
+        """The algorithm for the sizes and static values of arguments."""
+        inputs = self._inputs()
+        if len(arguments) != len(inputs):
+            names = ", ".join(p.name for p in inputs) or "none"
+            raise InputError(f"{self.name} takes {len(inputs)} arguments ({names}), not {len(arguments)}.")
+        given = iter(arguments)
+        types: list[ArrayType | Scalar | Static] = []
+        for p in self.text.parameters:
+            value = None if p.access == "out" else next(given)
+            if isinstance(p.type, StaticType):
+                if not is_static(value):
+                    raise InputError(f"{self.name}: {p.name} is static: a number, a string or a tuple of such.")
+                types.append(Static(value))
+            elif isinstance(p.type, ArrayType) and p.type.is_generic:
+                types.append(self._sized(p, p.type, value))
+            else:
+                types.append(p.type)
+        return self.specialised(types)
+
+    def _sized(self, parameter: Parameter, type: ArrayType, value: Any) -> ArrayType:
+        """The type of an array of any size, from the array that was given."""
+        if parameter.access == "out":
+            raise InputError(
+                f"{self.name}: {parameter.name} is a result without a size.",
+                remedy="Declare it, such as Out[Vector[3]], or call it from an algorithm that has such an array.",
+            )
+        axes, shape = type.axes, np.shape(value)
+        if len(shape) < axes or 0 in shape[len(shape) - axes :]:
+            raise InputError(f"{self.name}: {parameter.name} has shape {shape}; it needs {axes} axes, not empty.")
+        return ArrayType(type.scalar, shape[len(shape) - axes :])
+
+    def _call(self, target: str, arguments: Sequence[Any]) -> Any:
+        function = self._function(arguments)
+        items = [a for a, p in zip(arguments, self._inputs(), strict=True) if not isinstance(p.type, StaticType)]
+        precision = "f32" if target == "c" and self._dtype(function, items) == np.float32 else "f64"
+        return self._item_function(function, target, precision)(*items)
+
+    @staticmethod
+    def _dtype(function: Function, items: Sequence[Any]) -> Any:
+        """Single precision where all arrays of real numbers are."""
+        declared = [p for p in function.parameters if p.access != "out"]
+        reals = [
+            getattr(a, "dtype", None) for a, p in zip(items, declared, strict=True)
+            if isinstance(p.type, ArrayType) and p.type.scalar == REAL
+        ]  # fmt: skip
+        return np.float32 if reals and all(r == np.float32 for r in reals) else np.float64
+
+    def _item_function(self, function: Function, target: str, precision: str) -> ItemFunction:
+        key = (function, target, precision)
+        found = self._compiled.get(key)
+        if found is None:
+            dtype = np.float32 if precision == "f32" else np.float64
+            found = self._compiled[key] = ItemFunction(function, _loop(function, target, precision), dtype)
+        return found
+
+
+def _loop(function: Function, target: str, precision: str) -> Any:
+    from .programs.algorithms import algorithm_extension, algorithm_numba
+
+    if target == "c":
+        from .build.extension import load
+
+        try:
+            return c_loop(load(algorithm_extension(function)), precision)
+        except CompilerMissingError:
+            if precision == "f32":
+                raise
+    return numba_loop(function.name, algorithm_numba(function), function)

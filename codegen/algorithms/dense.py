@@ -1,0 +1,132 @@
+"""Dense linear algebra of small systems, in place: each method once, for every size and target."""
+
+from __future__ import annotations
+
+from ..ir.loops.algorithm import Algorithm as algorithm
+from ..ir.loops.language import INFINITY, InOut, Int, Matrix, Out, Real, Static, Vector, empty, sqrt
+
+#: Jacobi's sweeps: convergence is quadratic, and six suffice for any 8 x 8 matrix.
+SWEEPS = 12
+#: Squares of off-diagonal elements, relative to those of the diagonal, that end Jacobi's sweeps.
+DIAGONAL = 1e-34
+
+
+@algorithm
+def cholesky(a: InOut[Matrix]) -> None:
+    """Cholesky factor of a symmetric positive semidefinite matrix, in its lower half.
+
+    A pivot that is not positive gives a row of zeros (Golub and Van Loan 4.2.8).
+    """
+    n = len(a)
+    for j in range(n):
+        for k in range(j):
+            a[j, j] -= a[j, k] * a[j, k]
+        a[j, j] = sqrt(a[j, j] if a[j, j] > 0.0 else 0.0)
+        inverse = 1.0 / a[j, j] if a[j, j] > 0.0 else 0.0
+        for i in range(j + 1, n):
+            for k in range(j):
+                a[i, j] -= a[i, k] * a[j, k]
+            a[i, j] *= inverse
+
+
+@algorithm
+def substitute_forward(factor: Matrix, b: InOut[Vector]) -> None:
+    """Replace b by L^-1 b for a lower triangular matrix L; where L has a zero on its diagonal, by zero."""
+    for i in range(len(b)):
+        for k in range(i):
+            b[i] -= factor[i, k] * b[k]
+        b[i] = b[i] / factor[i, i] if factor[i, i] > 0.0 else 0.0
+
+
+@algorithm
+def substitute_backward(factor: Matrix, b: InOut[Vector]) -> None:
+    """Replace b by L^-T b for a lower triangular matrix L; where L has a zero on its diagonal, by zero."""
+    n = len(b)
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] -= factor[k, i] * b[k]
+        b[i] = b[i] / factor[i, i] if factor[i, i] > 0.0 else 0.0
+
+
+@algorithm
+def solve_cholesky(factor: Matrix, b: InOut[Vector]) -> None:
+    """Replace b by (L L^T)^-1 b."""
+    substitute_forward(factor, b)
+    substitute_backward(factor, b)
+
+
+@algorithm
+def diagonalize(a: InOut[Matrix], v: Out[Matrix], n: Static) -> None:
+    """Eigenvalues on the diagonal and eigenvectors in the columns of v, by cyclic Jacobi (Golub and Van Loan 8.5).
+
+    Of a symmetric matrix, of which the first n rows and columns are meant.
+    """
+    for p in range(n):
+        for q in range(n):
+            v[p, q] = 1.0 if p == q else 0.0
+    for _ in range(SWEEPS):
+        off = 0.0
+        on = 0.0
+        for p in range(n):
+            on += a[p, p] * a[p, p]
+            for q in range(p + 1, n):
+                off += a[p, q] * a[p, q]
+        if not off > DIAGONAL * on:
+            break
+        for p in range(n):
+            for q in range(p + 1, n):
+                if not abs(a[p, q]) > 0.0:
+                    continue
+                theta = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
+                t = (-1.0 if theta < 0.0 else 1.0) / (abs(theta) + sqrt(theta * theta + 1.0))
+                c = 1.0 / sqrt(t * t + 1.0)
+                s = t * c
+                for k in range(n):
+                    kp, kq = a[k, p], a[k, q]
+                    a[k, p], a[k, q] = c * kp - s * kq, s * kp + c * kq
+                for k in range(n):
+                    pk, qk, vp, vq = a[p, k], a[q, k], v[k, p], v[k, q]
+                    a[p, k], a[q, k] = c * pk - s * qk, s * pk + c * qk
+                    v[k, p], v[k, q] = c * vp - s * vq, s * vp + c * vq
+
+
+@algorithm
+def least_eigenvector(a: InOut[Matrix[4, 4]], vector: Out[Vector[4]]) -> tuple[Real, Real]:
+    """Eigenvector of the least eigenvalue of a symmetric matrix; that value, and the distance to the next one."""
+    v = empty(4, 4)
+    diagonalize(a, v, 4)
+    least = 0
+    for p in range(1, 4):
+        least = p if a[p, p] < a[least, least] else least
+    following = INFINITY
+    for p in range(4):
+        following = a[p, p] if p != least and a[p, p] < following else following
+    for k in range(4):
+        vector[k] = v[k, least]
+    return a[least, least], following - a[least, least]
+
+
+@algorithm
+def select_rank(values: InOut[Vector], rank: Int) -> Real:
+    """The value that stands at a rank once values are in order; they are put in another order (Hoare's FIND)."""
+    low = 0
+    high = len(values) - 1
+    while low < high:
+        pivot = values[rank]
+        i = low
+        j = high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while pivot < values[j]:
+                j -= 1
+            if i > j:
+                break
+            values[i], values[j] = values[j], values[i]
+            i += 1
+            j -= 1
+        if j < rank:
+            low = i
+        if rank < i:
+            high = j
+    return values[rank]

@@ -1,0 +1,173 @@
+"""Compiled algorithms as functions of arrays: one item after another, leading axes broadcast."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, ShapeError
+from ..ir.loops.nodes import Function
+from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
+from .arrays import Array, floating, share
+
+#: Runs items [begin, end) of prepared arrays: strides in numbers, and rows of open arrays.
+Loop = Callable[[int, int, Sequence[Array], Sequence[int], Sequence[int]], None]
+
+
+class ItemFunction:
+    """An algorithm for one choice of sizes, on one target and precision.
+
+    Parameters
+    ----------
+    function : Function
+    loop : callable
+        See `Loop`.
+    dtype : float64 or float32
+    """
+
+    def __init__(self, function: Function, loop: Loop, dtype: Any) -> None:
+        self.function = function
+        self.loop = loop
+        self.dtypes = {REAL: np.dtype(dtype), INT: np.dtype(np.int64), BOOL: np.dtype(np.int64)}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Results for all items: arrays that it writes or changes, then what it returns; one by itself as it is."""
+        function = self.function
+        given = iter(arguments)
+        arrays: list[Array | None] = [
+            None if p.access == "out" else self._input(p, next(given)) for p in function.parameters
+        ]
+        leads = [self._lead(p, a) for p, a in zip(function.parameters, arrays, strict=True) if a is not None]
+        lead = broadcast_leads(leads, function.name)
+        results: list[Array] = []
+        taken: list[Array] = []
+        counts: list[int] = []
+        for p, a in zip(function.parameters, arrays, strict=True):
+            counts.append(a.shape[-len(p.type.sizes)] if a is not None and isinstance(p.type, ArrayType) else 0)
+            if isinstance(p.type, ArrayType) and p.access != "in":
+                a = self._result(p.type, a, lead)
+                results.append(a)
+            elif a is not None:
+                own = self._lead(p, a)
+                if math.prod(own) != 1 and own != lead:
+                    a = np.broadcast_to(a, (*lead, *a.shape[len(own) :]))
+                a = np.ascontiguousarray(a)
+            assert a is not None
+            taken.append(a)
+        returned = [np.empty(lead, self.dtypes[t]) for t in function.results]
+        n = math.prod(lead)
+        items = [*taken, *returned]
+        strides = [a.size // n if n and (a.size != _item_size(a, lead) or n == 1) else 0 for a in items] if n else []
+        if n:
+            flat = [a.reshape(-1) for a in items]
+            counts += [0] * len(returned)
+            share(lambda begin, end: self.loop(begin, end, flat, strides, counts), n)
+        outcome: list[Any] = [
+            *results,
+            *(r.astype(bool) if t == BOOL else r for r, t in zip(returned, function.results, strict=True)),
+        ]
+        outcome = [r if r.ndim else r[()] for r in outcome]
+        return outcome[0] if len(outcome) == 1 else tuple(outcome)
+
+    def _input(self, parameter: Parameter, value: Any) -> Array:
+        if isinstance(parameter.type, ArrayType):
+            return array_argument(self.function.name, parameter, value, self.dtypes[parameter.type.scalar])
+        assert isinstance(parameter.type, Scalar)
+        return number_argument(self.function.name, parameter, value, self.dtypes[parameter.type])
+
+    def _lead(self, parameter: Parameter, array: Array) -> tuple[int, ...]:
+        axes = len(parameter.type.sizes) if isinstance(parameter.type, ArrayType) else 0
+        return array.shape[: array.ndim - axes]
+
+    def _result(self, type: ArrayType, given: Array | None, lead: tuple[int, ...]) -> Array:
+        """A new array, with the values of what is changed."""
+        if given is None:
+            return np.zeros((*lead, *(n or 0 for n in type.sizes)), self.dtypes[type.scalar])
+        own = given.shape[given.ndim - len(type.sizes) :]
+        return np.array(np.broadcast_to(given, (*lead, *own)), order="C")
+
+
+def _item_size(array: Array, lead: tuple[int, ...]) -> int:
+    """Numbers of an array if all items share it."""
+    return array.size if array.shape[: len(lead)] != lead else -1
+
+
+def array_argument(name: str, parameter: Parameter, value: Any, dtype: Any) -> Array:
+    """An argument as an array whose last axes are the parameter's.
+
+    Raises
+    ------
+    InputError, ShapeError
+        If it holds no such numbers, or has other lengths.
+    """
+    declared = parameter.type
+    assert isinstance(declared, ArrayType)
+    is_real = declared.scalar == REAL
+    array = floating(value, f"{name}: {parameter.name}") if is_real else integers(name, parameter, value)
+    sizes = declared.sizes
+    last = array.shape[array.ndim - len(sizes) :] if array.ndim >= len(sizes) else ()
+    if len(last) != len(sizes) or any(n is not None and n != m for n, m in zip(sizes, last, strict=True)):
+        expected = ", ".join("n" if n is None else str(n) for n in sizes)
+        raise ShapeError(f"{name}: {parameter.name} has shape {array.shape}; its last axes must be ({expected}).")
+    return array.astype(dtype, copy=False)
+
+
+def number_argument(name: str, parameter: Parameter, value: Any, dtype: Any) -> Array:
+    """A number for each item."""
+    if parameter.type == REAL:
+        return floating(value, f"{name}: {parameter.name}").astype(dtype, copy=False)
+    array = np.asarray(value)
+    if parameter.type == BOOL and array.dtype.kind == "b":
+        return array.astype(dtype)
+    return integers(name, parameter, value)
+
+
+def integers(name: str, parameter: Parameter, value: Any) -> Array:
+    """The value as integers of 64 bits."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iu":
+        raise InputError(f"{name}: {parameter.name} has type {array.dtype}; integers are needed.")
+    return array.astype(np.int64)
+
+
+def broadcast_leads(leads: Sequence[tuple[int, ...]], name: str) -> tuple[int, ...]:
+    """The items' shape."""
+    try:
+        return np.broadcast_shapes(*leads)
+    except ValueError:
+        shapes = " and ".join(str(s) for s in leads)
+        raise ShapeError(f"{name}: leading shapes {shapes} do not broadcast.") from None
+
+
+def c_loop(library: Any, precision: str) -> Loop:
+    """The loop of a compiled program."""
+    ffi, run = library.ffi, getattr(library.lib, f"bs_loop_{precision}")
+
+    def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:
+        pointers = ffi.new("void *[]", [ffi.from_buffer(a) for a in arrays])
+        run(begin, end, pointers, ffi.new("ptrdiff_t[]", list(strides)), ffi.new("ptrdiff_t[]", list(counts)))
+
+    return loop
+
+
+def numba_loop(name: str, text: str, function: Function) -> Loop:
+    """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before."""
+    from .numba_cache import KeptModule
+    from .numba_jit import numba
+
+    types = numba().types
+    of = {REAL: types.float64, INT: types.int64, BOOL: types.int64}
+    scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
+    arrays = [types.Array(of[s], 1, "C") for s in (*scalars, *function.results)]  # type: ignore[index]
+    row = types.Array(types.int64, 1, "C")
+    module = KeptModule(name, text, {"loop_over_items_": types.void(types.intp, types.intp, row, row, *arrays)})
+    compiled = module["loop_over_items_"]
+
+    def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:
+        writable = [a if a.flags.writeable and a.flags.aligned else a.copy() for a in arrays]
+        compiled(begin, end, np.array(strides, np.int64), np.array(counts, np.int64), *writable)
+
+    return loop

@@ -1,0 +1,164 @@
+"""An algorithm: a Python function in the language, and what it is for each choice of sizes and static values."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from . import language
+from .nodes import Function
+from .scope import Static
+from .statements import StatementReader
+from .text import AlgorithmText
+from .types import REAL, ArrayType, Parameter, Scalar, StaticType
+
+#: Calls inside calls, and instances of one algorithm: more than this is a recursion or a mistake.
+_DEEPEST, _MOST_INSTANCES = 64, 4096
+_DIGITS = 8
+
+
+class Algorithm:
+    """A function in the language of algorithms; see docs/algorithms.md.
+
+    Called inside another algorithm's text it is a call there. `reference` runs it as Python.
+
+    Parameters
+    ----------
+    function : callable
+        With annotated parameters.
+
+    Raises
+    ------
+    AlgorithmError
+        If its text is not in the language: with file, line and what to write instead. Parameters that take any size are
+        looked at when a call gives them one.
+    """
+
+    is_callable_in_algorithms = True
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        self.text = AlgorithmText(function)
+        self.name = self.text.name
+        self.__name__ = self.name
+        self.__doc__ = function.__doc__
+        self._instances: dict[tuple[Any, ...], Function] = {}
+        if all(_is_concrete(p) for p in self.text.parameters):
+            self.specialised([p.type for p in self.text.parameters])
+
+    def __repr__(self) -> str:
+        return f"<algorithm {self.name}>"
+
+    def specialised(
+        self, arguments: Sequence[ArrayType | Scalar | Static | StaticType],
+        caller: tuple[AlgorithmText, ast.AST] | None = None,
+    ) -> Function:  # fmt: skip
+        """The IR for these types and static values, one for each parameter."""
+        key = tuple(arguments)
+        found = self._instances.get(key)
+        if found is None:
+            if self.name in _reading or len(_reading) > _DEEPEST:
+                self._refuse_recursion(caller)
+            if len(self._instances) >= _MOST_INSTANCES:
+                self.text.refuse(self.text.tree, "it is needed in too many sizes", "Give fewer static values.")
+            _reading.append(self.name)
+            try:
+                found = self._read(arguments)
+            finally:
+                _reading.pop()
+            self._instances[key] = found
+        return found
+
+    def _refuse_recursion(self, caller: tuple[AlgorithmText, ast.AST] | None) -> None:
+        text, node = caller or (self.text, self.text.tree)
+        text.refuse(node, f"{self.name} calls itself", "Write a loop with a stack of its own.")
+
+    def _read(self, arguments: Sequence[ArrayType | Scalar | Static | StaticType]) -> Function:
+        parameters: list[Parameter] = []
+        statics: dict[str, Any] = {}
+        suffix: list[str] = []
+        for declared, given in zip(self.text.parameters, arguments, strict=True):
+            if isinstance(given, Static):
+                statics[declared.name] = given.value
+                suffix.append(_suffix(given.value))
+            elif isinstance(given, (ArrayType, Scalar)):
+                parameters.append(replace(declared, type=given))
+                if isinstance(declared.type, ArrayType) and declared.type.is_generic and isinstance(given, ArrayType):
+                    suffix.append("x".join("n" if n is None else str(n) for n in given.sizes))
+        reader = StatementReader(self.text, parameters, statics)
+        body = reader.read()
+        name = "_".join([self.name, *suffix])
+        return Function(name, self.text.note, tuple(parameters), reader.results or (), body)
+
+    def reference(self, *arguments: Any, numbers: Any = None) -> Any:
+        """Run the text as Python on one item.
+
+        Parameters
+        ----------
+        *arguments
+            As declared, those that are `Out` left out.
+        numbers : NumPy type or context of mpmath, optional
+            What real numbers are. Default: float64.
+
+        Returns
+        -------
+        object or tuple
+            What is `Out` or `InOut`, then what is returned.
+        """
+        with language.number_type(numbers or np.float64):
+            given = iter(arguments)
+            taken = [self._item(p, None if p.access == "out" else next(given)) for p in self.text.parameters]
+            returned = self.function(*taken)
+        changed = [a for a, p in zip(taken, self.text.parameters, strict=True) if p.access != "in"]
+        results = [*changed, *(() if returned is None else returned if isinstance(returned, tuple) else (returned,))]
+        return results[0] if len(results) == 1 else tuple(results)
+
+    def _item(self, parameter: Parameter, value: Any) -> Any:
+        """An argument in the numbers that are in use: arrays are copies."""
+        if parameter.type == REAL:
+            return language.number(value)
+        if not isinstance(parameter.type, ArrayType):
+            return value
+        if parameter.access == "out":
+            if parameter.type.is_generic or parameter.type.is_open:
+                raise InputError(f"{self.name}: {parameter.name} is a result without a size.", remedy="Declare it.")
+            return make_array(parameter.type)
+        if parameter.type.scalar != REAL:
+            return np.array(value, np.int64)
+        array = language.zeros(*np.shape(value))
+        array[...] = np.vectorize(language.number, otypes=[array.dtype])(np.asarray(value)) if array.size else 0
+        return array
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run the text as Python: what one algorithm does with another, run as Python."""
+        return self.function(*arguments)
+
+
+def make_array(type: ArrayType) -> Any:
+    """An array of zeros, in the numbers that are in use."""
+    sizes = [n or 0 for n in type.sizes]
+    return language.zeros(*sizes) if type.scalar == REAL else language.int_zeros(*sizes)
+
+
+#: Names of the algorithms that are being read, the callers first.
+_reading: list[str] = []
+
+
+def _is_concrete(parameter: Parameter) -> bool:
+    if isinstance(parameter.type, ArrayType):
+        return not parameter.type.is_generic
+    return isinstance(parameter.type, Scalar)
+
+
+def _suffix(value: Any) -> str:
+    """Of a name, for a static value."""
+    text = repr(value)
+    if isinstance(value, (bool, int, str)) and str(value).isidentifier() or str(value).isdigit():
+        return str(value).lower()
+    return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]

@@ -1,0 +1,42 @@
+"""Arithmetic of values that are known when the text is printed, as Python does it."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .text import AlgorithmText
+
+BINARY = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
+}  # fmt: skip
+COMPARISONS = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
+    ast.NotEq: operator.ne, ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
+    ast.Is: operator.is_, ast.IsNot: operator.is_not,
+}  # fmt: skip
+#: Largest exponent of a static power: 10 ** 10 ** 10 would not end.
+_LARGEST_POWER = 1100
+
+
+def plain(value: Any) -> Any:
+    """Members of integer enumerations are integers."""
+    return int(value) if isinstance(value, IntEnum) else value
+
+
+def fold_binary(text: AlgorithmText, node: ast.BinOp, left: Any, right: Any) -> Any:
+    """The value of an operation on two static values."""
+    function = BINARY.get(type(node.op))
+    if function is None:
+        text.refuse(node, "an operator that algorithms have not", "There are + - * / // % and, of static values, **.")
+    left, right = plain(left), plain(right)
+    if isinstance(node.op, ast.Pow) and not (isinstance(right, (int, float)) and abs(right) <= _LARGEST_POWER):
+        text.refuse(node, "a static power with a very large exponent", "Write the value.")
+    try:
+        return function(left, right)
+    except (ArithmeticError, TypeError) as error:
+        text.refuse(node, f"static values give no result ({error})", "Look at the values of the names in it.")

@@ -1,0 +1,34 @@
+"""Names for the text of algorithms: types for annotations, arrays and functions; see docs/algorithms.md."""
+
+from __future__ import annotations
+
+from .ir.loops.language import (
+    INFINITY,
+    NAN,
+    Bool,
+    InOut,
+    Int,
+    IntRows,
+    IntVector,
+    Matrix,
+    Out,
+    Real,
+    Rows,
+    Static,
+    Vector,
+    atan2,
+    cos,
+    empty,
+    epsilon,
+    exp,
+    int_zeros,
+    log,
+    sin,
+    sqrt,
+    zeros,
+)  # fmt: skip
+
+__all__ = [
+    "INFINITY", "NAN", "Bool", "InOut", "Int", "IntRows", "IntVector", "Matrix", "Out", "Real", "Rows", "Static",
+    "Vector", "atan2", "cos", "empty", "epsilon", "exp", "int_zeros", "log", "sin", "sqrt", "zeros",
+]  # fmt: skip

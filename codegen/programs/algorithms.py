@@ -1,0 +1,129 @@
+"""Programs of algorithms: one algorithm, those that it calls, their kernels, and a loop over items."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .. import compiler
+from ..build import source_digest
+from ..ir.graph import reachable
+from ..ir.loops.nodes import Function, KernelSignature
+from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Scalar
+from ..optimise.variants import Variant
+from ..targets.c.loops import c_functions, needs_elementary
+from ..targets.c.printer import ELEMENTARY
+from ..targets.c.source import ExtensionSource
+from ..targets.loops import in_calling_order
+from ..targets.numba.loops import elementary_functions, frame, numba_functions, numba_name
+from ..targets.numba.rows import row_function
+from ..targets.templates import included_headers, render
+
+#: Where an algorithm's text is in the C program.
+_FUNCTIONS = "algorithm_functions.h"
+_MAIN = "algorithm.c.j2"
+#: What texts that import it depend on, from the package's folder.
+_ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
+
+
+_C_TYPES = {REAL: "S", INT: "ptrdiff_t", BOOL: "ptrdiff_t"}
+
+
+def _c_item(function: Function) -> list[str]:
+    """Statements that compute item i: arrays are parameters in their order, then returned numbers."""
+    arguments, lines, after = [], [], []
+    for k, p in enumerate(function.parameters):
+        is_array = isinstance(p.type, ArrayType)
+        scalar = p.type.scalar if isinstance(p.type, ArrayType) else p.type
+        assert isinstance(scalar, Scalar)
+        base = f"({_C_TYPES[scalar]} *)arrays[{k}]"
+        arguments.append(f"{base} + i * strides[{k}]" if is_array else f"({base})[i * strides[{k}]]")
+        if isinstance(p.type, ArrayType) and p.type.is_open:
+            arguments.append(f"counts[{k}]")
+    first = len(function.parameters)
+    results = [f"(({_C_TYPES[t]} *)arrays[{k}])[i * strides[{k}]]" for k, t in enumerate(function.results, first)]
+    if len(results) > 1:
+        for k, (t, result) in enumerate(zip(function.results, results, strict=True)):
+            lines.append(f"{'int' if t == BOOL else _C_TYPES[t]} result{k}_;")
+            arguments.append(f"&result{k}_")
+            after.append(f"{result} = result{k}_;")
+    prefix = f"{results[0]} = " if len(results) == 1 else ""
+    return [*lines, f"{prefix}FN({function.name})({', '.join(arguments)});", *after]
+
+
+def _numba_item(function: Function) -> tuple[list[str], str]:
+    """Names of the arrays, and the statement that computes item i."""
+    names, arguments = [], []
+    for k, p in enumerate(function.parameters):
+        names.append(f"{p.name}_")
+        if isinstance(p.type, ArrayType):
+            arguments += [f"{p.name}_", f"i * strides[{k}]", *([f"counts[{k}]"] if p.type.is_open else [])]
+        else:
+            arguments.append(f"{p.name}_[i * strides[{k}]]" + (" != 0" if p.type == BOOL else ""))
+    first = len(names)
+    results = [f"result{k}_" for k in range(len(function.results))]
+    for work, size in frame(function).items():
+        arguments += [work, "0"] if size else []
+    targets = ", ".join(f"{r}[i * strides[{first + k}]]" for k, r in enumerate(results))
+    return [*names, *results], f"{targets}{' = ' if results else ''}{numba_name(function.name)}({', '.join(arguments)})"
+
+
+def kernel_variants(function: Function) -> list[Variant]:
+    """Variants of all kernels of an algorithm and of those that it calls, and of their callees, callees first."""
+    from ..targets.c.extension import in_dependency_order
+
+    _, kernels = in_calling_order([function])
+    return in_dependency_order([_variant(k) for k in kernels])
+
+
+def _variant(signature: KernelSignature) -> Variant:
+    variant: Variant = signature.kernel.variant
+    return variant
+
+
+def algorithm_extension(function: Function) -> ExtensionSource:
+    """C text of an algorithm and its loops over items in both precisions, ready to compile."""
+    files = algorithm_files(function)
+    headers = {**included_headers([files["kernels.c"]], [_FUNCTIONS]), _FUNCTIONS: files[_FUNCTIONS]}
+    return ExtensionSource(f"algorithm_{function.name}", files["kernels.cdef"], files["kernels.c"], headers)
+
+
+def algorithm_files(function: Function) -> dict[str, str]:
+    """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
+    variants = kernel_variants(function)
+    elementary = needs_elementary([function]) or any(n.op in ELEMENTARY for v in variants for n in reachable(v.roots))
+    kernels = "".join(compiler.print_function(v) for v in variants)
+    arguments = (
+        "(ptrdiff_t begin, ptrdiff_t end, void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts);"
+    )
+    return {
+        "kernels.c": render(_MAIN, function=function, item=_c_item(function), elementary=elementary),
+        _FUNCTIONS: kernels + "\n" + c_functions([function]),
+        "kernels.cdef": "\n".join(f"void bs_loop_{p}{arguments}" for p in ("f64", "f32")) + "\n",
+    }
+
+
+def algorithm_text(function: Function) -> str:
+    """C text of an algorithm and what it calls, for reading."""
+    return algorithm_files(function)[_FUNCTIONS].lstrip()
+
+
+def algorithm_numba(function: Function) -> str:
+    """Python text of an algorithm and its loop over items, for numba."""
+    kernels = [row_function(v) for v in kernel_variants(function)]
+    arrays, call = _numba_item(function)
+    used = sorted({*elementary_functions([function]), *_row_elementary(function)})
+    return render(
+        "algorithm.py.j2",
+        function=function,
+        kernels=kernels,
+        text=numba_functions([function]),
+        arrays=arrays,
+        call=call,
+        work=frame(function),
+        elementary=used,
+        digest=source_digest.digest(_ELEMENTARY_SOURCES) if used else "",
+    )
+
+
+def _row_elementary(function: Function) -> Sequence[str]:
+    return [n.op for v in kernel_variants(function) for n in reachable(v.roots) if n.op in ELEMENTARY]

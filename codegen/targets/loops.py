@@ -1,0 +1,140 @@
+"""Printing of the loop IR: expressions and the order of functions, which all targets share.
+
+Brackets keep the order of operations that Python has, and so every target computes the same bits.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+
+from ..ir.loops.nodes import (
+    Array,
+    Binary,
+    Constant,
+    Count,
+    Expression,
+    Function,
+    Intrinsic,
+    KernelSignature,
+    Load,
+    Select,
+    Unary,
+    Variable,
+)  # fmt: skip
+from ..ir.loops.types import INT
+
+#: Operators by how tightly they bind, in Python and in C alike; a select binds least.
+_TIGHTNESS = {
+    "or": 1, "and": 2, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5,
+    "+": 6, "-": 6, "*": 7, "/": 7, "//": 7, "%": 7,
+}  # fmt: skip
+_COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
+_UNARY, _ATOM = 8, 9
+
+
+def in_calling_order(roots: Iterable[Function]) -> tuple[list[Function], list[KernelSignature]]:
+    """All functions that some need, callees first, and the kernels that these call."""
+    functions: dict[Function, None] = {}
+    kernels: dict[KernelSignature, None] = {}
+
+    def visit(function: Function) -> None:
+        if function in functions:
+            return
+        for callee in function.callees():
+            if isinstance(callee, Function):
+                visit(callee)
+            else:
+                kernels[callee] = None
+        functions[function] = None
+
+    for root in roots:
+        visit(root)
+    return list(functions), list(kernels)
+
+
+class LoopPrinter(ABC):
+    """Expressions of one target."""
+
+    # -- the part of a target ----------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def constant(self, value: Constant) -> str:
+        """A number."""
+
+    @abstractmethod
+    def variable(self, name: str) -> str:
+        """A name of the text as the target can have it."""
+
+    @abstractmethod
+    def count(self, array: Array) -> str:
+        """The rows of an open array."""
+
+    @abstractmethod
+    def load(self, array: Array, index: Expression) -> str:
+        """An element."""
+
+    @abstractmethod
+    def select(self, condition: str, yes: str, no: str) -> str:
+        """One of two."""
+
+    @abstractmethod
+    def call(self, name: str, arguments: Sequence[str]) -> str:
+        """A function of numbers."""
+
+    #: How ``and``, ``or`` and ``not`` are written.
+    logical: dict[str, str]
+    #: Integer operators that are functions.
+    functions: frozenset[str] = frozenset()
+
+    # -- expressions ---------------------------------------------------------------------------------------------------
+
+    def text(self, expression: Expression) -> str:
+        return self._print(expression)[0]
+
+    def _print(self, expression: Expression) -> tuple[str, int]:
+        """Text, and how tightly it binds."""
+        match expression:
+            case Constant():
+                text = self.constant(expression)
+                return text, _UNARY if text.startswith("-") else _ATOM
+            case Variable(name, _):
+                return self.variable(name), _ATOM
+            case Count(array, _):
+                return self.count(array), _ATOM
+            case Load(array, index):
+                return self.load(array, index), _ATOM
+            case Unary(operator, operand, _):
+                sign = self.logical["not"] if operator == "not" else "-"
+                inner, tightness = self._print(operand)
+                bare = tightness == _ATOM or (tightness > _UNARY and operator == "not")
+                return sign + (inner if bare else f"({inner})"), 3 if sign == "not " else _UNARY
+            case Binary():
+                return self._binary(expression)
+            case Select(condition, yes, no, _):
+                return self.select(self.inside(condition, 1), self.inside(yes, 1), self.inside(no, 1)), 0
+            case Intrinsic(name, arguments, _):
+                return self.call(name, [self.text(a) for a in arguments]), _ATOM
+        raise TypeError(expression)
+
+    def inside(self, expression: Expression, least: int) -> str:
+        """An expression, in brackets where it binds less than is needed."""
+        text, tightness = self._print(expression)
+        return text if tightness >= least else f"({text})"
+
+    def _binary(self, expression: Binary) -> tuple[str, int]:
+        operator, left, right = expression.operator, expression.left, expression.right
+        if operator in self.functions and expression.type == INT:
+            return self.call(operator, [self.text(left), self.text(right)]), _ATOM
+        tightness = _TIGHTNESS[operator]
+        same = 0 if operator not in _COMPARISONS else 1  # a < b < c is not (a < b) < c in Python
+        low = _ATOM if operator in ("and", "or") and self._mixes(operator, left, right) else tightness
+        first = self.inside(left, low + same if low == tightness else low)
+        second = self.inside(right, low + 1 if low == tightness else low)
+        return f"{first} {self.logical.get(operator, operator)} {second}", tightness
+
+    @staticmethod
+    def _mixes(operator: str, left: Expression, right: Expression) -> bool:
+        """``a and b or c``: compilers warn, and readers stumble."""
+        other = {"and": "or", "or": "and"}[operator]
+        return any(isinstance(e, Binary) and e.operator == other for e in (left, right))

@@ -1,0 +1,102 @@
+"""Dense linear algebra: the text with 50 digits and NumPy as oracles."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from bladesmith.codegen import algorithm
+from bladesmith.codegen.algorithms import dense
+from bladesmith.codegen.build import extension
+from bladesmith.codegen.language import InOut, Int, Matrix, Out, Real, Vector, empty
+
+pytestmark = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+
+
+@algorithm
+def solved(a: InOut[Matrix[6, 6]], b: InOut[Vector[6]]) -> None:
+    """Solve by Cholesky."""
+    dense.cholesky(a)
+    dense.solve_cholesky(a, b)
+
+
+@algorithm
+def eigen(a: InOut[Matrix[4, 4]], v: Out[Matrix[4, 4]]) -> None:
+    """All eigenvectors."""
+    dense.diagonalize(a, v, 4)
+
+
+@algorithm
+def least(a: Matrix[4, 4], x: Out[Vector[4]]) -> tuple[Real, Real]:
+    """The least eigenvalue, its vector, and the distance to the next."""
+    own = empty(4, 4)
+    own[:] = a
+    value, gap = dense.least_eigenvector(own, x)
+    return value, gap
+
+
+@algorithm
+def ranked(x: InOut[Vector[9]], rank: Int) -> Real:
+    """The value of a rank."""
+    value = dense.select_rank(x, rank)
+    return value
+
+
+def symmetric(n: int, count: int, spread: float, seed: int) -> np.ndarray:
+    """Symmetric positive matrices with eigenvalues over some powers of ten."""
+    rng = np.random.default_rng(seed)
+    q, _ = np.linalg.qr(rng.normal(size=(count, n, n)))
+    values = 10.0 ** rng.uniform(-spread, spread, (count, n))
+    a = q * values[:, None, :] @ q.transpose(0, 2, 1)
+    return (a + a.transpose(0, 2, 1)) / 2
+
+
+@pytest.mark.parametrize("spread", [0.0, 2.0, 6.0])
+def test_solutions_are_off_by_their_condition(spread: float) -> None:
+    a, b = symmetric(6, 200, spread, 1), np.random.default_rng(2).normal(size=(200, 6))
+    _, x = solved(a, b)
+    residual = np.abs(np.einsum("nij,nj->ni", a, x) - b).max(1)
+    assert (residual < 1e-14 * np.abs(a).max((1, 2)) * np.abs(x).max(1) * 6).all()
+
+
+def test_a_semidefinite_matrix_gives_zeros_and_no_infinity() -> None:
+    direction = np.array([1.0, 2, 0, 0, 0, 0])
+    a = np.outer(direction, direction)
+    factor, x = solved(a, a @ np.ones(6))
+    assert np.isfinite(factor).all() and np.isfinite(x).all()
+    assert np.abs(a @ x - a @ np.ones(6)).max() < 1e-14
+
+
+@pytest.mark.parametrize("spread", [0.0, 3.0])
+def test_eigenvectors(spread: float) -> None:
+    a = symmetric(4, 300, spread, 3)
+    diagonal, v = eigen(a)
+    size = np.abs(a).max((1, 2))
+    assert np.abs(v.transpose(0, 2, 1) @ v - np.eye(4)).max() < 1e-14
+    values = np.diagonal(diagonal, axis1=1, axis2=2)
+    assert (np.abs(a @ v - v * values[:, None, :]).max((1, 2)) < 1e-14 * size).all()
+    assert (np.abs(np.sort(values) - np.linalg.eigvalsh(a)).max(1) < 1e-14 * size).all()
+
+
+def test_the_least_eigenvalue_with_fifty_digits() -> None:
+    context = mpmath.mp.clone()
+    context.dps = 60
+    for a in symmetric(4, 5, 1.0, 4):
+        x, value, gap = least.reference(a, numbers=context)
+        exact = context.matrix(a.tolist())
+        residual = exact * context.matrix(list(x)) - value * context.matrix(list(x))
+        assert context.norm(residual) < 1e-16 * np.abs(a).max()  # the sweeps end at 1e-34 of the squares
+        vector, found, distance = least(a)
+        assert abs(found - float(value)) < 1e-14 * np.abs(a).max()
+        assert abs(distance - float(gap)) < 1e-13 * np.abs(a).max()
+        assert abs(abs(vector @ np.array([float(v) for v in x])) - 1) < 1e-13
+
+
+def test_ranks() -> None:
+    rng = np.random.default_rng(6)
+    x = rng.integers(0, 5, (500, 9)).astype(float)
+    ranks = rng.integers(0, 9, 500)
+    order, found = ranked(x, ranks)
+    assert np.array_equal(found, np.sort(x)[np.arange(500), ranks])
+    assert np.array_equal(np.sort(order), np.sort(x))

@@ -1,0 +1,304 @@
+"""What algorithms compute: C and numba against the text run as Python, bit for bit, in both precisions."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import bladesmith as bs
+from bladesmith import codegen
+from bladesmith.codegen import algorithm
+from bladesmith.codegen.build import extension
+from bladesmith.codegen.language import (
+    INFINITY,
+    Bool,
+    InOut,
+    Int,
+    IntRows,
+    IntVector,
+    Matrix,
+    Out,
+    Real,
+    Rows,
+    Static,
+    Vector,
+    atan2,
+    cos,
+    empty,
+    epsilon,
+    exp,
+    int_zeros,
+    log,
+    sin,
+    sqrt,
+    zeros,
+)  # fmt: skip
+from bladesmith.codegen.programs.algorithms import algorithm_extension
+
+cga = bs.cga3d
+SCALE = 3
+WEIGHTS = (0.5, 0.25)
+
+
+@algorithm
+def arithmetic(x: Vector[4], n: Int, m: Int, flag: Bool, out: Out[Vector[8]]) -> tuple[Int, Int, Real]:
+    """Every operator, precedence, selections, and chained comparisons."""
+    a, b, c, d = x[0], x[1], x[2], x[3]
+    out[0] = a - (b - c) - d * (a + b) / (c - -d)
+    out[1] = -a * -(b + c) - (-(d + a))
+    out[2] = a if a < b <= c or not (c > d and flag) else -b
+    out[3] = min(a, b) - max(c, d) + abs(a - b)
+    out[4] = n / m + float(n) * SCALE + n if n > m else float(n)
+    out[5] = (a if flag else b) * (c if a != c else d)
+    out[6] = 1.0 if a == b else (2.0 if (a < b) and (c < d or flag) else 3.0)
+    out[7] = a / (b * c) / d
+    return n // m - 7 // 2, n % m + min(n, m) * abs(m), (int(a * 10.0) if abs(a) < 1e6 else -1) + 0.5
+
+
+@algorithm
+def control(x: Rows[2], limit: Real, found: Out[IntVector[3]]) -> Real:
+    """Loops that are left, skipped and nested; bounds that change while the loop runs."""
+    total = 0.0
+    n = len(x)
+    for i in range(n):
+        if not x[i, 0] < limit:
+            continue
+        for j in range(n - 1, i, -2):
+            if x[j, 1] > limit * 4.0:
+                break
+            total += x[i, 0] * x[j, 1]
+            found[0] += 1
+        row = x[i]
+        total -= row[1]
+    k = 0
+    stop = 5
+    for j in range(stop):
+        stop -= 1
+        k += stop * j
+    found[1] = k
+    steps = 0
+    while True:
+        steps += 1
+        if steps * steps > n + 10:
+            break
+        if steps == 100:
+            return INFINITY
+    found[2] = steps
+    return total
+
+
+@algorithm
+def arrays(a: InOut[Matrix[3, 3]], b: InOut[Vector[3]], indices: IntRows[1]) -> Real:
+    """Rows, parts, swaps, fills, and local arrays that are new in every iteration."""
+    for i in range(len(a)):
+        square = zeros(3)
+        partial = empty(2)
+        order = int_zeros(2)
+        for j in range(3):
+            square[j] += a[i, j] * a[i, j]
+        partial[:] = square[1:3]
+        order[0] = i
+        b[i] = partial[0] - partial[1] * float(order[0] + order[1])
+    a[0, 0], a[1, 1] = a[1, 1], a[0, 0]
+    x, y = b[0], b[1]
+    x, y = y - x, x
+    b[:2] = (x, y)
+    third = a[2]
+    third[:] = 0.25
+    a[1][:] = b
+    last = 0.0
+    for k in range(len(indices)):
+        last += b[indices[k, 0]]
+        row = a[k]
+        row[-1] = last
+    return last + third[0]
+
+
+@algorithm
+def weighted(x: Vector, kind: Static, weights: Static) -> Real:
+    """Static branches and loops over static tuples; any size."""
+    total = 0.0
+    for w in weights:
+        if kind == "sum":
+            total += w * x[0]
+        elif kind == "last" and len(x) > 1:
+            last = len(x) - 1
+            total += w * x[last]
+        else:
+            total -= w
+    for i, j in ((0, 1), (1, 0)):
+        total += float(10 * i + j)
+    return total
+
+
+@algorithm
+def pair(x: Real, y: Real, flag: Bool) -> tuple[Real, Int, Bool]:
+    """Several results of several types."""
+    return x - y, 7 if flag else -7, x < y and not flag
+
+
+@algorithm
+def weighted_pair(x: Real, y: Real) -> Real:
+    """Calls: of any size from tuples, with static values, with several results."""
+    a, n, is_less = pair(x, y, True)
+    total = weighted((x, y, a), "last", WEIGHTS)
+    other = weighted((y,), "sum", (2.0,))
+    return total - other + float(n) + (1.0 if is_less else 0.0)
+
+
+@algorithm
+def elementary(x: Real, y: Real) -> Real:
+    """Functions of the package."""
+    t = sin(x) * cos(y) + exp(-x * x) + log(1.0 + y * y)
+    return sqrt(t * t + atan2(y, x) * epsilon()) + weighted_pair(x, y)
+
+
+@codegen.kernel(cga.kind("motor"), cga.kind("point"))
+def moved(m, x):
+    return m * x * ~m
+
+
+@codegen.kernel(codegen.numbers(3), codegen.scalar, algebra=cga)
+def norms(x, s):
+    return codegen.row([x[0] * s, x[1] * s]), x[0] * x[0] + x[2]
+
+
+@algorithm
+def with_kernels(m: Vector[8], x: InOut[Vector[5]], n: Int) -> Real:
+    """Kernels on rows, parts, tuples and numbers; a result over its own argument."""
+    total = 0.0
+    for i in range(n):
+        x[:] = moved(m, x)
+        part, square = norms((x[0], x[1], float(i)), total + 1.0)
+        part[:], total = norms(x[1:4], square)
+        total += part[0] - part[1]
+    return total
+
+
+rng = np.random.default_rng(5)
+SPECIAL = np.array([0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-310, 1e300])
+
+
+def motor_rows(n: int) -> Any:
+    rotor = cga.rotor(rng.normal(size=(n, 3)), rng.normal(size=n))
+    return (cga.translator(rng.normal(size=(n, 3))) * rotor).as_kind(cga.kind("motor")).values
+
+
+def points(n: int) -> Any:
+    return cga.point(rng.normal(size=(n, 3))).as_kind(cga.kind("point")).values
+
+
+CASES: list[tuple[Any, tuple[Any, ...], tuple[Any, ...]]] = [
+    (arithmetic, (rng.normal(size=(40, 4)), rng.integers(-9, 9, 40), rng.integers(1, 9, 40), rng.random(40) < 0.5), ()),
+    (arithmetic, (rng.choice(SPECIAL, (80, 4)), np.arange(80) - 40, np.full(80, -7), rng.random(80) < 0.5), ()),
+    (control, (rng.normal(size=(12, 9, 2)), rng.normal(size=12)), ()),
+    (arrays, (rng.normal(size=(9, 3, 3)), rng.normal(size=(9, 3)), np.array([[2], [0], [1]])), ()),
+    (elementary, (rng.normal(size=50), rng.normal(size=50)), ()),
+    (pair, (rng.normal(size=20), rng.normal(size=20), np.arange(20) % 2 == 0), ()),
+    (weighted, (rng.normal(size=(7, 4)),), ("last", WEIGHTS)),
+    (weighted, (rng.normal(size=(7, 1)),), ("none", (1.0, 2.0, 4.0))),
+]
+#: Kernels' texts are rewritten formulas: their bits are those of one target as of another, not of the formula.
+KERNELS = (motor_rows(8), points(8), np.arange(8))
+IDS = [f"{case[0].name}{k}" for k, case in enumerate(CASES)]
+needs_compiler = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+
+
+def as_tuple(found: Any) -> tuple[Any, ...]:
+    return found if isinstance(found, tuple) else (found,)
+
+
+def references(function: Any, arguments: tuple[Any, ...], static: tuple[Any, ...], numbers: Any) -> list[Any]:
+    """Results of the text, item by item; arguments that all items share have fewer axes."""
+    rows = []
+    for i in range(len(arguments[0])):
+        own = [a if a.ndim == 2 and a.shape[1] == 1 and a.dtype.kind == "i" else a[i] for a in arguments]
+        rows.append(as_tuple(function.reference(*own, *static, numbers=numbers)))
+    return [np.array([np.asarray(row[k]) for row in rows]) for k in range(len(rows[0]))]
+
+
+def same(found: Any, expected: list[Any]) -> None:
+    for a, b in zip(as_tuple(found), expected, strict=True):
+        assert np.array_equal(np.asarray(a), b.astype(np.asarray(a).dtype), equal_nan=np.asarray(a).dtype.kind == "f")
+        if np.asarray(a).dtype.kind == "f":
+            known = ~np.isnan(b)
+            assert np.array_equal(np.signbit(a)[known], np.signbit(b)[known])
+
+
+@needs_compiler
+@pytest.mark.parametrize("case", CASES, ids=IDS)
+def test_c_has_the_bits_of_the_text(case: Any) -> None:
+    function, arguments, static = case
+    same(function(*arguments, *static), references(function, arguments, static, np.float64))
+
+
+@needs_compiler
+@pytest.mark.parametrize("case", CASES, ids=IDS)
+def test_c_in_single_precision_has_the_bits_of_the_text(case: Any) -> None:
+    function, arguments, static = case
+    if function in (elementary, pair):
+        pytest.skip("without an array of real numbers an algorithm runs in double precision")
+    single = tuple(a.astype(np.float32) if a.dtype.kind == "f" else a for a in arguments)
+    found, expected = function(*single, *static), references(function, single, static, np.float32)
+    if function is arithmetic:  # quotients of integers are of single precision in C alone
+        found[0][:, 4] = expected[0][:, 4] = 0.0
+    same(found, expected)
+
+
+@needs_compiler
+@pytest.mark.parametrize("case", CASES, ids=IDS)
+def test_c_compiles_without_a_warning(case: Any, tmp_path: Path) -> None:
+    function, arguments, static = case
+    program = algorithm_extension(function._function((*arguments, *static)))
+    for name, text in {**program.headers, "main.c": program.source}.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    command = [*extension.required_compiler().command, "-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-c", "main.c"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+@pytest.mark.parametrize("case", CASES, ids=IDS)
+def test_numba_has_the_bits_of_the_text(case: Any) -> None:
+    function, arguments, static = case
+    same(function.on("numba")(*arguments, *static), references(function, arguments, static, np.float64))
+
+
+@needs_compiler
+@pytest.mark.compiles
+@pytest.mark.peers
+def test_kernels_in_algorithms() -> None:
+    compiled, by_numba = with_kernels(*KERNELS), with_kernels.on("numba")(*KERNELS)
+    expected = references(with_kernels, KERNELS, (), np.float64)
+    for a, b, c in zip(compiled, by_numba, expected, strict=True):
+        assert np.array_equal(a, b)
+        assert np.allclose(a, c, rtol=1e-12)
+
+
+def test_fifty_digits_from_the_same_text() -> None:
+    context = mpmath.mp.clone()
+    context.dps = 50
+    x, y = context.mpf(1) / 3, context.mpf(2) / 7
+    found = elementary.reference(x, y, numbers=context)
+    t = context.sin(x) * context.cos(y) + context.exp(-x * x) + context.log(1 + y * y)
+    rest = context.mpf(3) / 4 * (x - y) - 2 * y + 7
+    expected = context.sqrt(t * t + context.atan2(y, x) * context.eps) + rest
+    assert abs(found - expected) < context.mpf(10) ** -48
+    double = elementary.reference(float(x), float(y))
+    assert abs(float(found) - double) < 1e-14
+
+
+def test_kernels_run_with_fifty_digits() -> None:
+    context = mpmath.mp.clone()
+    context.dps = 50
+    m, x = motor_rows(1)[0], points(1)[0]
+    point, total = with_kernels.reference(m, x, 3, numbers=context)
+    double, sum_of_doubles = with_kernels.reference(m, x, 3)
+    assert np.allclose([float(v) for v in point], double, rtol=1e-13)
+    assert abs(float(total) - sum_of_doubles) < 1e-9 * abs(sum_of_doubles)
+    assert total != float(total)
