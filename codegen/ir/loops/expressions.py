@@ -216,7 +216,7 @@ class ExpressionReader:
     def _binary(self, node: ast.BinOp) -> Meaning:
         left, right = self.meaning(node.left), self.meaning(node.right)
         if isinstance(left, Static) and isinstance(right, Static):
-            return Static(fold_binary(self.text, node, left.value, right.value))
+            return Static(fold_binary(self.refuse, node, left.value, right.value))
         operator = _OPERATORS.get(type(node.op))
         if operator is None:
             self.refuse(node, "an operator that algorithms have not", "There are + - * / // %; write x * x for x ** 2.")

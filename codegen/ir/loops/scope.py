@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from .nodes import Array, Expression, Variable, View
+from .nodes import Array, Count, Expression, Variable, View, integer
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,4 @@ def bound_names(tree: ast.AST) -> dict[str, int]:
 
 def whole(array: Array) -> View:
     """All of an array."""
-    from .nodes import Count, integer
-
     return View(array, integer(0), array.type, Count(array) if array.type.is_open else None)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import ast
 import operator
+from collections.abc import Callable
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from .text import AlgorithmText
+from typing import Any, NoReturn
 
 BINARY = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -28,15 +26,15 @@ def plain(value: Any) -> Any:
     return int(value) if isinstance(value, IntEnum) else value
 
 
-def fold_binary(text: AlgorithmText, node: ast.BinOp, left: Any, right: Any) -> Any:
+def fold_binary(refuse: Callable[[ast.AST, str, str], NoReturn], node: ast.BinOp, left: Any, right: Any) -> Any:
     """The value of an operation on two static values."""
     function = BINARY.get(type(node.op))
     if function is None:
-        text.refuse(node, "an operator that algorithms have not", "There are + - * / // % and, of static values, **.")
+        refuse(node, "an operator that algorithms have not", "There are + - * / // % and, of static values, **.")
     left, right = plain(left), plain(right)
     if isinstance(node.op, ast.Pow) and not (isinstance(right, (int, float)) and abs(right) <= _LARGEST_POWER):
-        text.refuse(node, "a static power with a very large exponent", "Write the value.")
+        refuse(node, "a static power with a very large exponent", "Write the value.")
     try:
         return function(left, right)
     except (ArithmeticError, TypeError) as error:
-        text.refuse(node, f"static values give no result ({error})", "Look at the values of the names in it.")
+        refuse(node, f"static values give no result ({error})", "Look at the values of the names in it.")

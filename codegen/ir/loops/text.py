@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from ...errors import AlgorithmError, suggest
+from .static import fold_binary
 from .types import INT, Annotation, Parameter, Scalar, StaticType
 
 #: Types of static values; tuples hold them.
@@ -134,10 +135,8 @@ class AlgorithmText:
             case ast.Attribute(value, attribute):
                 return self.attribute(node, self._annotation_value(value), attribute)
             case ast.BinOp():
-                from .static import fold_binary
-
                 left, right = self._annotation_value(node.left), self._annotation_value(node.right)
-                return fold_binary(self, node, left, right)
+                return fold_binary(self.refuse, node, left, right)
             case _:
                 return None
 
