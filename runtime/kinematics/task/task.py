@@ -287,7 +287,8 @@ class Setup:
         """Picture of a Delta robot."""
         from ... import plot as drawn
         from ...plot import palette
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta import plots
 
         assert isinstance(self.model, DeltaModel)
@@ -311,7 +312,8 @@ class Setup:
 
     def slices(self, path: str | PathLike[str] | None = None, space: Workspace | WorkspaceGrid | None = None) -> Figure:
         """Slices of the workspace: condition numbers where the tool can be, nothing where it cannot."""
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta.plots import slices
 
         box = self.box or WorkspaceQuery()
