@@ -1,4 +1,4 @@
-"""Shared by benchmarks: the time of a call on one processor, and sections whose result rows are printed as they finish."""
+"""Shared by benchmarks: the time of a call on one processor, and sections whose rows are printed as they finish."""
 
 from __future__ import annotations
 
