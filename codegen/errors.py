@@ -237,7 +237,7 @@ class CompileError(BladesmithError, RuntimeError):
         self.source = source
         super().__init__(what, where=where, remedy=remedy)
 
-    def kept_in(self, folder: Path) -> None:
+    def set_folder(self, folder: Path) -> None:
         """Note where the folder of the refused file was put aside."""
         if self.source is not None:
             self.source = folder / self.source.name

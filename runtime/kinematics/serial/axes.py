@@ -52,7 +52,7 @@ def revolute_axis(
 
 def prismatic_axis(direction: ArrayLike, algebra: Algebra | None = None, *, strict: bool = False) -> Multivector:
     """The twist a n of a translation by one unit of length along a direction (..., 3) of any length. INVALID: zero."""
-    return _axis("slide_along", algebra, strict, direction=direction)
+    return _axis("translation_along", algebra, strict, direction=direction)
 
 
 def screw_axis(
