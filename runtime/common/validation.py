@@ -238,18 +238,23 @@ def as_axis(value: Any, shape: tuple[int, ...], what: str, error: type[Bladesmit
 # -- arrays --------------------------------------------------------------------------------------------------------
 
 
+def as_array(value: Any, name: str, error: type[BladesmithError] = InputError) -> NDArray[Any]:
+    """Array of any items."""
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise error(f"{name} is ragged; all its rows have one length.") from None
+    except (TypeError, OverflowError) as problem:  # a multivector, for one, says what to take instead
+        raise error(f"{name}: {problem}") from None
+
+
 def real_array(
     value: Any, name: str, shape: Axes | None = None, error: type[BladesmithError] = InputError
 ) -> NDArray[Any]:
     """Array of float64 or float32, of a shape; masked and complex numbers and truth values are not valid."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} masks some of its numbers; fill them first: x.filled(value).")
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise error(f"{name} is ragged; all its rows have one length.") from None
-    except (TypeError, OverflowError) as problem:  # a multivector, for one, says what to take instead
-        raise error(f"{name}: {problem}") from None
+    array = as_array(value, name, error)
     if array.dtype != F64 and array.dtype != F32:
         if array.dtype.kind not in "iuf" and (array.dtype.kind != "b" or array.size):
             if array.ndim == 0:

@@ -111,7 +111,9 @@ def _negate(x: Multivector, signs: NDArray[Any]) -> Multivector:
 
 def _read_controls(given: Any, raw: bool) -> Multivector:
     if not isinstance(given, Multivector):
-        if isinstance(given, (str, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
+        if isinstance(given, (str, Mapping)) or not (
+            isinstance(given, Sequence) or isinstance(given, np.ndarray) and given.ndim
+        ):
             raise invalid(given, "controls", "a list of objects, or a batch of them,")
         circles = _circles(given)
         if circles is not None:

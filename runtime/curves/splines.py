@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
-from ..common.validation import as_bool, as_choice, check_shape, finite_array, invalid
+from ..common.validation import as_bool, as_choice, as_int, check_shape, finite_array
 from .base import Curve
 from .bernstein import (
     Array,
@@ -152,11 +152,10 @@ class Interpolating(Curve):
     def __init__(
         self, objects: Any, knots: Any = None, degree: int = 3, *, ends: Ends = "not-a-knot", align: bool = False
     ) -> None:
-        if isinstance(degree, bool) or degree not in (1, 2, 3):
-            raise invalid(degree, "degree", "1, 2 or 3")
+        degree = as_int(degree, "degree", 1, 3)
         as_choice(ends, "ends", ("not-a-knot", "natural"))
         super().__init__(as_controls(objects, align))
-        self._wanted = int(degree)
+        self._wanted = degree
         self._ends = ends
         self._knots = np.arange(float(len(self))) if knots is None else _increasing(knots, len(self))
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..codegen.errors import InputError, MissingExtraError
 from ..codegen.interrupts import deferred_interrupts
 from ..common.files import as_path
-from ..common.validation import check_shape, finite_array
+from ..common.validation import as_array, check_shape, finite_array
 from ..core.multivector import Multivector
 from ..core.registry import stock_algebra
 
@@ -115,7 +115,7 @@ def face_indices(value: Any, name: str, count: int, error: type[InputError] = In
     InputError, ShapeError
         Or the class ``error``, with the index of the first invalid face.
     """
-    faces = np.asarray(value)
+    faces = as_array(value, name, error)
     if faces.dtype.kind not in "iu" or isinstance(value, np.ma.MaskedArray):
         raise error(f"{name} holds {faces.dtype}; whole numbers, the indices of vertices, are needed.")
     check_shape(faces, name, ("m", 3), error, "Split polygons into triangles")

@@ -5,7 +5,7 @@ import pytest
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
-from bladesmith import dynamics, objects
+from bladesmith import curves, dynamics, objects, registration, tracer
 from bladesmith.errors import BladesmithError, KindError
 from bladesmith.status import Status
 
@@ -60,6 +60,26 @@ def test_tolerances_are_numbers(tolerance):
 def test_what_is_needed_is_said(call, message):
     with pytest.raises(BladesmithError, match=message):
         call()
+
+
+@pytest.mark.parametrize("value", [[[1, 2], [3]], [ROTOR], ROTOR, np.array(1.0), "x"], ids=str)
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda x: tracer.Facets(np.eye(3), x),
+        lambda x: tracer.save_image("none.png", x),
+        lambda x: tracer.save_image("none.png", np.zeros((4, 4, 3)), x),
+        lambda x: curves.Bezier(x),
+        lambda x: curves.Interpolating(SPHERES, degree=x),
+        lambda x: registration.model_from_points(np.eye(3), 0.1, kinds=x),
+    ],
+    ids=["faces", "image", "done", "controls", "degree", "kinds"],
+)
+def test_ragged_lists_and_multivectors_are_no_arrays(tmp_path, monkeypatch, call, value):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BladesmithError) as error:
+        call(value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("call", [lambda x: ROTOR.astype(x), lambda x: bs.algebra(x, 0, 0)], ids=["dtype", "signature"])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.files import as_path, failures_named, replacing
-from ...common.validation import short_repr
+from ...common.validation import as_array, short_repr
 from ...errors import InputError, MissingExtraError
 from ..rendering.aov_layers import LAYERS, exr_channels, layer_picture
 from . import exr
@@ -153,7 +153,7 @@ def save_layers(
         raise InputError(f"layers are {short_repr(layers)}; a mapping of names to arrays is needed.")
     if done is not None:
         done = _pixels(done)
-    arrays = {name: _check_layer(name, np.asarray(values), done) for name, values in layers.items()}
+    arrays = {name: _check_layer(name, as_array(values, f"the layer {name}"), done) for name, values in layers.items()}
     shape = next(iter(arrays.values())).shape
     for name, values in arrays.items():
         if values.shape[:2] != shape[:2]:
@@ -176,7 +176,7 @@ def save_layers(
 
 def _pixels(done: Any) -> NDArray[np.bool_]:
     """Check the mask of finished pixels."""
-    mask = np.asarray(done)
+    mask = as_array(done, "done")
     if mask.dtype != np.bool_:
         raise InputError(f"done is {short_repr(done)}; an array of bool, one for each pixel, is needed.")
     return mask
