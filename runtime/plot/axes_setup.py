@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..common.files import as_path, failures_named, replacing_by_suffix
 from ..common.validation import as_bool, as_instance, as_int, as_pair, positive_float
 from ..errors import InputError
 from . import matplotlib_import, palette
@@ -170,20 +171,24 @@ def save(path: str | PathLike[str], picture: Axes3D | Figure, dpi: float = DOTS_
     Raises
     ------
     InputError
-        If the picture is not valid, ``dpi`` is not positive, or matplotlib does not know the suffix.
-    OSError
-        If the file cannot be written.
+        If the picture is not valid, ``dpi`` is not positive, matplotlib does not know the suffix, or the file cannot be
+        written: then no part of it remains.
     """
     figure: Any = getattr(picture, "figure", picture)
     remedy = "Give the axes that draw() returned"
     as_instance(figure, "picture", matplotlib_import.figure_class(), "one of axes or a figure", remedy=remedy)
-    if not isinstance(path, str | PathLike) and not hasattr(path, "write"):
-        raise InputError(f"path is a {type(path).__name__}; the name of a file is needed.")
     dpi = positive_float(dpi, "dpi")
     for ax in figure.axes:
         if _HOME in vars(ax):
             fill_page(ax)  # its view may have changed
-    try:
+    if hasattr(path, "write"):
         figure.savefig(path, dpi=dpi)
-    except ValueError as error:
-        raise InputError(f"{path}: {error}.") from None
+        return
+    file = as_path(path, "a picture is written to")
+    if not file.suffix:
+        file = file.with_name(f"{file.name}.{figure.canvas.get_default_filetype()}")
+    with failures_named(file), replacing_by_suffix(file) as temporary:
+        try:
+            figure.savefig(temporary, dpi=dpi)
+        except ValueError as error:
+            raise InputError(f"{error}.", where=str(file)) from None

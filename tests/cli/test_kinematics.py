@@ -126,8 +126,8 @@ def test_a_urdf_by_itself(tmp_path, monkeypatch, capsys):
         (["delta.toml", "--position", "nan", "0", "1"], "InputError: --position is (nan, 0.0, 1.0); finite numbers"),
         (["delta.toml", "--position", "0", "1"], "Option '--position' requires 3 arguments"),
         (["delta.toml", "--duration", "2"], "--duration and --samples are of a path, and there is none. Give --to"),
-        (["delta.toml", "--to", "0", "0", "1", "--duration", "0"], "InputError: --duration is 0; a positive number"),
-        (["delta.toml", "--to", "0", "0", "1", "--samples", "1"], "InputError: --samples is 1; from 2 to"),
+        (["delta.toml", "--to", "0", "0", "1", "--duration", "0"], "InputError: --duration is 0.0; a positive number"),
+        (["delta.toml", "--to", "0", "0", "1", "--samples", "1"], "--samples is 1; a whole number from 2 to"),
         (["delta.toml", "--tip", "platform"], "InputError: delta.toml: tip and root are of URDF files."),
     ],
 )

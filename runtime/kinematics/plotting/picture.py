@@ -15,8 +15,8 @@ from scipy.spatial import ConvexHull
 
 from ... import plot as drawn
 from ...errors import InputError
-from ...plot import axes_setup, drawing, matplotlib_import, palette
-from ...plot.style import add_plate, add_surface, check_suffix, plain, save, show_title, uniform_rows
+from ...plot import axes_setup, palette
+from ...plot.style import add_plate, add_surface, check_suffix, finish_picture, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
 from .glyphs import Mark, Sketch, mechanism_sketch
@@ -120,8 +120,7 @@ def picture(
     several = list(mechanism) if isinstance(mechanism, Sequence) else [mechanism]
     if not several:
         raise InputError("a picture shows at least one pose.")
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     places: list[Any] = [None] * len(several) if place is None else list(np.asarray(place, float).reshape(-1, 3))
     poses = [mechanism_sketch(m, tool, p) for m, p in zip(several, places, strict=True)]
     line = np.zeros((0, 3)) if trace is None else np.asarray(trace, float)
@@ -141,16 +140,8 @@ def picture(
     drawn.paths(np.zeros((0, 2, 3)), ax, palette.INK, THIN, box)
     if frame:
         _axes(ax, box, span)
-    if legend and len(colors) <= MOST_NAMES:
-        new = matplotlib_import.line_class()
-        drawing.picture_of(ax).handles.extend(
-            new([], [], color=color, linewidth=STICK, label=plain(name)) for name, color in colors.items()
-        )
-        axes_setup.show_legend(ax, drawing.picture_of(ax).handles)
-    if title:
-        show_title(ax, title)
-    if path is not None:
-        save(path, ax, dpi)
+    names = colors.items() if legend and len(colors) <= MOST_NAMES else ()
+    finish_picture(ax, names, title, path, dpi, STICK)
     return ax
 
 

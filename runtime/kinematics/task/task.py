@@ -298,12 +298,12 @@ class Setup:
         """Picture of a Delta robot."""
         from ... import plot as drawn
         from ...plot import palette
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta import plots
 
         assert isinstance(self.model, DeltaModel)
-        if path is not None:
-            check_suffix(path)
+        check_suffix(path)
         model, view = self.model, dict[str, Any]()
         if self.look.view is not None:
             view["view"] = self.look.view
@@ -322,12 +322,12 @@ class Setup:
 
     def slices(self, path: str | PathLike[str] | None = None, space: Workspace | WorkspaceGrid | None = None) -> Figure:
         """Slices of the workspace: condition numbers where the tool can be, nothing where it cannot."""
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta.plots import slices
 
         box = self.box or WorkspaceQuery()
-        if path is not None:
-            check_suffix(path)
+        check_suffix(path)
         grid = self.workspace() if space is None else space
         figure = slices(grid, show=box.show, across=box.across, at=box.at)
         if isinstance(grid, WorkspaceGrid) and box.across != "z" and figure.axes[0].yaxis_inverted():
