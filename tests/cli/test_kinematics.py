@@ -123,7 +123,7 @@ def test_a_urdf_by_itself(tmp_path, monkeypatch, capsys):
             ["delta.toml", "-j", "moter_1=1"],
             "'moter_1' is not an actuated joint (did you mean 'motor_1'?); there are",
         ),
-        (["delta.toml", "--position", "nan", "0", "1"], "InputError: --position is (nan, 0.0, 1.0); finite numbers"),
+        (["delta.toml", "--position", "nan", "0", "1"], "InputError: --position[0] is nan; a finite number"),
         (["delta.toml", "--position", "0", "1"], "Option '--position' requires 3 arguments"),
         (["delta.toml", "--duration", "2"], "--duration and --samples are of a path, and there is none. Give --to"),
         (["delta.toml", "--to", "0", "0", "1", "--duration", "0"], "InputError: --duration is 0.0; a positive number"),

@@ -184,7 +184,8 @@ def _check_layer(name: str, values: Any, done: Array | None) -> Array:
     """Check shape and type of a layer, and that a color has no NaN; unfinished pixels of the color become black."""
     trailing = len(LAYERS[as_choice(name, "a layer", LAYERS)].channels)
     what = "the picture" if name == "color" else name
-    pixels: Array = real_array(values, what, ("height", "width", trailing)[: 2 + (trailing > 1)])
+    real_array(values, what, ("height", "width", trailing)[: 2 + (trailing > 1)])
+    pixels = np.asarray(values)  # indices stay whole numbers
     if not pixels.size:
         raise InputError(f"{what} has no pixels.")
     if done is not None:
