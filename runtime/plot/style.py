@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.files import as_path
 from ..errors import InputError
 from . import axes_setup, drawing, matplotlib_import, palette
 from .glyphs import LIGHT, SHADE
@@ -35,7 +35,7 @@ def check_suffix(path: str | PathLike[str] | None) -> None:
     if path is None:
         return
     formats = matplotlib_import.figure_class()().canvas.get_supported_filetypes()
-    suffix = Path(path).suffix.removeprefix(".").lower()
+    suffix = as_path(path, "a picture is written to").suffix.removeprefix(".").lower()
     if suffix not in formats:
         what = (
             f"{suffix!r} is not a format of pictures"

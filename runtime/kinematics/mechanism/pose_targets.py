@@ -73,5 +73,5 @@ def _screw_displacements(mechanism: Assembly, free: Array, own: Array, first: Ar
     before = np.broadcast_to(first, own.shape).copy()
     if path:
         before[..., 1:, :] = own[..., :-1, :]
-    twists = evaluate(algebra, "joints.way", motors(before), motors(own)).value
+    twists = evaluate(algebra, "joints.twist_between", motors(before), motors(own)).value
     return np.asarray(twists.values @ np.linalg.pinv(free).T)

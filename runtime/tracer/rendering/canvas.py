@@ -40,7 +40,7 @@ class PartialPicture:
         return self.layers["color"]
 
     @property
-    def share(self) -> float:
+    def parallel_for(self) -> float:
         """Fraction of the pixels that were rendered."""
         return float(self.done.mean())
 
