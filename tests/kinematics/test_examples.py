@@ -101,7 +101,7 @@ def test_marks_are_about_their_place_and_axis(kind):
 
 
 def test_pictures_have_equal_axes_and_a_name_for_each_body(tmp_path):
-    ax = picture.picture(tripod(bs.cga3d), tmp_path / "a.png", tool="cart", place=(4.0, 3.0, 3.0), title="A $ b")
+    ax = picture.picture(tripod(bs.cga3d), tmp_path / "a.png", tool="cart", position=(4.0, 3.0, 3.0), title="A $ b")
     limits = np.array([ax.get_xlim3d(), ax.get_ylim3d(), ax.get_zlim3d()])
     assert np.allclose(np.ptp(limits, axis=1) / np.array(ax._box_aspect), np.ptp(limits[0]) / ax._box_aspect[0])
     assert [handle.get_label() for handle in drawing.picture_of(ax).handles] == ["base", "arm", "cart"]

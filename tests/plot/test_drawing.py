@@ -526,7 +526,7 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.draw(CIRCLE, color=[[1, 0, 0], "red"]), errors.InputError, "2 entries for 1 items"),
         (lambda: plot.draw(curves.Bezier), errors.InputError, "cannot be drawn"),
         (lambda: plot.paths([[0, 0, 0], [0, 0]]), errors.InputError, "ragged"),
-        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions: a multivector is no array"),
+        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions: a multivector is not an array"),
         (lambda: plot.panels(1.5, 1), errors.InputError, "rows of panels"),
         (lambda: plot.panels(1, 1, size=(np.nan, 1)), errors.InputError, "size"),
         (lambda: plot.axes(size=(0, 1)), errors.InputError, "size"),
