@@ -509,7 +509,7 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.twist_field(cga.direction([1, 0, 0]), count=0), errors.InputError, "count is 0"),
         (lambda: plot.twist_field(SPIN, count=2.5), errors.InputError, "count is 2.5"),
         (lambda: plot.twist_field(SPIN, count=10**6), errors.InputError, "count"),
-        (lambda: plot.twist_field(SPIN, reach=np.inf), errors.InputError, "reach is inf"),
+        (lambda: plot.twist_field(SPIN, half_side=np.inf), errors.InputError, "half_side is inf"),
         (lambda: plot.orbit(SPIN, "abc"), errors.InputError, "points is 'abc'; real numbers"),
         (lambda: plot.orbit(SPIN, turns="a"), errors.InputError, "turns is 'a'; a positive number"),
         (lambda: plot.orbit(SPIN, turns=1e12), errors.InputError, "positions"),
