@@ -34,8 +34,8 @@ def command(
     """Generate an algebra: C, numba and CUDA-ready sources, and a manifest.
 
     Without --spec and --signature, all stock algebras and programs. Without --out, into ./generated, or for --check
-    the installed package's own folder. The forms chosen earlier are read from forms.json there, and are good for
-    formulas that have not changed; others are searched. --update and --check make only what is older than its
+    the installed package's own folder. The variants selected earlier are read from variants.json there, and are good
+    for formulas that have not changed; others are searched. --update and --check make only what is older than its
     formulas (see sources.json); without them everything is made anew.
     """
     from ..codegen.build.stamps import generated_files
@@ -113,11 +113,11 @@ def _installed_folder() -> Path:
 
 def _recorded_forms(folder: Path, texts: Mapping[str, str]) -> Any:
     try:
-        return json.loads(texts.get("forms.json", "{}"))
+        return json.loads(texts.get("variants.json", "{}"))
     except ValueError as error:
         raise SpecError(
             f"not a record of forms ({error})",
-            where=str(folder / "forms.json"),
+            where=str(folder / "variants.json"),
             remedy="Take it from version control, or remove it: all forms are searched again then (minutes)",
         ) from None
 

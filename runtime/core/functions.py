@@ -17,6 +17,7 @@ from ..common.dtypes import F64
 from ..common.validation import as_bool, as_float
 from ..dispatch.coefficients import embed, normalize_exponents
 from ..dispatch.formulas import evaluate, merge_statuses, propagate_invalid, raise_first, resolve_kernel
+from ..dispatch.multivector_data import check_multivector
 from ..status import Status
 from . import kind_constraints, linear_maps
 from .exponentials import exp, log, sqrt
@@ -208,6 +209,7 @@ def reflect(x: P, mirror: P, strict: bool = False) -> P:
     GradeError
         If the mirror is not of one grade.
     """
+    check_multivector(mirror, "the mirror")
     if len(mirror.grades) != 1:
         raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Use .grade(k)")
     outcome = evaluate(x.algebra, "versors.reflect", x, normalize_exponents(mirror)[0])

@@ -43,7 +43,7 @@ def satisfies_constraints(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
         size = form.size.at(np.abs(x)) if form.size else np.abs(value)
         # x ~x - 1, for one: noise in its other parts is noise of the 1
         size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
-        good = (np.abs(value) <= tolerance(data.dtype) * size).all(-1)
+        good = ((np.abs(value) <= tolerance(data.dtype) * size) & np.isfinite(size)).all(-1)
     return np.asarray(good).reshape(data.shape[:-1])
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
 from ..common.dtypes import F64, as_precision
+from ..common.validation import invalid
 from ..status import Status
 from .types import Blade, Type, TypedAlgebra
 
@@ -209,6 +210,18 @@ class MultivectorData:
 
     def __deepcopy__(self, _: Any) -> Self:
         return self.__copy__()
+
+
+def check_multivector(x: Any, what: str = "x") -> None:
+    """Check that a value is a multivector.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    if not isinstance(x, MultivectorData):
+        raise invalid(x, what, "a multivector")
 
 
 def statuses(codes: NDArray[np.uint8] | None, lead: tuple[int, ...]) -> Statuses:

@@ -133,7 +133,7 @@ _REACH: dict[str, Callable[..., Array]] = {
     "point_pair": lambda a, b: np.concatenate([a, b]),
     "line": _nothing,
     "plane": _nothing,
-    "circle": lambda c, n, r: _around(c, tessellation.circle_half_sides(n, r)),
+    "circle": lambda c, n, r: _around(c, tessellation.circle_extent(n, r)),
     "sphere": lambda c, r, _: _around(c, r[:, None]),
     "frame": lambda origin, _: origin,
     "path": lambda xyz: xyz[np.isfinite(xyz).all(-1)],

@@ -6,15 +6,14 @@ matplotlib is imported by the first picture.
 from __future__ import annotations
 
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common.files import failures_named, replacing_by_suffix
+from ..common.files import as_path
 from ..errors import InputError
-from . import axes_setup, drawing, matplotlib_import, palette
+from . import drawing, matplotlib_import, palette
 from .glyphs import LIGHT, SHADE
 
 Array = NDArray[Any]
@@ -33,7 +32,7 @@ def check_suffix(path: str | PathLike[str]) -> None:
         If matplotlib is not installed.
     """
     formats = matplotlib_import.figure_class()().canvas.get_supported_filetypes()
-    suffix = Path(path).suffix.removeprefix(".").lower()
+    suffix = as_path(path, "a picture is written to").suffix.removeprefix(".").lower()
     if suffix not in formats:
         what = (
             f"{suffix!r} is not a format of pictures"
@@ -41,32 +40,6 @@ def check_suffix(path: str | PathLike[str]) -> None:
             else "the path has no suffix, which is the picture's format"
         )
         raise InputError(f"{what}.", where=str(path), remedy=f"Use one of {', '.join(sorted(formats))}")
-
-
-def write(path: str | PathLike[str], figure: Any, dpi: float = axes_setup.DOTS_PER_INCH) -> None:
-    """Write a picture, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix.
-    OSError
-        If it cannot be written.
-    """
-    with replacing_by_suffix(Path(path)) as temporary:
-        axes_setup.save(temporary, figure, dpi)
-
-
-def save(path: str | PathLike[str], figure: Any, dpi: float = axes_setup.DOTS_PER_INCH) -> None:
-    """Write a picture, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix, or it cannot be written.
-    """
-    with failures_named(path):
-        write(path, figure, dpi)
 
 
 # -- parts of pictures -----------------------------------------------------------------------------------------

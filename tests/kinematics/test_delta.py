@@ -1,6 +1,7 @@
 """The Delta robot against 50-digit geometry, the thesis's own formulas, all fifteen joints, and brute force."""
 
 import itertools
+from concurrent.futures import ThreadPoolExecutor
 
 import mpmath
 import numpy as np
@@ -13,7 +14,7 @@ from bladesmith import cga3d as cga
 from bladesmith import dynamics, kinematics
 from bladesmith.codegen.algebra.algebra import numbers, scalar_argument
 from bladesmith.codegen.api import KernelFunction
-from bladesmith.codegen.errors import InputError, ShapeError, SingularError
+from bladesmith.codegen.errors import InputError, Interrupted, ShapeError, SingularError
 from bladesmith.codegen.formulas.delta import delta as formulas
 from bladesmith.codegen.formulas.products.double_double import Steps
 from bladesmith.codegen.rings.double_double import DoubledRing
@@ -683,6 +684,29 @@ def test_batches_of_joint_objects():
 
 
 # -- workspace, motion, dynamics, pictures ---------------------------------------------------------------------
+
+
+def test_workers_sample_the_same_workspace(monkeypatch):
+    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.POSITIONS_PER_CALL", 100)
+    here, reports = USUAL.workspace(points=(9, 8, 10)), []
+    with ThreadPoolExecutor(2) as pool:
+        there = USUAL.workspace(points=(9, 8, 10), executor=pool, progress=reports.append)
+    for name in ("x", "reachable", "condition", "inverse", "forward", "arms"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+    assert reports[-1].done == 720 and len(reports) == 7
+
+
+def test_an_interrupt_keeps_the_samples_of_a_workspace(monkeypatch):
+    def stop(progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.CHUNK", 360)
+    whole = USUAL.workspace(points=(9, 8, 10))
+    with pytest.raises(Interrupted) as caught:
+        USUAL.workspace(points=(9, 8, 10), progress=stop)
+    part = caught.value.partial
+    assert (part.arms.reshape(-1, 3)[360:] == bs.Status.INVALID).all() and not part.reachable.ravel()[360:].any()
+    np.testing.assert_array_equal(part.condition.ravel()[:360], whole.condition.ravel()[:360])
 
 
 def test_workspace():

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -166,6 +167,16 @@ effector_radius = 0.15
 upper_arm = 0.6
 forearm = 1.2
 """
+
+
+def test_workers_sample_the_same_workspace(setups, monkeypatch):
+    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.POSITIONS_PER_CALL", 1000)
+    for name in ("scara", "delta"):
+        here, reports = setups[name].workspace(), []
+        with ThreadPoolExecutor(2) as pool:
+            there = setups[name].workspace(progress=reports.append, executor=pool)
+        np.testing.assert_array_equal(here.condition, there.condition)
+        assert len(reports) > 1 and reports[-1].done == there.reachable.size
 
 
 def test_poses_by_joints_and_by_places_are_one(tmp_path):

@@ -71,7 +71,9 @@ def test_joints_without_a_place_are_drawn_beside_the_others(algebra):
     pose = mechanism_sketch(tripod(algebra), "cart", (4.0, 3.0, 3.0))
     turn, slide = pose.marks
     assert np.allclose(turn.position, (1, 2, 3)) and np.allclose(turn.axes, [(0, 0, 1)])
-    assert np.allclose(slide.position, (4, 2, 3)) and np.allclose(slide.axes, [(0, 0, -1)]) and slide.kind == "cylindrical"
+    assert (
+        np.allclose(slide.position, (4, 2, 3)) and np.allclose(slide.axes, [(0, 0, -1)]) and slide.kind == "cylindrical"
+    )
     assert np.allclose(pose.bodies["arm"], [(1, 2, 3), (4, 2, 3)])
     assert np.allclose(pose.bodies["cart"], [(4, 3, 3), (4, 2, 3)]) and pose.span == 3.0
     moved = tripod(algebra).at({"arm": algebra.rotor((0, 0, 1), 0.0), "cart": algebra.translator((0, 0, 2.0))})

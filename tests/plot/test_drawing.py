@@ -531,7 +531,7 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.panels(1, 1, size=(np.nan, 1)), errors.InputError, "size"),
         (lambda: plot.axes(size=(0, 1)), errors.InputError, "size"),
         (lambda: plot.axes(view=5), errors.InputError, "view is 5"),
-        (lambda: plot.save(None, plot.axes()), errors.InputError, "path is a NoneType"),
+        (lambda: plot.save(None, plot.axes()), errors.InputError, "None names none"),
         (lambda: plot.save("x.png", plot.axes(), dpi=0), errors.InputError, "dpi is 0"),
     ],
 )

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...mechanics.screws import moment_about, wrench_parts
 from ...plot import axes_setup, matplotlib_import, palette
-from ...plot.style import check_suffix, dress_panel, plain, save, show_curve_names
+from ...plot.axes_setup import save
+from ...plot.style import check_suffix, dress_panel, plain, show_curve_names
 from ..results.figure_spec import Sketch
 from ..results.trajectory_data import TrajectoryData, TrajectorySource, data_of
 

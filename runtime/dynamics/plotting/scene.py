@@ -16,9 +16,10 @@ from ... import plot as drawn
 from ...errors import InputError
 from ...mechanics.shapes import Shape
 from ...plot import axes_setup, drawing, matplotlib_import, palette
+from ...plot.axes_setup import save
 from ...plot.glyphs import Drawable, Faces
 from ...plot.input_groups import group_items
-from ...plot.style import check_suffix, plain, save, show_title, surface, uniform_rows
+from ...plot.style import check_suffix, plain, show_title, surface, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
 from ..results.figure_spec import Sketch

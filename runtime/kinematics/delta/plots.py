@@ -13,7 +13,8 @@ from ... import plot as drawn
 from ...codegen.errors import InputError, SingularError
 from ...common.validation import as_choice
 from ...plot import axes_setup, matplotlib_import, palette
-from ...plot.style import add_plate, check_suffix, dress_panel, save, show_curve_names, uniform_rows
+from ...plot.axes_setup import save
+from ...plot.style import add_plate, check_suffix, dress_panel, show_curve_names, uniform_rows
 from ...plot.view_box import surrounding_box
 
 if TYPE_CHECKING:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from functools import cached_property
 from typing import Any, Literal, overload
 
@@ -12,6 +13,7 @@ from scipy import sparse
 
 from ...codegen.errors import ConstraintError, InputError
 from ...common.deprecation import renamed_attribute, renamed_keywords
+from ...common.progress import ProgressOption
 from ...common.validation import as_instance, check_shape, short_repr
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate, raise_first
@@ -252,7 +254,8 @@ class Mechanism(Assembly):
 
     def solve_pose(
         self, driven: Mapping[Any, Any] | None = None, targets: Mapping[Any, Any] | None = None, start: Any = None,
-        path: bool = False, threads: int | None = None, strict: bool = False,
+        path: bool = False, threads: int | None = None, strict: bool = False, *, progress: ProgressOption = False,
+        executor: Executor | None = None,
     ) -> Poses:  # fmt: skip
         """Poses where joints have given coordinates and bodies are at their targets, by Newton's method (compiled).
 
@@ -271,17 +274,30 @@ class Mechanism(Assembly):
         path : bool
             The last axis is a path: each pose starts from the one before it.
         threads : int, optional
-            Default: the package's (`bladesmith.set_threads`).
+            Default: the package's (`bladesmith.set_threads`); with an executor those of each call, one by default.
         strict : bool
             Raise for the first pose that is not found.
+        progress : bool or callable
+            True: a bar on standard error. A callable gets a `bladesmith.Progress` of poses.
+        executor : concurrent.futures.Executor, optional
+            Solves parts of a batch, whole paths each, on its workers; the results have the same bits.
 
         Returns
         -------
         Poses (...)
+
+        Raises
+        ------
+        ExecutorError
+            If workers of the executor fail or end, and do so again.
+        Interrupted
+            On an interrupt. As that of an `ExecutorError`, its ``partial`` is the poses so far: NaN, and NOT_CONVERGED
+            where nothing is proved, for those that were not looked at.
         """
         return solve_poses(
-            self, {} if driven is None else driven, {} if targets is None else targets, start, path, threads, strict
-        )
+            self, {} if driven is None else driven, {} if targets is None else targets, start, path, threads, strict,
+            progress, executor,
+        )  # fmt: skip
 
     def at(self, motors: Mapping[str, Multivector]) -> Mechanism:
         """The mechanism at another pose.

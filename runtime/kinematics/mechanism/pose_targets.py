@@ -73,5 +73,5 @@ def _screw_displacements(mechanism: Assembly, free: Array, motors_now: Array, fi
     before = np.broadcast_to(first, motors_now.shape).copy()
     if path:
         before[..., 1:, :] = motors_now[..., :-1, :]
-    twists = evaluate(algebra, "joints.way", motors(before), motors(motors_now)).value
+    twists = evaluate(algebra, "joints.twist_between", motors(before), motors(motors_now)).value
     return np.asarray(twists.values @ np.linalg.pinv(free).T)

@@ -17,7 +17,8 @@ from ... import plot as drawn
 from ...common.deprecation import renamed_keywords
 from ...errors import InputError
 from ...plot import axes_setup, drawing, matplotlib_import, palette
-from ...plot.style import add_plate, add_surface, check_suffix, plain, save, show_title, uniform_rows
+from ...plot.axes_setup import save
+from ...plot.style import add_plate, add_surface, check_suffix, plain, show_title, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
 from .glyphs import Mark, Sketch, mechanism_sketch

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError, SingularError, suggest
 from ...codegen.interrupts import keep_partial
+from ...common import parallel
 from ...common.deprecation import renamed_attribute, renamed_keywords
+from ...common.executors import Task, fill_parts
 from ...common.progress import ProgressOption, open_progress
 from ...core.multivector import Multivector
 from ...mechanics.units import Units
@@ -35,7 +38,7 @@ FEW = 31
 #: Slices of the workspace of other robots.
 SLICES = 7
 #: Positions of a workspace that are evaluated at once.
-CHUNK = 2000
+CHUNK = 500
 #: Poses that are drawn of a path, at most.
 MOST_POSES = 24
 
@@ -193,22 +196,32 @@ class Setup:
 
     # -- the workspace -----------------------------------------------------------------------------------------
 
-    def workspace(self, progress: ProgressOption = False) -> Workspace | WorkspaceGrid:
+    def workspace(
+        self, progress: ProgressOption = False, executor: Executor | None = None
+    ) -> Workspace | WorkspaceGrid:
         """Positions of the tool in a box: `Workspace` of a Delta robot, `WorkspaceGrid` of others.
 
         Parameters
         ----------
         progress : bool or callable
             True: a bar on standard error. A callable gets a `bladesmith.Progress` of positions.
+        executor : concurrent.futures.Executor, optional
+            Evaluates parts of the box on its workers; the results have the same bits.
 
         Raises
         ------
+        ExecutorError
+            If workers of the executor fail or end, and do so again.
         Interrupted
-            On an interrupt; ``partial`` is a grid, not reachable and NaN where it was not looked at.
+            On an interrupt. As that of an `ExecutorError`, its ``partial`` is a grid, not reachable and NaN where it
+            was not looked at.
         """
         box = self.box or WorkspaceQuery()
         if isinstance(self.model, DeltaModel):
-            return self.model.robot.workspace(box.bounds, box.samples or SAMPLES, self.model.elbow, None)
+            samples = box.samples or SAMPLES
+            return self.model.robot.workspace(
+                box.bounds, samples, self.model.elbow, progress=progress, executor=executor
+            )
         self.check_workspace()
         start = self.solve_pose().coordinates[0]
         axes = self._axes(box, start)
@@ -222,11 +235,9 @@ class Setup:
             return WorkspaceGrid(x, y, z, np.isfinite(conditions) | np.isposinf(conditions), conditions)
 
         with open_progress(progress, "workspace", "positions", len(flat)) as report, keep_partial(grid):
-            for first in range(0, len(flat), CHUNK):
-                part = slice(first, first + CHUNK)
-                poses = self.model.inverse(flat[part], start)
-                condition[part] = np.where(poses.is_reached, poses.condition, np.nan)
-                report(min(part.stop, len(flat)))
+            task, arrays = _WorkspaceTask(self.model, start), {"condition": condition}
+            function = _sample if executor is None else _sample_serially
+            fill_parts(executor, task, function, (flat,), "positions", arrays, report, CHUNK)
         return grid()
 
     def check_workspace(self) -> None:
@@ -290,7 +301,8 @@ class Setup:
         """Picture of a Delta robot."""
         from ... import plot as drawn
         from ...plot import palette
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta import plots
 
         assert isinstance(self.model, DeltaModel)
@@ -316,7 +328,8 @@ class Setup:
 
     def slices(self, path: str | PathLike[str] | None = None, space: Workspace | WorkspaceGrid | None = None) -> Figure:
         """Slices of the workspace: condition numbers where the tool can be, nothing where it cannot."""
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta.plots import slices
 
         box = self.box or WorkspaceQuery()
@@ -329,6 +342,30 @@ class Setup:
         if path is not None:
             save(path, figure)
         return figure
+
+
+@dataclass(frozen=True, eq=False)
+class _WorkspaceTask(Task):
+    """A model, and coordinates from which its poses are searched."""
+
+    model: AnyModel
+    start: Array
+
+    def prepare(self) -> _WorkspaceTask:
+        return self
+
+
+def _sample(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
+    """Condition numbers at positions (n, 3), NaN where the tool cannot be."""
+    poses = task.model.inverse(positions, task.start)
+    return {"condition": np.where(poses.is_reached, poses.condition, np.nan)}
+
+
+def _sample_serially(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
+    """The same on a worker, of which there are others."""
+    results: dict[str, Array] = {}
+    parallel.run(lambda a, b: results.update(_sample(task, positions[a:b])), len(positions), threads=1)
+    return results
 
 
 def _initial_pose(model: AnyModel) -> PoseBatch:

@@ -221,7 +221,9 @@ def _circle(sets: Sets, axes: Array, selection: NDArray[np.bool_]) -> tuple[Arra
     basis[:, 3, 2] = basis[:, 4, 3] = 1.0
     shifted = flat - middle[:, None]
     s = algebraic_sphere(sets.algebra, shifted, weight, basis)
-    moved = evaluate(sets.algebra, "fits.moved", vectors(sets.algebra, s), _local_frame(sets)[0]._replace(value=middle))
+    moved = evaluate(
+        sets.algebra, "fits.translate_sphere", vectors(sets.algebra, s), _local_frame(sets)[0]._replace(value=middle)
+    )
     model = CircleModel(sets.algebra)
     start = model.project(np.concatenate([moved.value._data, plane], -1))
     unknowns[some], cost[some], converged[some] = refine(model, start, xyz, weight)

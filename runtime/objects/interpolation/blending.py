@@ -15,7 +15,7 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool, as_choice, broadcast_shapes, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed, normalize_exponents
-from ...dispatch.formulas import ArrayOperand, FormulaResult, evaluate, merge_statuses
+from ...dispatch.formulas import ArrayOperand, FormulaResult, evaluate, invalidate_nonfinite, merge_statuses
 from ..arguments import as_objects, pair
 from ..rotors import local_origin
 from .sums import (
@@ -294,12 +294,13 @@ def _along_rotor(a: Multivector, b: Multivector, alpha: NDArray[Any]) -> Formula
     wide = max(a.kind, b.kind, key=lambda kind: kind.size)
     rotor = rotor_between(a, b)
     logarithm = rotor.log()
-    part = (logarithm * (1 - alpha)).exp()
-    moved = part >> to_layout(a, wide)
+    with np.errstate(all="ignore"):
+        moved = (logarithm * (1 - alpha)).exp() >> to_layout(a, wide)
     lead = np.broadcast_shapes(moved.shape, rotor.shape)
-    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embed(moved, wide), moved.shape)
     known = [None if s is None else np.broadcast_to(s, lead) for s in (rotor._status, logarithm._status)]
-    return FormulaResult((typed,), merge_statuses(*known))
+    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embed(moved, wide), lead, merge_statuses(*known))
+    typed = invalidate_nonfinite(typed)
+    return FormulaResult((typed,), typed._status)
 
 
 __all__ = ["align", "average", "interpolate", "interpolate_derivative", "project_to_blade"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import InputError, ShapeError
-from ...common.validation import as_bool, check_items, real_array
+from ...common.validation import as_axis, as_bool, check_items, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
 from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, merge_statuses, raise_first
@@ -50,9 +50,7 @@ def negate_where(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
 def checked_axis(x: Multivector, axis: int) -> int:
     if not x.ndim:
         raise InputError("a single object has no axis to average over; hand over a batch, or a list.")
-    if not -x.ndim <= axis < x.ndim:
-        raise InputError(f"axis {axis} does not exist in a batch of shape {x.shape}.")
-    index = axis % x.ndim
+    index = as_axis(axis, x.shape, "the objects have")
     if not x.shape[index]:
         raise InputError(f"there are no objects along axis {axis} of a batch of shape {x.shape}.")
     return index

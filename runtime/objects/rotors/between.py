@@ -228,7 +228,7 @@ def _prerotate(a: Multivector, b: Multivector) -> Multivector:
     plane.
     """
     center, axis, _ = _placement(a)
-    half, quarter = (_even(x) for x in evaluate(a.algebra, "placement.turns", center, axis).values)
+    half, quarter = (_even(x) for x in evaluate(a.algebra, "placement.half_rotations", center, axis).values)
     by_half, margin, _ = _direct(_apply(half, a), b)
     by_quarter, other, _ = _direct(_apply(quarter, a), b)
     take_other = HALF_TURN_PREFERRED * margin < other
@@ -240,13 +240,13 @@ def _prerotate(a: Multivector, b: Multivector) -> Multivector:
 
 def _placement(x: Multivector) -> tuple[Multivector, Multivector, ArrayOperand]:
     """Centres, axes and 1/radii of objects, as operands."""
-    center, axis, curvature = evaluate(x.algebra, "placement.located", _as_round(x)).values
+    center, axis, curvature = evaluate(x.algebra, "placement.center_axis_curvature", _as_round(x)).values
     return center, axis, ArrayOperand(curvature._data[..., 0], 0, "curvature")
 
 
 def _apply(r: Multivector, x: Multivector) -> Multivector:
     """Apply rotors to objects; the kind stays, unchecked."""
-    return evaluate(x.algebra, "rotors.led", r, x).value.as_kind(x.kind, check=False)  # type: ignore[no-any-return]
+    return evaluate(x.algebra, "rotors.transform_object", r, x).value.as_kind(x.kind, check=False)  # type: ignore[no-any-return]
 
 
 def _compose(second: Multivector, first: Multivector) -> Multivector:
@@ -256,7 +256,7 @@ def _compose(second: Multivector, first: Multivector) -> Multivector:
 
 def _with_sign(r: Multivector) -> Multivector:
     """Rotors with the documented one of their two signs, on all even blades."""
-    found = evaluate(r.algebra, "rotors.signed", _even(r)).value
+    found = evaluate(r.algebra, "rotors.canonicalize_sign", _even(r)).value
     return r._make(found._type, found._data, r.shape, r._status)
 
 

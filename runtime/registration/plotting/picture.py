@@ -112,7 +112,7 @@ def picture(
     text = _title(result, query) if title is None else title
     figure.text(0.5, 0.02, text, ha="center", fontsize=11, color=palette.INK)
     if path is not None:
-        style.write(path, figure, dpi)
+        axes_setup.save(path, figure, dpi)
     return figure
 
 

@@ -38,7 +38,7 @@ def save_exr(path: Path, channels: Mapping[str, NDArray[np.float32]]) -> None:
     with replacing(path) as temporary:
         try:
             library.File(header, dict(channels)).write(str(temporary))
-        except RuntimeError as error:  # the library's message: '... "file". reason.'
+        except (RuntimeError, ValueError) as error:  # the library's message: '... "file". reason.'
             raise OSError(errno.EIO, str(error).rpartition('". ')[2].rstrip("."), str(path)) from None
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.files import as_path, replacing
+from ...common.files import as_path, failures_named, replacing
 from ...common.validation import short_repr
 from ...errors import InputError, MissingExtraError
 from ..rendering.aov_layers import LAYERS, exr_channels, layer_picture
@@ -86,10 +86,11 @@ def check_writable(path: str | os.PathLike[str], width: int = 1, height: int = 1
     if max(width, height) > format_.max_side:
         what = f"{format_.name} files have at most {format_.max_side} pixels along a side, not {max(width, height)}."
         raise InputError(what, where=str(path), remedy="Take PNG or EXR.")
-    if not target.parent.is_dir():
-        raise InputError(f"there is no folder {target.parent}.", where=str(path))
-    if target.is_dir():
-        raise InputError("the path is a folder.", where=str(path))
+    with failures_named(target):  # such as a name that is too long
+        if not target.parent.is_dir():
+            raise InputError(f"there is no folder {target.parent}.", where=str(path))
+        if target.is_dir():
+            raise InputError("the path is a folder.", where=str(path))
     try:  # permissions do not tell disks that are mounted read-only
         tempfile.TemporaryFile(dir=target.parent).close()
     except OSError as error:
