@@ -88,8 +88,8 @@ def _keep_partial(output: Path, partial: Any) -> str:
 
     if not partial.done.any():
         return NOTHING
-    share = f"interrupted with {100 * partial.share:.3g} % of the picture done"
-    return share + save_partial([output], lambda path: list(save_layers(path, partial.layers, partial.done)))
+    note = f"interrupted with {100 * partial.fraction_done:.3g} % of the picture done"
+    return note + save_partial([output], lambda path: list(save_layers(path, partial.layers, partial.done)))
 
 
 def _save(output: Path, layers: Mapping[str, Any]) -> dict[Path, str]:

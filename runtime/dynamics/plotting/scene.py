@@ -153,8 +153,8 @@ def view_bounds(record: TrajectoryData) -> Box:
         parts += [body.position - reach, body.position + reach] if shape is None else [_swept_bounds(body, shape)]
     points = np.concatenate([x.reshape(-1, 3) for x in parts])
     points = points[np.isfinite(points).all(1)]
-    for shown_object in record.sketch.objects:
-        points = np.concatenate([points, _object_bounds(shown_object)])
+    for drawn_object in record.sketch.objects:
+        points = np.concatenate([points, _object_bounds(drawn_object)])
     least = max(LEAST_VIEW * float(np.abs(points).max(initial=0)), 1e-3 * LEAST_VIEW)
     return surrounding_box(points, MARGIN, MIN_SIDE, least)
 
@@ -167,10 +167,10 @@ def _swept_bounds(body: TrajectoryData, shape: Shape) -> Array:
     return np.stack([corners.min(1), corners.max(1)], 1)
 
 
-def _object_bounds(shown_object: Any) -> Array:
+def _object_bounds(drawn_object: Any) -> Array:
     """Positions that bound an object, if it is finite."""
-    groups = group_items(shown_object, None).groups
-    reaches = [Drawable(group, np.zeros((1, 4))).reach() for group in groups]
+    groups = group_items(drawn_object, None).groups
+    reaches = [Drawable(group, np.zeros((1, 4))).bounding_points() for group in groups]
     return np.concatenate([np.empty((0, 3)), *(x.reshape(-1, 3) for x in reaches)])
 
 
