@@ -292,7 +292,7 @@ def test_joints_by_places_and_by_objects_leave_the_same(kind, tmp_path):
         text = PAIR.format(algebra="cga3d") + f'kind = "{kind}"\n{own}\n'
         m = load_mechanism(written(tmp_path, text)).found().at(0)
         assert m.mobility() == mobility and glyphs.mechanism_sketch(m).marks[0].kind == kind
-        assert np.abs(glyphs.mechanism_sketch(m).marks[0].place - (0.3, -0.2, 0.5)).max() < 1e-9 or kind in (
+        assert np.abs(glyphs.mechanism_sketch(m).marks[0].position - (0.3, -0.2, 0.5)).max() < 1e-9 or kind in (
             "cylindrical",
             "prismatic",
             "planar",

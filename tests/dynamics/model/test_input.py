@@ -341,8 +341,8 @@ RUNS: list[tuple[dict[str, Any], str]] = [
     ({"sensitivities": 3}, "the sensitivities are 3"),
     ({"sensitivities": [None]}, "sensitivities[0] is None; a text is needed"),
     ({"sensitivities": ["mas"]}, "'mas' is not a parameter of this simulation. (did you mean 'mass'?). There are: m"),
-    ({"sensitivities": ["mass[1]"]}, "mass has one component, 0: 'mass[1]' is none of them"),
-    ({"sensitivities": "mass", "project": True}, "sensitivities do not go together with project: "),
+    ({"sensitivities": ["mass[1]"]}, "mass has one component, 0: 'mass[1]' is not among them"),
+    ({"sensitivities": "mass", "project": True}, "sensitivities cannot be combined with project: "),
     ({"sensitivities": "mass", "events": lambda t, motor, twist: t}, "Leave out events="),
     ({"sensitivities": "mass", "project": True, "executor": ThreadPoolExecutor(1)}, "with project and executor"),
 ]

@@ -270,7 +270,7 @@ def test_a_motor_that_is_one_of_many_says_so_and_strict_refuses_it():
     more = Model(lines=[*along.parameters["line"].reshape(-1, 2, 3), [(0, 0, 0), (0, 1, 1)]])
     exact = registration.estimate_rotor(more, more.transformed(pose), strict=True)
     assert exact.status == Status.OK and apart(exact, pose) < 1e-10
-    with pytest.raises(SingularError, match="has not come to rest after 2 iterations: NOT_CONVERGED"):
+    with pytest.raises(SingularError, match="no convergence after 2 iterations: NOT_CONVERGED"):
         registration.estimate_rotor(more, more.transformed(pose), iterations=2, strict=True)
 
 
