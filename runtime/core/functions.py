@@ -102,7 +102,7 @@ def nearest(x: P, kind: str | Kind | None, tolerance: Any, noise: float = 0.0) -
         kind = x.algebra.kind(kind)
     if kind is not None:
         if kind.algebra is not x.algebra:
-            raise AlgebraMismatchError(f"{kind!r} is no kind of {x.algebra.name}; convert the multivector first.")
+            raise AlgebraMismatchError(f"{kind!r} is not a kind of {x.algebra.name}; convert the multivector first.")
         made, deviation = _members(flat, kind, noise)
     else:
         usable = np.isfinite(flat._data).all(-1) & (flat._data != 0).any(-1)

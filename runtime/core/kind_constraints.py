@@ -119,7 +119,7 @@ def _form(
             total = at_zero + sum((i + 1) * a for i, a in enumerate(slope))
             total += sum((i + 1) * (j + 1) * q for (i, j), q in own.items())
             if total != mixed[c].get(blade, Fraction(0)):
-                raise KindError(f"kind {kind.name}: {kind.constraints[c]} is no quadratic constraint.")
+                raise KindError(f"kind {kind.name}: {kind.constraints[c]} is not a quadratic constraint.")
             terms += [(len(columns), i, j, float(q)) for (i, j), q in own.items() if q]
             constant.append(float(at_zero))
             linear.append([float(a) for a in slope])

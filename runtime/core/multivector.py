@@ -317,7 +317,7 @@ class Algebra(TypedAlgebra):
         try:
             blade, sign = self.parse_blade(name)
         except BladeError as error:
-            raise AttributeError(f"{self.name} has no {name!r}, and it is no blade: {error}") from None
+            raise AttributeError(f"{self.name} has no {name!r}, and it is not a blade: {error}") from None
         return self.multivector({self.named_blades[blade]: float(sign)})
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -89,7 +89,7 @@ class MultivectorData:
     def _is_writable(self) -> bool:
         return getattr(self, "_is_open", False)
 
-    def _reach(self) -> float:
+    def _largest_coefficient(self) -> float:
         """Largest absolute coefficient of all items, or NaN; cached, since nothing changes them."""
         cached: float | None = getattr(self, "_largest", None)
         if cached is not None:
@@ -203,7 +203,7 @@ class MultivectorData:
         raise TypeError("multivectors are compared with a.isclose(b), which takes a tolerance.")
 
     def __array__(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a multivector is no array; its coefficients are x.values.")
+        raise TypeError("a multivector is not an array; its coefficients are x.values.")
 
     def __copy__(self) -> Self:
         return self._make(self._type, self._data.copy(), self._lead, self._status)

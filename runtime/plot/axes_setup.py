@@ -112,11 +112,11 @@ def show(ax: Axes3D, box: Box, positions: Array) -> None:
     """Set the limits to a box, with equal units; fill the page with the box, or with the positions if it is hidden."""
     for setter, low, high in zip((ax.set_xlim3d, ax.set_ylim3d, ax.set_zlim3d), box.low, box.high, strict=True):
         setter(float(low), float(high))
-    vars(ax)[_SHOWN] = some(positions)
+    vars(ax)[_SHOWN] = subsample(positions)
     fill_page(ax)
 
 
-def some(positions: Array) -> Array:
+def subsample(positions: Array) -> Array:
     """Subsample positions; the rest suffices for the extent on the page."""
     return positions[:: max(1, len(positions) // ENOUGH)]
 

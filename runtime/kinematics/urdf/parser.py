@@ -189,13 +189,13 @@ class Text:
             needed = "a finite number is" if count == 1 else f"{count} finite numbers are"
             raise self.error(element, f"{name}={value!r}, where {needed} needed, in")
 
-    def _unknown(self, element: Element, known: tuple[str, ...]) -> InputError:
+    def _unknown(self, element: Element, known_tags: tuple[str, ...]) -> InputError:
         if element.tag.startswith("xacro:"):
             return self.error(
                 element, "this is a xacro, not yet a URDF:", "Expand it first: xacro file.xacro > file.urdf"
             )
         return self.error(
-            element, f"a tag is not known{suggest(element.tag, known)}, and may change how the robot moves:",
+            element, f"a tag is not known{suggest(element.tag, known_tags)}, and may change how the robot moves:",
             f"Remove it, or load the file with ignore=[{element.tag!r}]",
         )  # fmt: skip
 

@@ -57,7 +57,7 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
     Raises
     ------
     InputError, GradeError
-        If X is no multivector of conformal geometry, or not of one grade from 1 to 4.
+        If X is not a multivector of conformal geometry, or not of one grade from 1 to 4.
     SingularError
         With ``strict``.
 
@@ -68,7 +68,7 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
     `average` and the curves do better: they add about a local origin.
     """
     if not isinstance(X, Multivector) or "ni" not in X.algebra.vectors:
-        raise InputError("X is no multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
+        raise InputError("X is not a multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
     if len(X.grades) != 1 or not 1 <= X.grades[0] <= X.algebra.dimension - 1:
         raise GradeError(f"X has the grades {tuple(X.grades)}; a sum of objects has one grade, 1 to 4.")
     x = normalize_exponents(to_layout(X, X.kind))[0]  # squares overflow before numbers do
@@ -276,7 +276,7 @@ def _part(x: Multivector, i: int) -> Multivector:
     """Items i of the first axis, without a copy; what is known of all is known of them."""
     status = None if x._status is None else x._status[i]
     part = x._make(x._type, x._data[i], x.shape[1:], status)
-    part._largest = x._reach()
+    part._largest = x._largest_coefficient()
     return part
 
 
