@@ -97,14 +97,15 @@ def _apply_options(
 
     import numpy as np
 
+    from ..common.validation import as_int, finite_array, positive_float
     from ..errors import InputError
     from ..kinematics.io.schema import MOST_SAMPLES
     from ..kinematics.task.task import PoseQuery, WorkspaceQuery
     from ..kinematics.task.tool_path import ToolPath
 
     for name, numbers in (("--position", position), ("--to", to), ("--box", box), ("--duration", duration)):
-        if numbers is not None and not np.isfinite(numbers).all():
-            raise InputError(f"{name} is {numbers}; finite numbers are needed.")
+        if numbers is not None:
+            finite_array(numbers, name)
     pose_query = setup.pose_query
     values = dict(pose_query.joints)
     for text in joints:
@@ -129,10 +130,10 @@ def _apply_options(
             raise InputError(
                 "--duration and --samples are of a path, and there is none.", remedy="Give --to, or [path]"
             )
-        if duration is not None and not duration > 0:
-            raise InputError(f"--duration is {duration:g}; a positive number is needed.")
-        if samples is not None and not 2 <= samples <= MOST_SAMPLES:
-            raise InputError(f"--samples is {samples}; from 2 to {MOST_SAMPLES} are needed.")
+        if duration is not None:
+            positive_float(duration, "--duration")
+        if samples is not None:
+            as_int(samples, "--samples", 2, MOST_SAMPLES)
         tool_path = replace(tool_path, duration=duration or tool_path.duration, samples=samples or tool_path.samples)
     room = setup.box
     if box is not None:

@@ -71,9 +71,9 @@ def _check(
     body: Path, paths: list[Path], pictures: list[Path], films: tuple[Path, ...], speed: float | None, rate: float
 ) -> None:
     """Refuse what could not be written, before any work."""
+    from ..common.validation import positive_float
     from ..dynamics.plotting import animation
     from ..dynamics.results import trajectory_files
-    from ..errors import InputError
     from ..plot.style import check_suffix
 
     for path in paths:
@@ -84,8 +84,8 @@ def _check(
         animation.checked_name(path)
     check_outputs([*paths, *pictures, *films], [body], "the simulation file")
     for name, value in (("--speed", speed), ("--rate", rate)):
-        if value is not None and not 0 < value < float("inf"):
-            raise InputError(f"{name} is {value:g}; a positive number is needed.")
+        if value is not None:
+            positive_float(value, name)
 
 
 def _run(setup: Setup, feedback: options.Feedback) -> tuple[Record | None, str]:

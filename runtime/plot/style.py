@@ -5,6 +5,7 @@ matplotlib is imported by the first picture.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import PathLike
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..common.files import as_path
 from ..errors import InputError
-from . import drawing, matplotlib_import, palette
+from . import axes_setup, drawing, matplotlib_import, palette
 from .glyphs import LIGHT, SHADE
 
 Array = NDArray[Any]
@@ -21,8 +22,8 @@ Array = NDArray[Any]
 # -- files -----------------------------------------------------------------------------------------------------
 
 
-def check_suffix(path: str | PathLike[str]) -> None:
-    """Check before drawing that the suffix of a path is a format of pictures.
+def check_suffix(path: str | PathLike[str] | None) -> None:
+    """Check before drawing that the suffix of a path, if there is one, is a format of pictures.
 
     Raises
     ------
@@ -31,6 +32,8 @@ def check_suffix(path: str | PathLike[str]) -> None:
     MissingExtraError
         If matplotlib is not installed.
     """
+    if path is None:
+        return
     formats = matplotlib_import.figure_class()().canvas.get_supported_filetypes()
     suffix = as_path(path, "a picture is written to").suffix.removeprefix(".").lower()
     if suffix not in formats:
@@ -53,6 +56,21 @@ def plain(text: str) -> str:
 def show_title(ax: Any, title: str) -> None:
     """Show a title in the upper right corner of the page."""
     ax.figure.text(0.98, 0.965, plain(title), ha="right", fontsize=10, color=palette.INK)
+
+
+def finish_picture(
+    ax: Any, names: Iterable[tuple[str, str]], title: str, path: str | PathLike[str] | None, dpi: float,
+    linewidth: float | None = None,
+) -> None:  # fmt: skip
+    """Add a legend, of names with colors and what was drawn with a label, and a title; save the picture to a path."""
+    new, handles = matplotlib_import.line_class(), drawing.picture_of(ax).handles
+    handles.extend(new([], [], color=color, linewidth=linewidth, label=plain(name)) for name, color in names)
+    if handles:
+        axes_setup.show_legend(ax, handles)
+    if title:
+        show_title(ax, title)
+    if path is not None:
+        axes_setup.save(path, ax, dpi)
 
 
 def uniform_rows(color: str, count: int, opacity: float) -> Array:

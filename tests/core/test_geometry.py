@@ -375,6 +375,7 @@ def test_wrong_arguments(call: Any, error: type[Exception], words: str) -> None:
         call()
 
 
+@pytest.mark.compiles
 def test_single_precision() -> None:
     cga = bs.cga3d
     x = cga.sphere(A.astype(np.float32), RADIUS.astype(np.float32))

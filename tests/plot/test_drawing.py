@@ -185,6 +185,7 @@ def test_sums_of_unknown_kind_are_sorted_out_item_by_item() -> None:
     assert plot.count_skipped(ax) == {"not a blade": 1}
 
 
+@pytest.mark.compiles
 def test_scale_and_precision_do_not_matter() -> None:
     circle = cga.circle([1, 0, 0], [0, 0, 1], 2.0)
     single = cga.circle(np.float32([1, 0, 0]), np.float32([0, 0, 1]), np.float32(2))
@@ -340,6 +341,7 @@ def test_users_go_on_with_axes_of_their_own(tmp_path: Path) -> None:
     assert left.get_position().x1 < right.get_position().x0
 
 
+@pytest.mark.slow
 def test_no_window_and_no_global_state() -> None:
     code = (
         "import sys, json; from bladesmith import plot, cga3d as cga\n"

@@ -16,9 +16,8 @@ from scipy.spatial import ConvexHull
 from ... import plot as drawn
 from ...common.deprecation import renamed_keywords
 from ...errors import InputError
-from ...plot import axes_setup, drawing, matplotlib_import, palette
-from ...plot.axes_setup import save
-from ...plot.style import add_plate, add_surface, check_suffix, plain, show_title, uniform_rows
+from ...plot import axes_setup, palette
+from ...plot.style import add_plate, add_surface, check_suffix, finish_picture, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
 from .glyphs import Mark, Sketch, mechanism_sketch
@@ -123,8 +122,7 @@ def picture(
     several = list(mechanism) if isinstance(mechanism, Sequence) else [mechanism]
     if not several:
         raise InputError("a picture shows at least one pose.")
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     positions: list[Any] = (
         [None] * len(several) if position is None else list(np.asarray(position, float).reshape(-1, 3))
     )
@@ -146,16 +144,8 @@ def picture(
     drawn.paths(np.zeros((0, 2, 3)), ax, palette.INK, THIN, box)
     if frame:
         _axes(ax, box, span)
-    if legend and len(colors) <= MOST_NAMES:
-        new = matplotlib_import.line_class()
-        drawing.picture_of(ax).handles.extend(
-            new([], [], color=color, linewidth=STICK, label=plain(name)) for name, color in colors.items()
-        )
-        axes_setup.show_legend(ax, drawing.picture_of(ax).handles)
-    if title:
-        show_title(ax, title)
-    if path is not None:
-        save(path, ax, dpi)
+    names = colors.items() if legend and len(colors) <= MOST_NAMES else ()
+    finish_picture(ax, names, title, path, dpi, STICK)
     return ax
 
 

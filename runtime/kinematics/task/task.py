@@ -306,8 +306,7 @@ class Setup:
         from ..delta import plots
 
         assert isinstance(self.model, DeltaModel)
-        if path is not None:
-            check_suffix(path)
+        check_suffix(path)
         model, view = self.model, dict[str, Any]()
         if self.look.view is not None:
             view["view"] = self.look.view
@@ -333,8 +332,7 @@ class Setup:
         from ..delta.plots import slices
 
         box = self.box or WorkspaceQuery()
-        if path is not None:
-            check_suffix(path)
+        check_suffix(path)
         grid = self.workspace() if space is None else space
         figure = slices(grid, show=box.show, across=box.across, at=box.at)
         if isinstance(grid, WorkspaceGrid) and box.across != "z" and figure.axes[0].yaxis_inverted():

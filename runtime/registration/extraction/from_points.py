@@ -18,7 +18,7 @@ from ...codegen.errors import InputError, Interrupted, MissingExtraError
 from ...codegen.interrupts import keep_partial
 from ...common.deprecation import renamed_keywords
 from ...common.progress import ProgressOption, Report, open_progress
-from ...common.validation import as_bool, as_int, positive_float
+from ...common.validation import as_bool, as_choice, as_int, as_tuple, positive_float
 from ..model.model import Model
 from ..model.parameters import PLURALS, SIZES, validated_rows
 from .ransac_primitives import SHAPES, Shape
@@ -278,10 +278,9 @@ class _Search:
 
 
 def _kinds(kinds: Any) -> list[type[Shape]]:
-    names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+    names = as_tuple(kinds, "kinds", str)
     for name in names:
-        if name not in SHAPES:
-            raise InputError(f"kinds holds {name!r}; objects are fitted of the kinds {', '.join(SHAPES)}.")
+        as_choice(name, "an entry of kinds", SHAPES)
     if not names:
         raise InputError("kinds is empty.", remedy=f"Name some of {', '.join(SHAPES)}")
     return [SHAPES[name] for name in SHAPES if name in names]

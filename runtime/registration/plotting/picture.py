@@ -89,15 +89,12 @@ def picture(
     Raises
     ------
     InputError
-        If models and result do not belong together, or it cannot be saved under this name.
-    OSError
-        If it cannot be written.
+        If models and result do not belong together, or it cannot be written.
     MissingExtraError
         If matplotlib is not installed (extra `plot`).
     """
     panels = _panels(show)
-    if path is not None:
-        style.check_suffix(path)
+    style.check_suffix(path)
     for name, value in (("query", query), ("reference", reference)):
         as_instance(value, f"the {name}", Model, "a reform.Model")
     check_same_models(result, query, reference)

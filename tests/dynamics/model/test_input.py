@@ -262,6 +262,7 @@ def test_functions_of_constraints(constraint: Any, says: str) -> None:
     refused(lambda: dynamics.allowed_twists(constraint, ball()), says)
 
 
+@pytest.mark.compiles
 def test_functions_of_loads_and_paths_that_fail_later() -> None:
     def wrench(time: float) -> Any:
         return None if time > SHORT / 2 else WRENCH
@@ -531,6 +532,7 @@ SPRING = st.sampled_from(["point", "anchor", "stiffness", "length", "damping"])
 OPTION = st.sampled_from(["times", "rtol", "atol", "threads", "strict", "progress"])
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.dictionaries(SPRING, junk, max_size=2), st.dictionaries(OPTION, junk, max_size=1))
 def test_runs_of_any_springs_are_finite_or_say_why(spring: dict[str, Any], options: dict[str, Any]) -> None:

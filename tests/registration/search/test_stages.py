@@ -194,6 +194,7 @@ def test_outliers_are_left_out(spec, method):
         assert apart(near.motor, motor) < 1e-9
 
 
+@pytest.mark.slow
 def test_noise_leaves_every_method_near_the_least_cost():
     errors = {method: [] for method in METHODS}
     for seed in range(12):
@@ -208,6 +209,7 @@ def test_noise_leaves_every_method_near_the_least_cost():
     assert medians["direct"] < 2 * medians["linear"] < 1e-2
 
 
+@pytest.mark.compiles
 def test_the_optimised_cost_is_a_minimum_of_either_cost():
     query, reference, _, _ = scene({"lines": 12, "planes": 8}, 3, noise=0.05)
     for cost in ("positive", "thesis"):
