@@ -45,16 +45,16 @@ def command(
         raise InputError("--search makes everything anew; give it without --check and --update.")
     folder = out or (_installed_folder() if check else Path("generated"))
     if check and not folder.is_dir():
-        raise InputError(f"{folder} is no folder; --check compares what is generated there.")
+        raise InputError(f"{folder} is not a folder; --check compares what is generated there.")
     stock = spec is None and signature is None
     if check and stock and (stale := outdated_modules(folder, printers=True)):  # digests tell: nothing is traced
         _report_outdated(stale)
     made = {}
     for data in _specs(spec, signature, name):
-        kept = generated_files(folder / str(data["name"]))
-        forms = {} if search else _recorded_forms(folder / str(data["name"]), kept)
+        texts = generated_files(folder / str(data["name"]))
+        forms = {} if search else _recorded_forms(folder / str(data["name"]), texts)
         made[str(data["name"])] = generate(
-            data, forms, feedback.shows_bars, kept if check or update else None, os.cpu_count() or 1
+            data, forms, feedback.shows_bars, texts if check or update else None, os.cpu_count() or 1
         )
     if stock:
         made.update(generate_programs(anew=not (check or update)))
@@ -111,9 +111,9 @@ def _installed_folder() -> Path:
     return Path(str(resources.files(f"{__package__.partition('.')[0]}.generated")))
 
 
-def _recorded_forms(folder: Path, kept: Mapping[str, str]) -> Any:
+def _recorded_forms(folder: Path, texts: Mapping[str, str]) -> Any:
     try:
-        return json.loads(kept.get("variants.json", "{}"))
+        return json.loads(texts.get("variants.json", "{}"))
     except ValueError as error:
         raise SpecError(
             f"not a record of forms ({error})",

@@ -205,6 +205,8 @@ class Calls:
                 raise _failure(piece, error) from error
             self._submit(piece)
             return None
+        if result is None and piece.attached:
+            raise _failure(piece, InputError("the executor gives None for its result"))
         if result is None:
             piece.attached = True
             self._submit(piece)
@@ -322,7 +324,7 @@ def _failure(piece: _Piece, error: Exception) -> ExecutorError:
 
 
 def _one_line(error: Exception) -> str:
-    return f"{type(error).__name__}{f': {error}' if str(error) else ''}".rstrip(".")
+    return " ".join(f"{type(error).__name__}{f': {error}' if str(error) else ''}".split()).rstrip(".")
 
 
 # -- workers ---------------------------------------------------------------------------------------------------

@@ -222,6 +222,19 @@ def as_int(
     raise invalid(value, name, needed, error)
 
 
+def as_axis(value: Any, shape: tuple[int, ...], what: str, error: type[BladesmithError] = ShapeError) -> int:
+    """Axis of a batch of a shape, counted from 0; ``what`` names the batch."""
+    try:
+        axis = None if isinstance(value, bool | np.bool_) else index(value)
+    except TypeError:
+        axis = None
+    if axis is None:
+        raise invalid(value, "axis", "a whole number")
+    if not -len(shape) <= axis < len(shape):
+        raise error(f"{what} shape {shape}, without an axis {short_repr(axis)}.")
+    return axis % len(shape)
+
+
 # -- arrays --------------------------------------------------------------------------------------------------------
 
 

@@ -156,7 +156,7 @@ class Interpolating(Curve):
             raise invalid(degree, "degree", "1, 2 or 3")
         as_choice(ends, "ends", ("not-a-knot", "natural"))
         super().__init__(as_controls(objects, align))
-        self._wanted = int(degree)
+        self._requested_degree = int(degree)
         self._ends = ends
         self._knots = np.arange(float(len(self))) if knots is None else _increasing(knots, len(self))
 
@@ -188,11 +188,11 @@ class Interpolating(Curve):
 
     def _rows(self, rows: Array) -> Pieces:
         is_natural = self._ends == "natural"
-        if self._wanted == 1:
+        if self._requested_degree == 1:
             return linear_pieces(self._knots, rows)
-        if len(rows) == 2 or (len(rows) == 3 and not (self._wanted == 3 and is_natural)):
+        if len(rows) == 2 or (len(rows) == 3 and not (self._requested_degree == 3 and is_natural)):
             return polynomial_through(self._knots, rows)
-        if self._wanted == 2:
+        if self._requested_degree == 2:
             return quadratic_pieces(self._knots, rows)
         return cubic_pieces(self._knots, rows, is_natural)
 

@@ -85,7 +85,7 @@ class Drawable:
     orientation: bool = False
     surface: bool = True
 
-    def reach(self) -> Array:
+    def bounding_points(self) -> Array:
         """Positions (m, 3) that bound finite objects; empty for lines and planes."""
         positions: Array = _REACH[self.group.sort](*self.group.parameters)
         return positions

@@ -348,6 +348,7 @@ def test_units_do_not_matter():
         assert np.abs(robot.inverse_jacobian(scale * y) * scale - USUAL.inverse_jacobian(y)).max() < 1e-10
 
 
+@pytest.mark.compiles
 def test_single_precision():
     theta, y = poses(USUAL, 50, seed=8, spread=0.4)
     found = USUAL.inverse(y.astype(np.float32))
@@ -709,6 +710,7 @@ def test_an_interrupt_keeps_the_samples_of_a_workspace(monkeypatch):
     np.testing.assert_array_equal(part.condition.ravel()[:360], whole.condition.ravel()[:360])
 
 
+@pytest.mark.slow
 def test_workspace():
     space = USUAL.workspace(bounds=[(-1.2, 1.2), (-1.2, 1.2), (0.0, 1.5)], points=(9, 8, 10))
     assert space.reachable.shape == (9, 8, 10) and space.arms.shape == (9, 8, 10, 3)
@@ -769,6 +771,7 @@ def test_trajectory():
         USUAL.trajectory(path, [0.0, 0.0])
 
 
+@pytest.mark.compiles
 def test_the_robot_falls():
     """The system of bodies and joints at rest falls by its energy: straight along e3, where gravity points."""
     theta = np.full(3, 0.2)
@@ -788,6 +791,7 @@ def test_the_robot_falls():
         USUAL.system(theta, masses=(1.0, 2.0))
 
 
+@pytest.mark.slow
 def test_pictures(tmp_path):
     y = np.array([[0.1, 0.0, 0.9], [0.2, 0.1, 1.0], [9.0, 0.0, 0.0]])
     ax = plots.picture(USUAL, y=y, path=tmp_path / "robot.png")

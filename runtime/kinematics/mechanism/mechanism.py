@@ -207,12 +207,13 @@ class Mechanism(Assembly):
         """The Jacobian with its defects: speeds not allowed, undetermined or lost directions, singular values."""
         return analyze(self, inputs, outputs)
 
-    def solve(self, known: Mapping[Any, Any], strict: bool = True) -> dict[str, Multivector]:
+    @renamed_keywords(known="velocities")
+    def solve(self, velocities: Mapping[Any, Any], strict: bool = True) -> dict[str, Multivector]:
         """Twists of all bodies for those of some, or for the speeds of joints (7.24).
 
         Parameters
         ----------
-        known : mapping
+        velocities : mapping
             Twists in the world by body, speeds by joint or its name.
         strict : bool
             False: the nearest twists that the joints allow.
@@ -227,18 +228,18 @@ class Mechanism(Assembly):
         ConstraintError
             If the joints do not allow the known speeds.
         """
-        if not isinstance(known, Mapping) or not known:
+        if not isinstance(velocities, Mapping) or not velocities:
             raise InputError("solve takes a mapping of bodies to twists, or of joints to speeds.")
-        velocities = KnownVelocities(self)
-        for x, value in known.items():
+        system = KnownVelocities(self)
+        for x, value in velocities.items():
             joint = self.find_joint(x)
             if value is None or (joint is None and isinstance(value, Multivector) and value.shape):
                 raise InputError(f"one speed or twist is needed for {x!r}; it is given {short_repr(value)}.")
             if joint is not None:
-                velocities.add_joint(joint, value)
+                system.add_joint(joint, value)
             else:
-                velocities.add_body(x, value)
-        solution = velocities.solve(together=True)
+                system.add_body(x, value)
+        solution = system.solve(together=True)
         if strict and solution.residual[0] > self.velocity_tol:
             raise ConstraintError(
                 f"the known speeds violate the joint constraints (relative residual {solution.residual[0]:.3g}).",

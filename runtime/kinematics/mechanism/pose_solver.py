@@ -63,10 +63,8 @@ def solve_poses(
     wanted = np.concatenate([np.zeros((*shape, 0)), *given[len(joints) :]], -1)
     steps = shape[-1] if path and count else 1
     paths = count // steps
-    columns = [
-        links.reshape(paths, steps, *links.shape[1:]),
-        *(np.array(x.reshape(paths, steps, x.shape[-1]), order="C") for x in (to_go, wanted)),
-    ]
+    first = links.reshape(paths, steps, *links.shape[1:])
+    to_go, wanted = (np.array(x.reshape(paths, steps, x.shape[-1]), order="C") for x in (to_go, wanted))
     results = driver.blank_poses(paths, steps)
 
     def poses() -> Poses:
@@ -87,13 +85,14 @@ def solve_poses(
     with open_progress(progress, "poses", "poses", count) as report, keep_partial(poses):
         if executor is None:
             tell = None if progress is False else lambda n: report(n * steps)
-            driver.poses(*columns, results, threads, tell)
+            driver.poses(first, to_go, wanted, results, threads, tell)
         else:
             task, grain = _PoseTask(mechanism, request, threads), max(1, POSES_PER_CALL // steps)
+            columns = (first, to_go, wanted)
             fill_parts(executor, task, _solve_part, columns, "poses", results, lambda n: report(n * steps), grain)
     solved = poses()
     if raises:
-        raise_first(solved.status, "pose")
+        raise_first(np.asarray(solved.status, np.uint8), "pose")
     return solved
 
 

@@ -62,16 +62,15 @@ class Solution:
 def inverse(
     chain: SerialChainData,
     targets: Multivector,
-    start: ArrayLike | None = None,
-    *,
-    tolerance: float = 1e-12,
-    iterations: int = 60,
-    attempts: int = 32,
-    nearest: bool = False,
-    strict: bool = False,
-    threads: int | None = None,
-    progress: ProgressOption = False,
-    executor: Executor | None = None,
+    start: ArrayLike | None,
+    tolerance: float,
+    iterations: int,
+    attempts: int,
+    nearest: bool,
+    strict: bool,
+    threads: int | None,
+    progress: ProgressOption,
+    executor: Executor | None,
 ) -> Solution:
     """See `Chain.inverse`."""
     goals = chain.as_motors(targets, "the targets")

@@ -19,7 +19,7 @@ from ...dispatch.coefficients import embed
 from ...dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, merge_statuses, raise_first
 from ...status import Status
 from ..arguments import OBJECTS, pair
-from ..masked_items import at, codes, merge_items, places, select
+from ..masked_items import at, codes, masked_indices, merge_items, select
 from . import local_origin
 
 #: Below this margin (see `formulas.motions.rotors.margin`) the direct formula loses more than a digit and a half, so a
@@ -191,7 +191,7 @@ def _rotors(a: Multivector, b: Multivector) -> Multivector:
         return r
     # the others are finite: NaN is below no bound
     found = invalidate_nonfinite(_in_local_frame(_compose_correction, at(a, poor), at(b, poor)))
-    status, where = codes(r), places(poor)
+    status, where = codes(r), masked_indices(poor)
     r._data[where] = embed(found, r.kind)  # a new array, which nobody has seen yet
     status[where] = codes(found)
     return r._make(r._type, r._data, r.shape, status)
@@ -289,17 +289,17 @@ def _frame(a: Multivector, b: Multivector) -> local_origin.Frame:
     origin = np.zeros((*a.shape, algebra.space), a.dtype)
     for first, second in ((a, b), (b, a)):
         start = _position(evaluate(algebra, "local.anchor", first).value)
-        place = _position(evaluate(algebra, "local.nearest", second, algebra.vector(start, "origin")).value)
-        frame = local_origin.Frame(place, algebra.translator(place))
+        position = _position(evaluate(algebra, "local.nearest", second, algebra.vector(start, "origin")).value)
+        frame = local_origin.Frame(position, algebra.translator(position))
         written = _coefficient_magnitude(frame.to_local(a), frame.to_local(b))
         better = written < best
-        best, origin = np.where(better, written, best), np.where(better[:, None], place, origin)
+        best, origin = np.where(better, written, best), np.where(better[:, None], position, origin)
     return local_origin.Frame(origin, algebra.translator(origin))
 
 
-def _position(place: Multivector) -> NDArray[Any]:
+def _position(position: Multivector) -> NDArray[Any]:
     """Coordinates; zero if they are not finite."""
-    return np.where(np.isfinite(place._data).all(-1, keepdims=True), place._data, place.dtype.type(0))
+    return np.where(np.isfinite(position._data).all(-1, keepdims=True), position._data, position.dtype.type(0))
 
 
 def _coefficient_magnitude(a: Multivector, b: Multivector) -> NDArray[Any]:

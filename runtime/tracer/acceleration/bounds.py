@@ -230,10 +230,10 @@ def _take_shape(shape: Shape, where: Array) -> Shape:
     """Select some of the pieces."""
     every = where.all()
 
-    def some(x: AffineForm) -> AffineForm:
+    def masked(x: AffineForm) -> AffineForm:
         return x if every else AffineForm(*(np.broadcast_to(y, where.shape)[where] for y in x))
 
-    return tuple(Multivector(x.algebra, x.ring, {b: some(c) for b, c in x.terms.items()}) for x in shape)
+    return tuple(Multivector(x.algebra, x.ring, {b: masked(c) for b, c in x.terms.items()}) for x in shape)
 
 
 def _with_safety(low: Array, high: Array, done: list[tuple[Array, Shape]], round_: bool) -> tuple[Array, Array, Array]:
