@@ -106,7 +106,7 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
     except GradeError as error:
         raise NotARotorError(str(error)) from None
     result: P = outcome.value
-    if not x.kind.constraints and not x._reach() < MAX_SCALE[x.dtype]:
+    if not x.kind.constraints and not x._largest_coefficient() < MAX_SCALE[x.dtype]:
         with np.errstate(all="ignore"):  # no unit rotor has squares beyond the range of numbers; a formula's test has
             result = invalidate(result, ~np.isfinite(x.scalar_product(~x)._data[..., 0]))
     if as_bool(strict, "strict"):

@@ -52,7 +52,7 @@ def test_tolerances_are_numbers(tolerance):
         (lambda: cga.motor_parameters(np.eye(4)), "x is array"),
         (lambda: cga.classify(cga.kind("circle")), "a Kind"),
         (lambda: ROTOR.outer([[1], [1, 2]]), "ragged"),
-        (lambda: ROTOR + [ROTOR], "a multivector is no array"),
+        (lambda: ROTOR + [ROTOR], "a multivector is not an array"),
         (lambda: ROTOR.astype(np), "dtype is <module"),
         (lambda: dynamics.equilibrium(dynamics.wrench(np.eye(3), algebra=cga), rtol=[1]), "rtol"),
     ],

@@ -47,7 +47,7 @@ def test_an_interrupt_hands_on_what_is_done(scene, expected, how, monkeypatch, s
         )
     assert isinstance(caught.value, RenderInterrupted)
     partial = caught.value.partial
-    assert 0.3 < partial.fraction_done < 1 and partial.share == partial.done.mean()
+    assert 0.3 < partial.fraction_done < 1 and partial.fraction_done == partial.done.mean()
     for name, values in partial.layers.items():
         np.testing.assert_array_equal(values[partial.done], expected[name][partial.done])
         missing = values[~partial.done]
