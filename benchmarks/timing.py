@@ -1,4 +1,4 @@
-"""What benchmarks share: the time of a call on one processor, and parts whose rows are told as they come."""
+"""Shared by benchmarks: the time of a call on one processor, and sections whose rows are printed as they finish."""
 
 from __future__ import annotations
 

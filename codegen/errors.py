@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from reprlib import repr as shortened
 from typing import Any
 
 _CLOSE_ENOUGH = 0.6  # difflib's own default ratio: half a dozen letters with one or two slips
@@ -44,6 +45,11 @@ def suggest(word: object, candidates: Iterable[str]) -> str:
     return f" (did you mean {near!r}?)" if near else ""
 
 
+def one_line(value: object) -> str:
+    """An invalid value as messages repeat it: shortened, on one line."""
+    return " ".join(shortened(value).split())
+
+
 class BladesmithError(Exception):
     """Base of every error that this package raises on purpose.
 
@@ -64,7 +70,7 @@ class BladesmithError(Exception):
         super().__init__(self._message())
 
     def _message(self) -> str:
-        text = f"{self.where}: {self.what}" if self.where else self.what
+        text = f"{_on_one_line(self.where)}: {self.what}" if self.where else self.what
         if not self.remedy:
             return text
         joint = " " if text.endswith((".", "?", "!")) else "; " if self.remedy[0].islower() else ". "
@@ -72,6 +78,11 @@ class BladesmithError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:  # keyword arguments survive pickling to another process
         return _rebuild, (type(self), self.args, self.__dict__)
+
+
+def _on_one_line(name: str) -> str:
+    """The name of a file may have line breaks; a message has none."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in name)
 
 
 def _rebuild(kind: type[BladesmithError], args: tuple[object, ...], state: dict[str, object]) -> BladesmithError:
@@ -230,7 +241,7 @@ class CompileError(BladesmithError, RuntimeError):
         self.source = source
         super().__init__(what, where=where, remedy=remedy)
 
-    def kept_in(self, folder: Path) -> None:
+    def set_folder(self, folder: Path) -> None:
         """Note where the folder of the refused file was put aside."""
         if self.source is not None:
             self.source = folder / self.source.name

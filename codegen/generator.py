@@ -65,8 +65,8 @@ def generate(
     spec : mapping
         Contents of a spec file (`load_spec`), or any mapping of that form.
     choices : mapping of symbol to record, optional
-        Forms chosen earlier (the contents of forms.json), good for kernels that are traced to the same nodes as then;
-        others are searched.
+        Variants selected earlier (the contents of variants.json), good for kernels that are traced to the same nodes as
+        then; others are searched.
     progress : bool or callable
         True: a bar on standard error. A callable gets a `Progress` of modules of formulas.
     kept : mapping of str to str, optional
@@ -77,7 +77,7 @@ def generate(
     Returns
     -------
     dict of str to str
-        Path to text: kernels.c, kernels.cdef, manifest.json, forms.json, sources.json, OPERATIONS.md, and for each
+        Path to text: kernels.c, kernels.cdef, manifest.json, variants.json, sources.json, OPERATIONS.md, and for each
         module of formulas kernels/<module>.c and kernels/<module>.py.
 
     Raises
@@ -117,7 +117,7 @@ def generate(
     about = json.dumps({"format": MANIFEST_FORMAT, "algebra": data_from_algebra(algebra)}, indent=1)
     kernels = ",\n".join(_line(entries[k]) for k in order)
     files["manifest.json"] = about.removesuffix("\n}") + f',\n "kernels": [\n{kernels}\n]\n}}\n'
-    files["forms.json"] = "{\n" + ",\n".join(f"{json.dumps(k)}: {_line(records[k])}" for k in order) + "\n}\n"
+    files["variants.json"] = "{\n" + ",\n".join(f"{json.dumps(k)}: {_line(records[k])}" for k in order) + "\n}\n"
     files[OPERATIONS] = operations_table(algebra.name, [entries[k] for k in order])
     files[STAMPS] = stamps.text(files)
     return files
@@ -212,7 +212,7 @@ def _group_from_files(
 ) -> Group:
     """Group of a module from files that are up to date."""
     entries = {entry["symbol"]: entry for entry in json.loads(files["manifest.json"])["kernels"]}
-    records = json.loads(files["forms.json"])
+    records = json.loads(files["variants.json"])
     symbols = [symbol_of(algebra, d.name) for d in declarations]
     own = {path: files[path] for path in (unit_file(module), _python_file(module))}
     return Group(own, {k: entries[k] for k in symbols}, {k: records[k] for k in symbols})

@@ -51,7 +51,7 @@ def manifest_entry(declaration: Declaration, variant: Variant) -> dict[str, Any]
         "inputs": [_argument_entry(i, kernel.algebra) for i in kernel.inputs],
         "outputs": [_result_entry(o, kernel.algebra) for o in kernel.outputs],
         **_proved_results(kernel.algebra, declaration.serves, kernel),
-        "form": variant.name,
+        "variant": variant.name,
         "operations": [counts.multiplications, counts.additions, counts.others, counts.divisions, counts.roots],
         "bound": float(f"{error_bound(kernel, variant.roots):.2g}"),
     }
@@ -76,7 +76,7 @@ def operations_table(algebra: str, entries: Iterable[Mapping[str, Any]]) -> str:
     for entry in entries:
         multiplications, additions, others, divisions, roots = entry["operations"]
         counts = (multiplications, additions, divisions, roots, others - divisions - roots)
-        variant = "as written" if entry["form"] == AS_WRITTEN else entry["form"]
+        variant = "as written" if entry["variant"] == AS_WRITTEN else entry["variant"]
         name = entry["symbol"].removeprefix(f"{algebra}_")
         cells = (f"`{name}`", f"`{entry['source']}`", *counts, f"{entry['bound']:.2g}", variant)
         lines.append(f"| {' | '.join(map(str, cells))} |\n")

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from reprlib import repr as shortened
 from typing import Any, Protocol
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, one_line
 from .interrupts import deferred_interrupts
 
 #: Seconds before a bar is shown: most work ends earlier.
@@ -69,11 +68,14 @@ def open_progress(option: Any, title: str, unit: str, total: float | None = None
     InputError
         If the option is neither.
     """
-    if callable(option):
-        yield lambda done, detail="": option(Progress(done, total, unit, detail)) and None
+    if callable(option) and not isinstance(option, type):
+
+        def report(done: float, detail: Any = "", /) -> None:
+            option(Progress(done, total, unit, detail))
+
+        yield report
     elif not isinstance(option, bool | np.bool_ | None):
-        text = " ".join(shortened(option).split())
-        raise InputError(f"progress is {text}; it is True, False or a function of one bladesmith.Progress.")
+        raise InputError(f"progress is {one_line(option)}; it is True, False or a function of one bladesmith.Progress.")
     elif not option:
         yield lambda done, detail="": None
     else:

@@ -17,6 +17,17 @@ from .codegen.lazy_names import lazy_names
 from .codegen.version import __version__ as __version__
 
 _ALGEBRAS = ("cga3d", "pga3d", "cga2d")
+#: Modules that examples of the docs imported, by their old names.
+_OLD_MODULES = {
+    f"{__name__}.{old}": f"{__name__}.{new}"
+    for old, new in (
+        ("codegen.formulas.blades", "codegen.formulas.objects.blades"),
+        ("codegen.pairs", "codegen.execute.pairs"),
+        ("kinematics.document", "kinematics.io.reader"),
+        ("kinematics.pictures", "kinematics.plotting.picture"),
+        ("report", "benchmarks"),
+    )
+}
 _find, _names, __all__ = lazy_names(__name__, __file__)
 __all__ = [*__all__, *_ALGEBRAS]
 
@@ -26,6 +37,8 @@ def __getattr__(name: str) -> Any:
         value = _algebra(name)
         globals()[name] = value
         return value
+    if f"{__name__}.{name}" in _OLD_MODULES:
+        return import_module(f"{__name__}.{name}")
     return _find(name)
 
 
@@ -48,23 +61,35 @@ def _is_algebra(name: str) -> bool:
     return any(isfile(join(folder, name, "manifest.json")) for folder in generated.__path__)
 
 
-class _AlgebraFinder:
-    """Import of algebras as modules: ``import bladesmith.cga3d`` gives what ``from bladesmith import cga3d`` gives."""
+class _Finder:
+    """Import of algebras as modules, and of modules by old names.
+
+    ``import bladesmith.cga3d`` gives what ``from bladesmith import cga3d`` gives.
+    """
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
-        """The import of an algebra; None for every other module."""
+        """The import of an algebra or of an old name; None for every other module."""
         package, _, algebra = name.rpartition(".")
-        return ModuleSpec(name, self) if package == __name__ and _is_algebra(algebra) else None  # type: ignore[arg-type]
+        is_ours = name in _OLD_MODULES or (package == __name__ and _is_algebra(algebra))
+        return ModuleSpec(name, self) if is_ours else None  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Let the import system create a module, which the algebra replaces."""
+        """Let the import system create a module, which the algebra or the module that was meant replaces."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Put the algebra in the module's place."""
-        sys.modules[module.__name__] = _algebra(module.__name__.rpartition(".")[2])
+        """Put what was meant in the module's place."""
+        name = module.__name__
+        sys.modules[name] = _renamed_module(name) if name in _OLD_MODULES else _algebra(name.rpartition(".")[2])
 
 
-sys.meta_path.append(_AlgebraFinder())  # after all others: it is called for names that are no module
+def _renamed_module(old: str) -> Any:
+    from .common.deprecation import warn_renamed
+
+    warn_renamed(old, _OLD_MODULES[old])
+    return import_module(_OLD_MODULES[old])
+
+
+sys.meta_path.append(_Finder())  # after all others: it is called for names that are no module
 
 
 def __dir__() -> list[str]:

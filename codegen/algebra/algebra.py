@@ -13,7 +13,7 @@ from functools import cached_property
 from operator import index
 from typing import Any, Protocol, SupportsIndex
 
-from ..errors import KindError, SignatureError, suggest
+from ..errors import KindError, SignatureError, one_line, suggest
 from .blades import MAX_DIMENSION, BladeBasis
 
 
@@ -58,10 +58,10 @@ class Algebra(BladeBasis):
         """
         try:
             return self.kinds[name]
-        except KeyError:
-            hint = suggest(str(name), list(self.kinds))
+        except (KeyError, TypeError):  # also what no dictionary has, such as a list
+            hint = suggest(name, list(self.kinds)) if isinstance(name, str) else ""
             raise KindError(
-                f"{self.name} has no kind {name!r}{hint}; it has: {', '.join(self.kinds) or 'none'}."
+                f"{self.name} has no kind {one_line(name)}{hint}; it has: {', '.join(self.kinds) or 'none'}."
             ) from None
 
     def layout(self, name: str) -> Kind:
@@ -198,5 +198,5 @@ def _count(value: SupportsIndex, what: str) -> int:
     except TypeError:
         count = -1
     if count < 0:
-        raise SignatureError(f"{what} is {value!r}; the numbers of a signature are non-negative integers.")
+        raise SignatureError(f"{what} is {one_line(value)}; the numbers of a signature are non-negative integers.")
     return count

@@ -13,10 +13,10 @@ import numpy as np
 
 from ..errors import KindError
 from ..rings.dual import DualRing
-from ..rings.modular import Lanes, P
-from ..rings.protocol import LaneRing
+from ..rings.modular import P, Samples
+from ..rings.protocol import SampleRing
 from .algebra import Kind
-from .members import LaneSource, residuals, sample, violation
+from .members import SampleSource, residuals, sample, violation
 from .multivector import Multivector
 
 SEED = 1
@@ -32,7 +32,7 @@ def check_kind(kind: Kind) -> None:
     KindError
         If one breaks a constraint, or varies in fewer directions than the constraints admit.
     """
-    problem = violation(kind, sample(kind, LaneSource(LaneRing(16), SEED)))
+    problem = violation(kind, sample(kind, SampleSource(SampleRing(16), SEED)))
     if problem:
         raise KindError(f"kind {kind.name!r} of {kind.algebra.name}: its random member breaks it: {problem}.")
     if kind.is_layout:
@@ -46,10 +46,10 @@ def check_kind(kind: Kind) -> None:
 
 
 class _Directions:
-    """The same random numbers in every lane; the n-th drawn one varies in lane n."""
+    """The same random numbers in every sample point; the n-th drawn one varies at point n."""
 
     def __init__(self) -> None:
-        self.ring: Any = DualRing(LaneRing(MOST_DRAWS))
+        self.ring: Any = DualRing(SampleRing(MOST_DRAWS))
         self.random = np.random.default_rng(SEED)
         self.drawn = 0
 
@@ -58,7 +58,7 @@ class _Directions:
         tangent = np.zeros(MOST_DRAWS, np.uint64)
         tangent[self.drawn] = 1
         self.drawn += 1
-        return Lanes(value), Lanes(tangent)
+        return Samples(value), Samples(tangent)
 
 
 def member_rank(kind: Kind) -> int:
@@ -70,21 +70,21 @@ def member_rank(kind: Kind) -> int:
 
 def constraint_rank(kind: Kind) -> int:
     """Number of independent constraints at a random member."""
-    base = LaneRing(kind.size)
-    member = sample(kind, LaneSource(LaneRing(1), SEED))
+    base = SampleRing(kind.size)
+    member = sample(kind, SampleSource(SampleRing(1), SEED))
     ring = DualRing(base)
     terms = {}
     for j, blade in enumerate(kind.blades):
         value = int(member.terms[blade].re[0]) if blade in member.terms else 0
         tangent = np.zeros(kind.size, np.uint64)
         tangent[j] = 1
-        terms[blade] = (Lanes(np.full(kind.size, value, np.uint64)), Lanes(tangent))
+        terms[blade] = (Samples(np.full(kind.size, value, np.uint64)), Samples(tangent))
     x = Multivector(kind.algebra, ring, terms)
     return _rank([_row(c) for residual in residuals(kind, x) for c in residual.terms.values()])
 
 
 def _row(coefficient: Any) -> list[int]:
-    """Derivatives of a coefficient in all lanes."""
+    """Derivatives of a coefficient in all sample points."""
     if coefficient is None or coefficient[1] is None:
         return []
     return [int(v) for v in coefficient[1].re]

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..errors import KindError
-from ..rings.modular import Lanes, P
-from ..rings.protocol import LaneRing, NumericRing, RationalRing, Ring
+from ..rings.modular import P, Samples
+from ..rings.protocol import NumericRing, RationalRing, Ring, SampleRing
 from .algebra import Kind
 from .multivector import Multivector, from_values, reciprocal
 from .spec_language import evaluate
@@ -28,15 +28,15 @@ class Source(Protocol):
     def scalar(self) -> Any: ...
 
 
-class LaneSource:
-    """Random residues at every sample point of a lane ring."""
+class SampleSource:
+    """Random residues at every sample point of a ring of samples."""
 
-    def __init__(self, ring: LaneRing, seed: int) -> None:
+    def __init__(self, ring: SampleRing, seed: int) -> None:
         self.ring = ring
         self.random = np.random.default_rng(seed)
 
-    def scalar(self) -> Lanes:
-        return Lanes(self.random.integers(1, P, self.ring.count, dtype=np.uint64))
+    def scalar(self) -> Samples:
+        return Samples(self.random.integers(1, P, self.ring.count, dtype=np.uint64))
 
 
 class RationalSource:

@@ -214,7 +214,7 @@ def _keep_failed(root: Path, stem: str, work: Path, error: CompileError) -> None
         kept.parent.mkdir(exist_ok=True)
         shutil.rmtree(kept, ignore_errors=True)
         os.replace(work, kept)
-        error.kept_in(kept)
+        error.set_folder(kept)
 
 
 def _listing(root: Path) -> Iterator[Path]:

@@ -33,7 +33,7 @@ def install_splitter(splitter: Splitter | None) -> None:
     _splitter = splitter
 
 
-def share(run: Callable[[int, int], None], n: int) -> None:
+def parallel_for(run: Callable[[int, int], None], n: int) -> None:
     """Run items 0 .. n - 1: over threads where a splitter is installed, else in one call."""
     if _splitter is None:
         run(0, n)
@@ -249,7 +249,7 @@ class BoundKernel(Binding):
         def part(begin: int, end: int) -> None:
             run(self.index, single, begin, end, outs, ins, steps)
 
-        share(part, n)
+        parallel_for(part, n)
 
     def _without(self, single: bool) -> Binding:
         if self._other is None:

@@ -29,7 +29,7 @@ _DIGITS = 24
 _log = logging.getLogger("bladesmith")
 
 
-class KeptModule:
+class CachedModule:
     """A printed module, of which some functions are called from outside.
 
     Parameters

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..errors import MissingExtraError
 from ..ir.argument import Argument
-from .arrays import Array, Binding, share
+from .arrays import Array, Binding, parallel_for
 
 #: What makes compiled code give the bits of plain Python: no division raises, and nothing is reassociated.
 #: A kernel is inlined into its loop, which LLVM then vectorises.
@@ -152,7 +152,7 @@ class NumbaKernel(Binding):
         ins = [a.reshape(-1, max(item.size, 1)) for a, item in zip(arrays, self.inputs, strict=True)]
         steps = [int(stride > 0) for stride in self.strides(arrays)]
         if not self.library.compiled:
-            share(self._on_columns(dtype, ins, outs, steps), n)
+            parallel_for(self._on_columns(dtype, ins, outs, steps), n)
             return
         batch = self._batches.get(dtype)
         if batch is None:
@@ -160,7 +160,7 @@ class NumbaKernel(Binding):
             self._batches[dtype] = batch
         aligned = [a if a.flags.aligned else a.copy() for a in ins]  # as the signature has it
         operands = [*outs, *(value for pair in zip(aligned, steps, strict=True) for value in pair)]
-        share(lambda begin, end: batch(begin, end, *operands), n)
+        parallel_for(lambda begin, end: batch(begin, end, *operands), n)
 
     def _on_columns(
         self, dtype: np.dtype[Any], ins: Sequence[Array], outs: Sequence[Array], steps: Sequence[int]

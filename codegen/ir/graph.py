@@ -1,7 +1,7 @@
 """The expression graph of one kernel: nodes in the order in which they were made, each with its exact value.
 
 A graph is a ring: formulas are traced by running them on it. Equal nodes are shared. Every node carries its value at
-random points of the constrained variety over F_p (lanes). A node that is zero at all of them is zero identically
+random points of the constrained variety over F_p. A node that is zero at all of them is zero identically
 (Schwartz-Zippel) and is replaced by the constant 0; this finds sparsity, grades and constraints without expanding.
 """
 
@@ -13,25 +13,25 @@ from math import factorial
 from typing import Any
 
 from ..errors import TraceError
-from ..rings.modular import Lanes
-from ..rings.protocol import FUNCTIONS, LaneRing, Ring, Terms
+from ..rings.modular import Samples
+from ..rings.protocol import FUNCTIONS, Ring, SampleRing, Terms
 
 #: Numbers of sample points that a trace may use; each step is tried where the one before does not suffice.
-LANES = (16, 1024, 2048, 4096, 16384)
+SAMPLES = (16, 1024, 2048, 4096, 16384)
 #: Sample points without roots and comparisons.
-FEW_LANES = LANES[0]
+FEW_SAMPLES = SAMPLES[0]
 #: Sample points with roots or comparisons: about 38 % survive one projector.
-MANY_LANES = LANES[1]
+MANY_SAMPLES = SAMPLES[1]
 #: The largest number of sample points.
-MOST_LANES = LANES[-1]
+MOST_SAMPLES = SAMPLES[-1]
 #: Stumpff functions of zero: 1/k!.
 STUMPFF_AT_ZERO = {f"stumpff{k}": Fraction(1, factorial(k)) for k in range(6)}
-#: A graph with fewer living lanes than this cannot tell zero from bad luck.
-ENOUGH_LANES = 8
+#: A graph with fewer living sample points than this cannot tell zero from bad luck.
+ENOUGH_SAMPLES = 8
 
 
 class NeedMoreSamples(Exception):
-    """A root, a comparison or too many of them were met: trace again with at least ``count`` lanes."""
+    """A root, a comparison or too many of them were met: trace again with at least ``count`` samples."""
 
     def __init__(self, count: int) -> None:
         super().__init__(count)
@@ -54,70 +54,72 @@ class Node:
 
 
 class Graph:
-    """Hash-consed nodes over a lane ring."""
+    """Hash-consed nodes over a ring of samples."""
 
     is_symbolic = True
 
-    def __init__(self, lanes: int = FEW_LANES) -> None:
-        self.lanes = LaneRing(lanes)
+    def __init__(self, samples: int = FEW_SAMPLES) -> None:
+        self.samples = SampleRing(samples)
         self.nodes: list[Node] = []
         self.values: list[Any] = []
         self.comparisons: list[frozenset[int]] = []
-        self.frozen = False  # once traced: variants are built on it, and it is not traced again with more lanes
+        self.frozen = False  # once traced: variants are built on it, and it is not traced again with more sample points
         self.released = False
         self._known: dict[Any, Node] = {}
         self.zero = self.constant(Fraction(0))
         self.one = self.constant(Fraction(1))
 
-    def _node(self, op: str, args: tuple[Node, ...], data: Any, value: Any, own: frozenset[int] = frozenset()) -> Node:
+    def _node(
+        self, op: str, args: tuple[Node, ...], data: Any, value: Any, comparisons: frozenset[int] = frozenset()
+    ) -> Node:
         node = Node(len(self.nodes), op, args, data)
         self._known[op, tuple(a.id for a in args), data] = node
         self.nodes.append(node)
         self.values.append(value)
-        self.comparisons.append(own.union(*(self.comparisons[a.id] for a in args)))
+        self.comparisons.append(comparisons.union(*(self.comparisons[a.id] for a in args)))
         return node
 
-    def vanishes(self, value: Lanes, args: Sequence[Node]) -> bool:
+    def vanishes(self, value: Samples, args: Sequence[Node]) -> bool:
         """Return whether a value made of ``args`` is zero, as far as the sample points can tell.
 
         Values behind comparisons are zero only if they are in every combination of outcomes: a claim that needs
-        living lanes for each.
+        living sample points for each.
 
         Raises
         ------
         NeedMoreSamples
-            If there are too few lanes for the comparisons, and more can be had. With the most, the value counts
+            If there are too few sample points for the comparisons, and more can be had. With the most, the value counts
             as not zero: a coefficient too many does no harm.
         """
-        if not self.lanes.is_zero(value):
+        if not self.samples.is_zero(value):
             return False
         return self.can_prove(args)
 
     def can_prove(self, nodes: Iterable[Node]) -> bool:
-        """Return whether the sample points cover every outcome of their comparisons; may ask for more lanes."""
+        """Return whether the sample points cover every outcome of their comparisons; may ask for more sample points."""
         comparisons = len(frozenset[int]().union(*(self.comparisons[n.id] for n in nodes)))
-        wanted, alive = ENOUGH_LANES << comparisons, int(self.lanes.alive.sum())
+        wanted, alive = ENOUGH_SAMPLES << comparisons, int(self.samples.alive.sum())
         if wanted <= alive:
             return True
-        if self.lanes.count < MOST_LANES and not self.frozen:
-            raise NeedMoreSamples(self.lanes.count * wanted // max(alive, 1))
+        if self.samples.count < MOST_SAMPLES and not self.frozen:
+            raise NeedMoreSamples(self.samples.count * wanted // max(alive, 1))
         return False
 
-    def check_lanes(self, what: str) -> None:
-        """Raise `NeedMoreSamples`, or `TraceError` where there are no more, if too few lanes live."""
-        if int(self.lanes.alive.sum()) < ENOUGH_LANES:
-            if self.lanes.count < MOST_LANES:
-                raise NeedMoreSamples(self.lanes.count + 1)
+    def check_samples(self, what: str) -> None:
+        """Raise `NeedMoreSamples`, or `TraceError` where there are no more, if too few sample points live."""
+        if int(self.samples.alive.sum()) < ENOUGH_SAMPLES:
+            if self.samples.count < MOST_SAMPLES:
+                raise NeedMoreSamples(self.samples.count + 1)
             raise TraceError(f"too few exact points survive the nested roots at {what}; split the formula in kernels.")
 
     def _lookup(self, op: str, args: tuple[Node, ...], data: Any) -> Node | None:
         return self._known.get((op, tuple(a.id for a in args), data))
 
-    def variable(self, place: tuple[int, int], value: Lanes) -> Node:
+    def variable(self, coefficient: tuple[int, int], value: Samples) -> Node:
         """Coefficient ``place = (input, index)`` with its exact values."""
-        if self.lanes.is_zero(value):
+        if self.samples.is_zero(value):
             return self.zero
-        return self._lookup("var", (), place) or self._node("var", (), place, value)
+        return self._lookup("var", (), coefficient) or self._node("var", (), coefficient, value)
 
     def mark(self) -> int:
         """The graph's size now, for `rollback`."""
@@ -137,14 +139,14 @@ class Graph:
         """
         self.nodes = reachable(roots)
         self.values, self.comparisons, self._known = [], [], {}
-        self.lanes.release()
+        self.samples.release()
         self.released = True
 
     # -- the ring ------------------------------------------------------------------------------------------
 
     def constant(self, value: Fraction) -> Node:
         value = Fraction(value)
-        return self._lookup("const", (), value) or self._node("const", (), value, self.lanes.constant(value))
+        return self._lookup("const", (), value) or self._node("const", (), value, self.samples.constant(value))
 
     def combine(self, terms: Terms) -> Node:
         """Weighted sum, as written: like terms are collected, constants folded, nested sums kept."""
@@ -171,7 +173,7 @@ class Graph:
         known = self._lookup("sum", tuple(args), tuple(scales))
         if known:
             return known
-        value = self.lanes.combine([(self.values[a.id], w) for a, w in zip(args, scales, strict=True)])
+        value = self.samples.combine([(self.values[a.id], w) for a, w in zip(args, scales, strict=True)])
         if len(args) > 1 and self.vanishes(value, args):
             return self.zero
         return self._node("sum", tuple(args), tuple(scales), value)
@@ -189,7 +191,7 @@ class Graph:
             a, b = b, a
         node = self._lookup("mul", (a, b), None)
         if node is None:
-            value = self.lanes.multiply(self.values[a.id], self.values[b.id])
+            value = self.samples.multiply(self.values[a.id], self.values[b.id])
             node = self._node("mul", (a, b), None, value)
         return node if scale == 1 else self.combine([(node, scale)])
 
@@ -198,23 +200,23 @@ class Graph:
         if known:
             return known
         if not arguments:
-            return self._node(name, (), None, self.lanes.apply(name))
-        if name == "reciprocal" and self.lanes.is_zero(self.values[arguments[0].id]):
+            return self._node(name, (), None, self.samples.apply(name))
+        if name == "reciprocal" and self.samples.is_zero(self.values[arguments[0].id]):
             raise TraceError("a divisor is identically zero on the declared kinds; declare the input as a layout.")
-        if name == "reciprocal" and arguments[0].op == "const":  # no other function: in the lanes they are opaque
+        if name == "reciprocal" and arguments[0].op == "const":  # no other function: at sample points they are opaque
             return self.constant(1 / arguments[0].data)
         if name == "sqrt" and (arguments[0] is self.zero or arguments[0] is self.one):
             return arguments[0]
-        if name in ("sqrt", "lt", "le") and self.lanes.count < MANY_LANES:
-            raise NeedMoreSamples(MANY_LANES)
+        if name in ("sqrt", "lt", "le") and self.samples.count < MANY_SAMPLES:
+            raise NeedMoreSamples(MANY_SAMPLES)
         if name in STUMPFF_AT_ZERO and arguments[0] is self.zero:
             return self.constant(STUMPFF_AT_ZERO[name])
         values = [self.values[a.id] for a in arguments]
-        value = self.lanes.apply(name, *values)
-        self.check_lanes(name)
+        value = self.samples.apply(name, *values)
+        self.check_samples(name)
         if name in FUNCTIONS and self.vanishes(value, arguments):
             return self.zero
-        own = frozenset([self.lanes.comparison(name, *values)]) if name in ("lt", "le") else frozenset[int]()
+        own = frozenset([self.samples.comparison(name, *values)]) if name in ("lt", "le") else frozenset[int]()
         return self._node(name, arguments, None, value, own)
 
     def select(self, mask: Node, a: Node, b: Node) -> Node:
@@ -223,22 +225,24 @@ class Graph:
         known = self._lookup("select", (mask, a, b), None)
         if known:
             return known
-        value = self.lanes.select(self.values[mask.id], self.values[a.id], self.values[b.id])
+        value = self.samples.select(self.values[mask.id], self.values[a.id], self.values[b.id])
         node = self._node("select", (mask, a, b), None, value)
         if "nan" in (a.op, b.op):  # the exact value is the other branch's, whatever the comparison says
             self.comparisons[node.id] = self.comparisons[b.id if a.op == "nan" else a.id]
         return node
 
-    def call(self, kernel: Any, arguments: Sequence[Node], output: tuple[int, int], value: Lanes, own: Any) -> Node:
+    def call(
+        self, kernel: Any, arguments: Sequence[Node], output: tuple[int, int], value: Samples, comparisons: Any
+    ) -> Node:
         """Coefficient ``output = (output, index)`` of another kernel, called with all of its inputs' coefficients.
 
-        ``own`` are the comparisons that the callee made.
+        ``comparisons`` are the comparisons that the callee made.
         """
         args, data = tuple(arguments), (kernel, *output)
         known = self._lookup("call", args, data)
         if known:
             return known
-        node = self._node("call", args, data, value, own)
+        node = self._node("call", args, data, value, comparisons)
         if self.vanishes(value, (node,)):
             self.rollback(node.id)
             return self.zero

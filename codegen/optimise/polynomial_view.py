@@ -204,6 +204,6 @@ def same_values(graph: Graph, first: Sequence[Node], second: Sequence[Node]) -> 
     pairs = zip(first, second, strict=True)
     one = Fraction(1)
     return all(
-        graph.lanes.is_zero(graph.lanes.combine([(graph.values[a.id], one), (graph.values[b.id], -one)]))
+        graph.samples.is_zero(graph.samples.combine([(graph.values[a.id], one), (graph.values[b.id], -one)]))
         for a, b in pairs
     )

@@ -30,7 +30,7 @@ from .polynomial_view import (
 from .reduction import reduced_variants
 
 #: Name of the formula as written among variants; it stands in the records of generated folders.
-AS_WRITTEN = "staged"
+AS_WRITTEN = "as_written"
 #: A variant whose error bound exceeds this multiple of the written formula's is not admitted.
 ADMITTED_RATIO = 4.0
 #: Systems with more terms in all are left as they were written.
@@ -96,7 +96,7 @@ class Variant:
 
     def record(self) -> Record:
         """The variant as plain data, so that it need not be searched again (and no factoring code is needed)."""
-        return {"form": self.name, **(encode(self.expressions) if self.expressions is not None else {})}
+        return {"variant": self.name, **(encode(self.expressions) if self.expressions is not None else {})}
 
 
 def count(roots: Sequence[Node], callees: Mapping[Kernel, Variant]) -> Operations:
@@ -251,7 +251,7 @@ def _select(kernel: Kernel, record: Record | None, quick: bool, selected: Mutabl
         callees[callee] = selected[callee]
     if record is None:
         best = _search(source, quick, callees)
-    elif record["form"] == AS_WRITTEN:
+    elif record["variant"] == AS_WRITTEN:
         best = None
     else:
         best = _candidate_from_record(source, record)
@@ -267,13 +267,13 @@ def _select(kernel: Kernel, record: Record | None, quick: bool, selected: Mutabl
 
 def _candidate_from_record(kernel: Kernel, record: Record) -> Candidate:
     try:
-        parts = extract_polynomials(kernel, keep_shared=record["form"] == "local")
+        parts = extract_polynomials(kernel, keep_shared=record["variant"] == "local")
         expressions = decode(record)
     except (TooManyTerms, KeyError, IndexError, ValueError, TypeError) as error:
         raise SpecError(f"the recorded form of {kernel.name!r} is damaged ({error}); generate with --search.") from None
     if len(expressions) != len(parts.targets):
         raise SpecError(f"the recorded form of {kernel.name!r} is of another formula; generate with --search.")
-    return Candidate(record["form"], parts, tuple(expressions))
+    return Candidate(record["variant"], parts, tuple(expressions))
 
 
 def _search(kernel: Kernel, quick: bool, callees: Mapping[Kernel, Variant]) -> Candidate | None:

@@ -25,7 +25,7 @@ class Part:
     ----------
     name : str
         Identifier.
-    declared : tuple of KernelSpec
+    specs : tuple of KernelSpec
         Its kernels: what it includes as ``kernels.h``.
     source : str
         The C text.
@@ -34,13 +34,13 @@ class Part:
     """
 
     name: str
-    declared: tuple[KernelSpec, ...]
+    specs: tuple[KernelSpec, ...]
     source: str
     options: tuple[str, ...] = ()
 
     def unit(self) -> Unit:
         """The same, ready to compile into the cache."""
-        kernels = _kernels_header(print_specs(self.declared))
+        kernels = _kernels_header(print_specs(self.specs))
         headers = {"kernels.h": kernels, **included_headers([self.source], ["kernels.h"])}
         return Unit(self.name, self.source, headers, self.options)
 
@@ -75,17 +75,17 @@ class Program:
 
     def formulas(self) -> set[str]:
         """The formulas of its kernels, as ``module.function``."""
-        return {f"{d.formula.__module__.rpartition('.')[2]}.{d.formula.__name__}" for d in self.declared}
+        return {f"{d.formula.__module__.rpartition('.')[2]}.{d.formula.__name__}" for d in self.specs}
 
     @property
-    def declared(self) -> tuple[KernelSpec, ...]:
+    def specs(self) -> tuple[KernelSpec, ...]:
         """All kernels' declarations."""
-        return (*self.driver, *(d for part in self.parts for d in part.declared))
+        return (*self.driver, *(d for part in self.parts for d in part.specs))
 
     def index(self) -> str:
         """JSON index of the kernels in the generated files; the kernel cache reads their text through it."""
         found = {}
-        for each in self.declared:
+        for each in self.specs:
             group = kernel_cache.group_of(each.formula.__module__, each.algebra)
             if group is not None:
                 found[group, each.key] = tuple(print_spec(each))
@@ -121,7 +121,7 @@ def _kernels_header(texts: Mapping[str, str]) -> str:
 
 def program(
     name: str,
-    declared: Sequence[KernelSpec],
+    specs: Sequence[KernelSpec],
     template: str,
     cdef: str,
     values: Mapping[str, object],
@@ -131,12 +131,12 @@ def program(
 ) -> Program:
     """Print the kernels as their formulas were written (no search of forms) and fill the driver's template.
 
-    ``declared`` are those of the driver; those of parts come after them. ``declarations`` are for cffi alone.
+    ``specs`` are those of the driver; those of parts come after them. ``declarations`` are for cffi alone.
     """
-    texts = print_specs([*declared, *(d for part in parts for d in part.declared)])
+    texts = print_specs([*specs, *(d for part in parts for d in part.specs)])
     files = {
         "kernels.c": render(template, **values),
         "kernels.h": _kernels_header(texts),
         "kernels.cdef": template_text(cdef) + declarations,
     }
-    return Program(name, tuple(texts), files, options, parts, tuple(declared))
+    return Program(name, tuple(texts), files, options, parts, tuple(specs))

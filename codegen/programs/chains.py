@@ -75,7 +75,7 @@ def _kernel_specs(algebra: str) -> list[KernelSpec]:
         "compose": f"{pose}, position",
         "unit_twist": joint,
         "column": "position, position, position, number, number",
-        "seen_column": f"{turn}, position, position, position, number, number",
+        "body_column": f"{turn}, position, position, position, number, number",
         "link_twist": "twist, twist, twist, number, number",
         "decompose": "layout motor, position",
         "pose_error": f"{pose}, layout rotor, position",

@@ -57,5 +57,5 @@ def merge_program() -> Program:
         "kinds": [_merged_kind(name) for name in KINDS],
         "elementary": False,
     }
-    declared = [d for kind in KINDS for d in _kernel_specs(kind)]
-    return program("merge", declared, "merge.c.j2", "merge_types.h", values)
+    specs = [d for kind in KINDS for d in _kernel_specs(kind)]
+    return program("merge", specs, "merge.c.j2", "merge_types.h", values)

@@ -83,11 +83,11 @@ class DualRing:
             "exp": [lambda: value],
             "rounded": [lambda: one],
             "log": [lambda: base.apply("reciprocal", x[0])],
-            "atan2": [lambda: self._turn(x[1], x), lambda: scale(self._turn(x[0], x), Fraction(-1))],
+            "atan2": [lambda: self._atan2_partial(x[1], x), lambda: scale(self._atan2_partial(x[0], x), Fraction(-1))],
         }
         return rules[name]
 
-    def _turn(self, numerator: Any, x: Sequence[Any]) -> Any:
+    def _atan2_partial(self, numerator: Any, x: Sequence[Any]) -> Any:
         """numerator/(x0^2 + x1^2), the partial derivatives of atan2 but for the sign."""
         square = self.base.combine([(self.base.multiply(a, a), Fraction(1)) for a in x])
         return self.base.multiply(numerator, self.base.apply("reciprocal", square))

@@ -1,7 +1,7 @@
 """Exact values at random points of F_p^2: the layer that decides what is zero.
 
 p = 2^31 - 1, so that -1 is no square and F_p^2 = F_p[i]; products of two residues fit in 64 bits. Every value
-holds many lanes, one random point each. Nothing here knows geometric algebra.
+holds its values at many random sample points. Nothing here knows geometric algebra.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def _mod(x: Residues) -> Residues:
     return x
 
 
-class Lanes:
-    """Values re + im i in F_p^2; ``im`` is None while every lane is real, which saves half of the work.
+class Samples:
+    """Values re + im i in F_p^2; ``im`` is None while every sample point is real, which saves half of the work.
 
     They are kept in 32 bits, and read as arrays of 64 bits of the reader's own.
     """
@@ -58,7 +58,7 @@ class Lanes:
 
     @property
     def is_real(self) -> bool:
-        """True where every lane is real."""
+        """True where every sample point is real."""
         return self._im is None
 
     def imaginary(self) -> Residues:
@@ -66,7 +66,7 @@ class Lanes:
         return np.zeros(self._re.shape, np.uint64) if self._im is None else self._im.astype(np.uint64)
 
     def is_zero(self) -> NDArray[np.bool_]:
-        """Lanes in which the value vanishes."""
+        """Sample points in which the value vanishes."""
         zero: NDArray[np.bool_] = self._re == 0
         return zero if self._im is None else zero & (self._im == 0)
 
@@ -87,25 +87,25 @@ def residue(value: Fraction) -> int:
     return value.numerator % P * pow(value.denominator, -1, P) % P
 
 
-def constant(value: Fraction, count: int) -> Lanes:
-    """The same rational in every lane."""
-    return Lanes(np.full(count, residue(value), np.uint64))
+def constant(value: Fraction, count: int) -> Samples:
+    """The same rational in every sample point."""
+    return Samples(np.full(count, residue(value), np.uint64))
 
 
-def multiply(a: Lanes, b: Lanes) -> Lanes:
+def multiply(a: Samples, b: Samples) -> Samples:
     """Product in F_p^2."""
     a_re, a_im, b_re, b_im = a.re, a.im, b.re, b.im
     if a_im is None and b_im is None:
-        return Lanes(_mod(a_re * b_re))
+        return Samples(_mod(a_re * b_re))
     if a_im is None:
         return multiply(b, a)
     if b_im is None:
-        return Lanes(_mod(a_re * b_re), _mod(a_im * b_re))
+        return Samples(_mod(a_re * b_re), _mod(a_im * b_re))
     re = _mod(_mod(a_re * b_re) + _P - _mod(a_im * b_im))
-    return Lanes(re, _mod(_mod(a_re * b_im) + _mod(a_im * b_re)))
+    return Samples(re, _mod(_mod(a_re * b_im) + _mod(a_im * b_re)))
 
 
-def combine(terms: Sequence[tuple[Lanes, Fraction]]) -> Lanes:
+def combine(terms: Sequence[tuple[Samples, Fraction]]) -> Samples:
     """Sum of values with rational weights: below 2^32 of them, so that the sum is reduced once."""
     re = np.zeros_like(terms[0][0].re)
     im = None if all(value.is_real for value, _ in terms) else np.zeros_like(re)
@@ -113,7 +113,7 @@ def combine(terms: Sequence[tuple[Lanes, Fraction]]) -> Lanes:
         _add_scaled(re, value.re, weight)
         if im is not None and not value.is_real:
             _add_scaled(im, value.imaginary(), weight)
-    return Lanes(_mod(re), None if im is None else _mod(im))
+    return Samples(_mod(re), None if im is None else _mod(im))
 
 
 def _add_scaled(total: Residues, value: Residues, weight: Fraction) -> None:
@@ -137,17 +137,17 @@ def _power(x: Residues, exponent: int) -> Residues:
     return result
 
 
-def reciprocal(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
-    """1/a, and the lanes in which it exists (zero elsewhere)."""
+def reciprocal(a: Samples) -> tuple[Samples, NDArray[np.bool_]]:
+    """1/a, and the sample points in which it exists (zero elsewhere)."""
     alive, re, im = ~a.is_zero(), a.re, a.im
     if im is None:
-        return Lanes(_power(re, P - 2)), alive
+        return Samples(_power(re, P - 2)), alive
     norm = _power(_mod(_mod(re * re) + _mod(im * im)), P - 2)
-    return Lanes(_mod(re * norm), _mod((_P - im) % _P * norm)), alive
+    return Samples(_mod(re * norm), _mod((_P - im) % _P * norm)), alive
 
 
-def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
-    """A square root, and the lanes in which one exists in F_p^2.
+def sqrt(a: Samples) -> tuple[Samples, NDArray[np.bool_]]:
+    """A square root, and the sample points in which one exists in F_p^2.
 
     For real a it always does: of a or of -a, times i. Otherwise sqrt(x + iy) = u + i y/(2u) with
     u^2 = (x + n)/2 and n^2 = x^2 + y^2; the other sign of n is tried where the first has no root.
@@ -157,7 +157,7 @@ def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
     real = _mod(root * root) == x
     if y is None:
         zero = np.zeros_like(root)
-        return Lanes(np.where(real, root, zero), np.where(real, zero, root)), np.ones(x.shape, bool)
+        return Samples(np.where(real, root, zero), np.where(real, zero, root)), np.ones(x.shape, bool)
     half = np.uint64((P + 1) // 2)
     square = _mod(_mod(x * x) + _mod(y * y))
     norm = _power(square, (P + 1) // 4)
@@ -175,17 +175,17 @@ def sqrt(a: Lanes) -> tuple[Lanes, NDArray[np.bool_]]:
     re = np.where(purely_real, np.where(real, root, 0), re)
     im = np.where(purely_real, np.where(real, 0, root), im)
     alive |= purely_real
-    return Lanes(re, im), alive
+    return Samples(re, im), alive
 
 
-def select(mask: NDArray[np.bool_], a: Lanes, b: Lanes) -> Lanes:
+def select(mask: NDArray[np.bool_], a: Samples, b: Samples) -> Samples:
     """a where the mask holds, else b."""
     if a.is_real and b.is_real:
-        return Lanes(np.where(mask, a.re, b.re))
-    return Lanes(np.where(mask, a.re, b.re), np.where(mask, a.imaginary(), b.imaginary()))
+        return Samples(np.where(mask, a.re, b.re))
+    return Samples(np.where(mask, a.re, b.re), np.where(mask, a.imaginary(), b.imaginary()))
 
 
-def opaque(salt: int, arguments: Sequence[Lanes]) -> Lanes:
+def opaque(salt: int, arguments: Sequence[Samples]) -> Samples:
     """A value that depends on the arguments' values and on nothing else: a hash, for transcendental functions."""
     state = np.full(arguments[0].re.shape, salt * 0x9E3779B97F4A7C15 % 2**64, np.uint64)
     for value in arguments:
@@ -194,16 +194,16 @@ def opaque(salt: int, arguments: Sequence[Lanes]) -> Lanes:
             state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
             state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
             state = state ^ (state >> np.uint64(31))
-    return Lanes(state % _P)
+    return Samples(state % _P)
 
 
 def comparison_pattern(index: int, count: int) -> NDArray[np.bool_]:
-    """Balanced pattern of lanes for the index-th comparison: bits of the lane number, then a hash.
+    """Balanced pattern of sample points for the index-th comparison: bits of the number of the point, then a hash.
 
     The first log2(count) predicates meet in all combinations, so that a select vanishes only if both of its
     branches do.
     """
-    lanes = np.arange(count, dtype=np.uint64)
+    samples = np.arange(count, dtype=np.uint64)
     bits = count.bit_length() - 1
-    drawn = lanes >> np.uint64(index) if index < bits else opaque(index + 1, [Lanes(lanes)]).re
+    drawn = samples >> np.uint64(index) if index < bits else opaque(index + 1, [Samples(samples)]).re
     return np.asarray(drawn & np.uint64(1) == 1)

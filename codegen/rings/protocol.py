@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from . import modular
-from .modular import Lanes
+from .modular import Samples
 
 Coefficient = Any
 Terms = Sequence[tuple[Coefficient, Fraction]]
@@ -195,22 +195,22 @@ class PrecisionRing:
         return False
 
 
-class LaneRing:
-    """Random exact points of F_p^2 in many lanes; lanes in which a root or a reciprocal is missing die."""
+class SampleRing:
+    """Random exact points of F_p^2; points at which a root or a reciprocal is missing are dropped."""
 
     def __init__(self, count: int) -> None:
         self.count = count
         self.alive = np.ones(count, bool)
         self._nan = modular.opaque(99, [self.constant(Fraction(0))])
-        self._comparisons: list[tuple[str, Lanes, Lanes]] = []
+        self._comparisons: list[tuple[str, Samples, Samples]] = []
 
-    def constant(self, value: Fraction) -> Lanes:
+    def constant(self, value: Fraction) -> Samples:
         return modular.constant(value, self.count)
 
-    def combine(self, terms: Terms) -> Lanes:
+    def combine(self, terms: Terms) -> Samples:
         return modular.combine(terms) if terms else self.constant(Fraction(0))
 
-    def multiply(self, a: Lanes, b: Lanes) -> Lanes:
+    def multiply(self, a: Samples, b: Samples) -> Samples:
         return modular.multiply(a, b)
 
     def apply(self, name: str, *arguments: Any) -> Any:
@@ -237,11 +237,11 @@ class LaneRing:
         return modular.opaque(100 + sorted(FUNCTIONS).index(name), arguments)
 
     @property
-    def comparisons_made(self) -> int:
+    def comparison_count(self) -> int:
         """Number of different comparisons."""
         return len(self._comparisons)
 
-    def comparison(self, name: str, a: Lanes, b: Lanes) -> int:
+    def comparison(self, name: str, a: Samples, b: Samples) -> int:
         """Number of a comparison: equal ones, however their operands were computed, share theirs."""
         for i, (other, c, d) in enumerate(self._comparisons):
             if other == name and self._equal(a, c) and self._equal(b, d):
@@ -253,10 +253,10 @@ class LaneRing:
         """Forget the operands of comparisons."""
         self._comparisons = []
 
-    def _equal(self, a: Lanes, b: Lanes) -> bool:
+    def _equal(self, a: Samples, b: Samples) -> bool:
         return self.is_zero(self.combine([(a, Fraction(1)), (b, Fraction(-1))]))
 
-    def _conic(self, which: int, argument: Lanes, w: Lanes, salt: int) -> Lanes:
+    def _conic(self, which: int, argument: Samples, w: Samples, salt: int) -> Samples:
         """Point (c, s) with c^2 + w s^2 = 1 that depends on the argument only: the rational parametrization."""
         t = modular.opaque(salt, [argument])
         wtt = self.multiply(w, self.multiply(t, t))
@@ -266,10 +266,10 @@ class LaneRing:
             return self.multiply(self.combine([(one, Fraction(1)), (wtt, Fraction(-1))]), scale)
         return self.multiply(self.combine([(t, Fraction(2))]), scale)
 
-    def select(self, mask: Any, a: Lanes, b: Lanes) -> Lanes:
+    def select(self, mask: Any, a: Samples, b: Samples) -> Samples:
         if a is self._nan or b is self._nan:  # items without a value prove nothing and disprove nothing
             return b if a is self._nan else a
         return modular.select(mask, a, b)
 
-    def is_zero(self, a: Lanes) -> bool:
+    def is_zero(self, a: Samples) -> bool:
         return bool(np.all(a.is_zero() | ~self.alive))

@@ -16,7 +16,7 @@ INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([\w.]+)"[^\n]*$', re.MULTILI
 
 
 #: The templates among the files of their folders.
-_SUFFIXES = (".h", ".j2", ".cdef", ".css")
+_SUFFIXES = (".h", ".j2", ".cdef", ".css", ".js")
 
 
 def template_text(name: str) -> str:

@@ -14,8 +14,8 @@ from .kernel import Kernel, operand
 
 def call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any:
     """Nodes of a call inside a trace; the callee's kinds must hold for the arguments."""
-    if callee.graph.lanes.count > graph.lanes.count:
-        raise NeedMoreSamples(callee.graph.lanes.count)
+    if callee.graph.samples.count > graph.samples.count:
+        raise NeedMoreSamples(callee.graph.samples.count)
     flat: list[Node] = []
     like = next(a for a in arguments if isinstance(a, Multivector))
     for item, value in zip(callee.inputs, arguments, strict=True):
@@ -23,18 +23,18 @@ def call_in_graph(callee: Kernel, graph: Graph, arguments: Sequence[Any]) -> Any
             flat.extend(_lift(like, v).scalar() for v in value)
             continue
         mv = _lift(like, value)
-        lanes = Multivector(mv.algebra, graph.lanes, {b: graph.values[n.id] for b, n in mv.terms.items()})
-        problem = violation(item.kind, lanes)
+        samples = Multivector(mv.algebra, graph.samples, {b: graph.values[n.id] for b, n in mv.terms.items()})
+        problem = violation(item.kind, samples)
         if problem:
             raise TraceError(f"{callee.name}: argument {item.name} is not a {item.kind.name}: {problem}.")
         flat.extend(item.kind.values(mv))
-    first = graph.lanes.comparisons_made
-    values = callee.evaluate_flat([graph.values[n.id] for n in flat], graph.lanes)
-    graph.check_lanes(f"the call of {callee.name}")
-    own = frozenset(range(first, graph.lanes.comparisons_made))
+    first = graph.samples.comparison_count
+    values = callee.evaluate_flat([graph.values[n.id] for n in flat], graph.samples)
+    graph.check_samples(f"the call of {callee.name}")
+    own = frozenset(range(first, graph.samples.comparison_count))
     results: list[Any] = []
-    for o, (output, lanes_of_output) in enumerate(zip(callee.outputs, values, strict=True)):
-        nodes = [graph.call(callee, flat, (o, j), lane, own) for j, lane in enumerate(lanes_of_output)]
+    for o, (output, samples_of_output) in enumerate(zip(callee.outputs, values, strict=True)):
+        nodes = [graph.call(callee, flat, (o, j), sample, own) for j, sample in enumerate(samples_of_output)]
         results.append(operand(output.kind, graph, nodes))
     return results[0] if len(results) == 1 else tuple(results)
 

@@ -11,25 +11,25 @@ from functools import lru_cache
 from typing import Any
 
 from ..algebra.algebra import Algebra, Kind
-from ..algebra.members import LaneSource, sample, violation
+from ..algebra.members import SampleSource, sample, violation
 from ..algebra.multivector import Multivector
-from ..rings.protocol import LaneRing
+from ..rings.protocol import SampleRing
 
 #: Exact points per proof, as the code generator draws them where there are no roots.
-LANES = 16
+SAMPLES = 16
 SEED = 20260101
-_RING = LaneRing(LANES)
+_RING = SampleRing(SAMPLES)
 
 
-def member(kind: Kind, place: int) -> Multivector:
-    """A random exact member for operand ``place``."""
-    return _member(kind.algebra, kind, place)
+def member(kind: Kind, index: int) -> Multivector:
+    """A random exact member for operand ``index``."""
+    return _member(kind.algebra, kind, index)
 
 
 @lru_cache(maxsize=256)
-def _member(_: Algebra, kind: Kind, place: int) -> Multivector:
+def _member(_: Algebra, kind: Kind, index: int) -> Multivector:
     """The algebra is a key: kinds of two algebras of one name are equal."""
-    return sample(kind, LaneSource(_RING, SEED + place))
+    return sample(kind, SampleSource(_RING, SEED + index))
 
 
 def result_blades(
@@ -66,7 +66,7 @@ def _belongs(_: Algebra, kind: Kind, to: Kind) -> bool:
     return violation(to, member(kind, 0)) is None
 
 
-def operand_kinds_served(kind: Kind, operation: str, place: int) -> list[Kind]:
+def operand_kinds_served(kind: Kind, operation: str, index: int) -> list[Kind]:
     """Kinds of operands that the runtime gives to the kernel of a product on ``kind``.
 
     For a layout all kinds on its blades; for the rotor of a sandwich also those whose members are all members of it.
@@ -74,5 +74,5 @@ def operand_kinds_served(kind: Kind, operation: str, place: int) -> list[Kind]:
     kinds = kind.algebra.kinds.values()
     if kind.is_layout:
         return [kind, *(k for k in kinds if k.constraints and k.blades == kind.blades)]
-    held = operation == "sandwich" and place == 0
+    held = operation == "sandwich" and index == 0
     return [kind, *(k for k in kinds if held and k != kind and k.constraints and belongs(k, kind))]

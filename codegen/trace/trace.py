@@ -15,11 +15,11 @@ from typing import Any
 
 from ..algebra.algebra import Algebra, Kind, numbers
 from ..algebra.blades import validated_identifier
-from ..algebra.members import LaneSource, sample, violation
+from ..algebra.members import SampleSource, sample, violation
 from ..algebra.multivector import Multivector, from_values
 from ..errors import BladesmithError, TraceError
-from ..ir.graph import LANES, Graph, NeedMoreSamples
-from ..rings.protocol import LaneRing
+from ..ir.graph import SAMPLES, Graph, NeedMoreSamples
+from ..rings.protocol import SampleRing
 from .kernel import Formula, Input, Kernel, Output, argument_names, operand
 from .outputs import Result, as_outputs
 from .rows import row_labels, row_type
@@ -56,14 +56,14 @@ def trace(
         for a, k in zip(arguments, kinds, strict=True)
     )
     note = note or (inspect.getdoc(formula) or "").split("\n")[0]
-    lanes = LANES[0]
+    samples = SAMPLES[0]
     while True:
-        graph = Graph(lanes)
+        graph = Graph(samples)
         try:
             results = as_outputs(_run(formula, _symbols(graph, inputs), name))
             outputs = _distinct(_outputs(graph, algebra, results, returns, name, like), inputs)
         except NeedMoreSamples as needed:
-            lanes = next((n for n in LANES if n >= needed.count), LANES[-1])
+            samples = next((n for n in SAMPLES if n >= needed.count), SAMPLES[-1])
             continue
         graph.frozen = True
         again = partial(trace, formula, kinds, name, returns, algebra, note, arguments, like)
@@ -86,7 +86,7 @@ def _run(formula: Formula, symbols: Sequence[Any], name: str) -> Any:
 
 
 def _symbols(graph: Graph, inputs: Sequence[Input]) -> list[Any]:
-    source = LaneSource(graph.lanes, SEED)
+    source = SampleSource(graph.samples, SEED)
     symbols: list[Any] = []
     for i, item in enumerate(inputs):
         if item.kind.form == "numbers":
@@ -121,7 +121,7 @@ def _outputs(
             continue
         if returns is not None and i == 0:
             kind = returns
-            problem = violation(kind, _lane_values(graph, mv))
+            problem = violation(kind, _sample_values(graph, mv))
             if problem is None and not kind.is_layout and not graph.can_prove(mv.terms.values()):
                 problem = "it has too many comparisons to be proved"
             if problem:
@@ -155,15 +155,15 @@ def _distinct(outputs: Sequence[Output], inputs: Sequence[Input]) -> tuple[Outpu
     return tuple(renamed)
 
 
-def _lane_values(graph: Graph, mv: Multivector) -> Multivector:
-    """The multivector's exact values, over the graph's lanes."""
-    ring: LaneRing = graph.lanes
+def _sample_values(graph: Graph, mv: Multivector) -> Multivector:
+    """The multivector's exact values, at the graph's sample points."""
+    ring: SampleRing = graph.samples
     return from_values(mv.algebra, ring, mv.terms, [graph.values[node.id] for node in mv.terms.values()])
 
 
 def infer_kind(graph: Graph, mv: Multivector) -> Kind:
     """The narrowest kind of the algebra that the value provably belongs to; else its own blades as a layout."""
-    values = _lane_values(graph, mv)
+    values = _sample_values(graph, mv)
     provable = graph.can_prove(mv.terms.values())
     fitting = [
         kind

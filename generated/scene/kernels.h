@@ -132,7 +132,7 @@ BS_INLINE void FN(cga3d_reflected_direction)(V *RESTRICT out, const V *RESTRICT 
 }
 
 /* cga3d_box_ray: The origins from which near and far sides of boxes are seen, and one over the direction. 7 mul, 6 add, 28 other. */
-BS_INLINE void FN(cga3d_box_ray)(V *RESTRICT near, V *RESTRICT far, V *RESTRICT inverse, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT reach_in)
+BS_INLINE void FN(cga3d_box_ray)(V *RESTRICT near, V *RESTRICT far, V *RESTRICT inverse, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT extent_in)
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -140,11 +140,11 @@ BS_INLINE void FN(cga3d_box_ray)(V *RESTRICT near, V *RESTRICT far, V *RESTRICT 
   const V direction_e1 = direction_in[0];
   const V direction_e2 = direction_in[1];
   const V direction_e3 = direction_in[2];
-  const V reach_s = reach_in[0];
+  const V extent_s = extent_in[0];
   const M t0 = LT(direction_e1, SPLAT(0.0));
   const V t1 = ABS(origin_e1);
-  const M t2 = LT(reach_s, t1);
-  const V t3 = SELECT(t2, t1, reach_s);
+  const M t2 = LT(extent_s, t1);
+  const V t3 = SELECT(t2, t1, extent_s);
   const V t4 = ABS(origin_e2);
   const M t5 = LT(t3, t4);
   const V t6 = SELECT(t5, t4, t3);
@@ -506,8 +506,8 @@ BS_INLINE void FN(cga3d_facet_sides)(V *RESTRICT sides, const V *RESTRICT origin
   sides[2] = -(t7 * t1 - t8 * t4);
 }
 
-/* cga3d_facet_hit: Parameter t of the ray's point on the triangle, the shares of its corners, and the point relative to A. 26 mul, 34 add, 21 other. */
-BS_INLINE void FN(cga3d_facet_hit)(V *RESTRICT t, V *RESTRICT shares, V *RESTRICT local, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT sides_in)
+/* cga3d_facet_hit: Parameter t of the ray's point on the triangle, its barycentric coordinates, and the point relative to A. 26 mul, 34 add, 21 other. */
+BS_INLINE void FN(cga3d_facet_hit)(V *RESTRICT t, V *RESTRICT barycentric, V *RESTRICT local, const V *RESTRICT origin_in, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT sides_in)
 {
   const V origin_e1 = origin_in[0];
   const V origin_e2 = origin_in[1];
@@ -559,9 +559,9 @@ BS_INLINE void FN(cga3d_facet_hit)(V *RESTRICT t, V *RESTRICT shares, V *RESTRIC
   const V t29 = SPLAT(BS_NOT_A_NUMBER);
   const V t30 = SELECT(t28, t15, t29);
   t[0] = t30;
-  shares[0] = t9;
-  shares[1] = t10;
-  shares[2] = t11;
+  barycentric[0] = t9;
+  barycentric[1] = t10;
+  barycentric[2] = t11;
   local[0] = t10 * (b_e1 - a_e1) + t11 * (c_e1 - a_e1); /* e1 */
   local[1] = t10 * (b_e2 - a_e2) + t11 * (c_e2 - a_e2); /* e2 */
   local[2] = t10 * (b_e3 - a_e3) + t11 * (c_e3 - a_e3); /* e3 */
@@ -596,7 +596,7 @@ BS_INLINE void FN(cga3d_facet_normal)(V *RESTRICT out, const V *RESTRICT a_in, c
 }
 
 /* cga3d_smooth_normal: Mean of the corners' normals, on that side of the ray on which the triangle's own normal is. 44 mul, 28 add, 9 other. */
-BS_INLINE void FN(cga3d_smooth_normal)(V *RESTRICT out, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT at_a_in, const V *RESTRICT at_b_in, const V *RESTRICT at_c_in, const V *RESTRICT shares_in)
+BS_INLINE void FN(cga3d_smooth_normal)(V *RESTRICT out, const V *RESTRICT direction_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT c_in, const V *RESTRICT at_a_in, const V *RESTRICT at_b_in, const V *RESTRICT at_c_in, const V *RESTRICT barycentric_in)
 {
   const V direction_e1 = direction_in[0];
   const V direction_e2 = direction_in[1];
@@ -619,12 +619,12 @@ BS_INLINE void FN(cga3d_smooth_normal)(V *RESTRICT out, const V *RESTRICT direct
   const V at_c_e1 = at_c_in[0];
   const V at_c_e2 = at_c_in[1];
   const V at_c_e3 = at_c_in[2];
-  const V shares_a = shares_in[0];
-  const V shares_b = shares_in[1];
-  const V shares_c = shares_in[2];
-  const V t0 = (at_a_e1 * shares_a + at_b_e1 * shares_b) + at_c_e1 * shares_c;
-  const V t1 = (at_a_e2 * shares_a + at_b_e2 * shares_b) + at_c_e2 * shares_c;
-  const V t2 = (at_a_e3 * shares_a + at_b_e3 * shares_b) + at_c_e3 * shares_c;
+  const V barycentric_a = barycentric_in[0];
+  const V barycentric_b = barycentric_in[1];
+  const V barycentric_c = barycentric_in[2];
+  const V t0 = (at_a_e1 * barycentric_a + at_b_e1 * barycentric_b) + at_c_e1 * barycentric_c;
+  const V t1 = (at_a_e2 * barycentric_a + at_b_e2 * barycentric_b) + at_c_e2 * barycentric_c;
+  const V t2 = (at_a_e3 * barycentric_a + at_b_e3 * barycentric_b) + at_c_e3 * barycentric_c;
   const V t3 = direction_e1 * t0 + direction_e2 * t1 + direction_e3 * t2;
   const V t4 = b_e2 - a_e2;
   const V t5 = c_e3 - a_e3;
@@ -3691,8 +3691,8 @@ BS_INLINE void FN(cga3d_common_sphere_bound_3)(V *RESTRICT bound, const V *RESTR
   bound[0] = a_s * (a_s * t8 + t9 * t10) + t11 * (b_s * t10);
 }
 
-/* cga3d_evolved_printed_3: Coefficients of 1, t, t^2, .. of the printed polynomial of degree 12 n, (4.16) with its sides subtracted. 2211 mul, 1641 add. */
-BS_INLINE void FN(cga3d_evolved_printed_3)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+/* cga3d_evolved_published_polynomial_3: Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted. 2211 mul, 1641 add. */
+BS_INLINE void FN(cga3d_evolved_published_polynomial_3)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -6246,8 +6246,8 @@ BS_INLINE void FN(cga3d_common_sphere_bound_2)(V *RESTRICT bound, const V *RESTR
   bound[0] = t7;
 }
 
-/* cga3d_evolved_printed_2: Coefficients of 1, t, t^2, .. of the printed polynomial of degree 12 n, (4.16) with its sides subtracted. 1018 mul, 721 add. */
-BS_INLINE void FN(cga3d_evolved_printed_2)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+/* cga3d_evolved_published_polynomial_2: Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted. 1018 mul, 721 add. */
+BS_INLINE void FN(cga3d_evolved_published_polynomial_2)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -7663,8 +7663,8 @@ BS_INLINE void FN(cga3d_ribbon_point_3)(V *RESTRICT t_place, V *RESTRICT positio
   sine_square[0] = t49 * t77;
 }
 
-/* cga3d_ribbon_place_3: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 245 mul, 116 add, 12 other. */
-BS_INLINE void FN(cga3d_ribbon_place_3)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+/* cga3d_ribbon_position_3: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 245 mul, 116 add, 12 other. */
+BS_INLINE void FN(cga3d_ribbon_position_3)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -9114,8 +9114,8 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_bound_3)(V *RESTRICT bound, const V *R
   bound[0] = t40;
 }
 
-/* cga3d_ribbon_printed_3: Coefficients of 1, t, t^2, .. of the printed polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 448 mul, 330 add. */
-BS_INLINE void FN(cga3d_ribbon_printed_3)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+/* cga3d_ribbon_published_polynomial_3: Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 448 mul, 330 add. */
+BS_INLINE void FN(cga3d_ribbon_published_polynomial_3)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -9963,8 +9963,8 @@ BS_INLINE void FN(cga3d_ribbon_point_2)(V *RESTRICT t_place, V *RESTRICT positio
   sine_square[0] = t33 * t59;
 }
 
-/* cga3d_ribbon_place_2: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 173 mul, 82 add, 12 other. */
-BS_INLINE void FN(cga3d_ribbon_place_2)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+/* cga3d_ribbon_position_2: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 173 mul, 82 add, 12 other. */
+BS_INLINE void FN(cga3d_ribbon_position_2)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -11015,8 +11015,8 @@ BS_INLINE void FN(cga3d_ribbon_polynomial_bound_2)(V *RESTRICT bound, const V *R
   bound[0] = a_s * b_s * (t8 * t8 + t14 * (t18 * t18)) + K(2.0) * (t24 * (t18 * t8));
 }
 
-/* cga3d_ribbon_printed_2: Coefficients of 1, t, t^2, .. of the printed polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 214 mul, 148 add. */
-BS_INLINE void FN(cga3d_ribbon_printed_2)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+/* cga3d_ribbon_published_polynomial_2: Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 214 mul, 148 add. */
+BS_INLINE void FN(cga3d_ribbon_published_polynomial_2)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -12266,8 +12266,8 @@ BS_INLINE void FN(cga3d_common_sphere_bound_1)(V *RESTRICT bound, const V *RESTR
   bound[0] = a_s * (a_s * t0 + b_s * t1) + t2 * (b_s * b_s);
 }
 
-/* cga3d_evolved_printed_1: Coefficients of 1, t, t^2, .. of the printed polynomial of degree 12 n, (4.16) with its sides subtracted. 275 mul, 169 add. */
-BS_INLINE void FN(cga3d_evolved_printed_1)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+/* cga3d_evolved_published_polynomial_1: Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted. 275 mul, 169 add. */
+BS_INLINE void FN(cga3d_evolved_published_polynomial_1)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];
@@ -12735,8 +12735,8 @@ BS_INLINE void FN(cga3d_ribbon_point_1)(V *RESTRICT t_place, V *RESTRICT positio
   sine_square[0] = t22 * t47;
 }
 
-/* cga3d_ribbon_place_1: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 103 mul, 48 add, 12 other. */
-BS_INLINE void FN(cga3d_ribbon_place_1)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
+/* cga3d_ribbon_position_1: Offset of a position on a pair's carrier from the pair's middle, along the carrier; half of the pair's length. 103 mul, 48 add, 12 other. */
+BS_INLINE void FN(cga3d_ribbon_position_1)(V *RESTRICT place, const V *RESTRICT position_in, const V *RESTRICT direction_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT controls_in, const V *RESTRICT products_in)
 {
   const V position_e1 = position_in[0];
   const V position_e2 = position_in[1];
@@ -13417,8 +13417,8 @@ BS_INLINE void FN(cga3d_ribbon_closed_alpha_1)(V *RESTRICT alpha, const V *RESTR
   alpha[0] = meets_0 * t0;
 }
 
-/* cga3d_ribbon_printed_1: Coefficients of 1, t, t^2, .. of the printed polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 62 mul, 36 add. */
-BS_INLINE void FN(cga3d_ribbon_printed_1)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
+/* cga3d_ribbon_published_polynomial_1: Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2. 62 mul, 36 add. */
+BS_INLINE void FN(cga3d_ribbon_published_polynomial_1)(V *RESTRICT powers, const V *RESTRICT meets_in, const V *RESTRICT norm_in, const V *RESTRICT kappa_in)
 {
   const V meets_0 = meets_in[0];
   const V meets_1 = meets_in[1];

@@ -27,7 +27,7 @@ def command(clear: bool) -> None:
     """List the compiled kernels of this user, most recently used first, or clear them."""
     root = cache.directory()
     if root.exists() and not root.is_dir():
-        raise InputError(f"{root} is no directory.", remedy=f"Set {cache.DIRECTORY_VARIABLE} to one")
+        raise InputError(f"{root} is not a directory.", remedy=f"Set {cache.DIRECTORY_VARIABLE} to one")
     if clear:
         removed, size = cache.clear()
         click.echo(f"removed {count_entries(removed)}, {readable(size)}, from {root}")

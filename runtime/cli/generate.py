@@ -34,8 +34,8 @@ def command(
     """Generate an algebra: C, numba and CUDA-ready sources, and a manifest.
 
     Without --spec and --signature, all stock algebras and programs. Without --out, into ./generated, or for --check
-    the installed package's own folder. The forms chosen earlier are read from forms.json there, and are good for
-    formulas that have not changed; others are searched. --update and --check make only what is older than its
+    the installed package's own folder. The variants selected earlier are read from variants.json there, and are good
+    for formulas that have not changed; others are searched. --update and --check make only what is older than its
     formulas (see sources.json); without them everything is made anew.
     """
     from ..codegen.build.stamps import generated_files
@@ -45,16 +45,16 @@ def command(
         raise InputError("--search makes everything anew; give it without --check and --update.")
     folder = out or (_installed_folder() if check else Path("generated"))
     if check and not folder.is_dir():
-        raise InputError(f"{folder} is no folder; --check compares what is generated there.")
+        raise InputError(f"{folder} is not a folder; --check compares what is generated there.")
     stock = spec is None and signature is None
     if check and stock and (stale := outdated_modules(folder, printers=True)):  # digests tell: nothing is traced
         _report_outdated(stale)
     made = {}
     for data in _specs(spec, signature, name):
-        kept = generated_files(folder / str(data["name"]))
-        forms = {} if search else _recorded_forms(folder / str(data["name"]), kept)
+        texts = generated_files(folder / str(data["name"]))
+        forms = {} if search else _recorded_forms(folder / str(data["name"]), texts)
         made[str(data["name"])] = generate(
-            data, forms, feedback.shows_bars, kept if check or update else None, os.cpu_count() or 1
+            data, forms, feedback.shows_bars, texts if check or update else None, os.cpu_count() or 1
         )
     if stock:
         made.update(generate_programs(anew=not (check or update)))
@@ -111,13 +111,13 @@ def _installed_folder() -> Path:
     return Path(str(resources.files(f"{__package__.partition('.')[0]}.generated")))
 
 
-def _recorded_forms(folder: Path, kept: Mapping[str, str]) -> Any:
+def _recorded_forms(folder: Path, texts: Mapping[str, str]) -> Any:
     try:
-        return json.loads(kept.get("forms.json", "{}"))
+        return json.loads(texts.get("variants.json", "{}"))
     except ValueError as error:
         raise SpecError(
             f"not a record of forms ({error})",
-            where=str(folder / "forms.json"),
+            where=str(folder / "variants.json"),
             remedy="Take it from version control, or remove it: all forms are searched again then (minutes)",
         ) from None
 

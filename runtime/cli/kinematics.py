@@ -58,7 +58,7 @@ def command(
         setup.check_workspace()
     with feedback.preparing(NOTICE):
         report = setup.report()
-        moved = setup.motion_with_poses() if motions or (picture and setup.way is not None) else None
+        moved = setup.motion_with_poses() if motions or (picture and setup.tool_path is not None) else None
     click.echo(json.dumps(report.data, indent=1, allow_nan=False) if as_json else report.text())
     trouble = _unreached_message(moved[0], setup) if moved is not None else ""
     kept = [partial_name(place) if trouble else place for place in motions]
@@ -97,16 +97,17 @@ def _apply_options(
 
     import numpy as np
 
+    from ..common.validation import as_int, finite_array, positive_float
     from ..errors import InputError
     from ..kinematics.io.schema import MOST_SAMPLES
     from ..kinematics.task.task import PoseQuery, WorkspaceQuery
     from ..kinematics.task.tool_path import ToolPath
 
     for name, numbers in (("--position", position), ("--to", to), ("--box", box), ("--duration", duration)):
-        if numbers is not None and not np.isfinite(numbers).all():
-            raise InputError(f"{name} is {numbers}; finite numbers are needed.")
-    stand = setup.stand
-    values = dict(stand.joints)
+        if numbers is not None:
+            finite_array(numbers, name)
+    pose_query = setup.pose_query
+    values = dict(pose_query.joints)
     for text in joints:
         name, _, value = text.rpartition("=")
         try:
@@ -119,25 +120,25 @@ def _apply_options(
         values[name] = math.radians(number) if degrees and turns else number
     if joints or position is not None:
         place = None if position is None else np.array(position)
-        stand = PoseQuery(values, place, stand.rotor if place is not None else None)
-    way = setup.way
+        pose_query = PoseQuery(values, place, pose_query.rotor if place is not None else None)
+    tool_path = setup.tool_path
     if to is not None:
-        known = way or ToolPath("line")
-        way = replace(known, kind="line", numbers={"start": None, "end": np.array(to)})
+        known = tool_path or ToolPath("line")
+        tool_path = replace(known, kind="line", numbers={"start": None, "end": np.array(to)})
     if duration is not None or samples is not None:
-        if way is None:
+        if tool_path is None:
             raise InputError(
                 "--duration and --samples are of a path, and there is none.", remedy="Give --to, or [path]"
             )
-        if duration is not None and not duration > 0:
-            raise InputError(f"--duration is {duration:g}; a positive number is needed.")
-        if samples is not None and not 2 <= samples <= MOST_SAMPLES:
-            raise InputError(f"--samples is {samples}; from 2 to {MOST_SAMPLES} are needed.")
-        way = replace(way, duration=duration or way.duration, samples=samples or way.samples)
+        if duration is not None:
+            positive_float(duration, "--duration")
+        if samples is not None:
+            as_int(samples, "--samples", 2, MOST_SAMPLES)
+        tool_path = replace(tool_path, duration=duration or tool_path.duration, samples=samples or tool_path.samples)
     room = setup.box
     if box is not None:
         room = replace(room or WorkspaceQuery(), bounds=np.array(box).reshape(3, 2))
-    return replace(setup, stand=stand, way=way, box=room)
+    return replace(setup, pose_query=pose_query, tool_path=tool_path, box=room)
 
 
 def _example(setup: Setup) -> str:

@@ -88,10 +88,10 @@ def _start(start: str, similarity: bool) -> Any:
 
 
 def _write(path: Path, record: tuple[Any, ...]) -> None:
-    from ..common.files import write_atomically
+    from ..common.files import write_file
     from ..registration.io.result_file import registration_text
 
-    write_atomically(path, registration_text(*record))
+    write_file(path, registration_text(*record))
 
 
 def _keep_partial(output: Path | None, record: tuple[Any, ...]) -> str:

@@ -88,22 +88,22 @@ def _keep_partial(output: Path, partial: Any) -> str:
 
     if not partial.done.any():
         return NOTHING
-    share = f"interrupted with {100 * partial.share:.3g} % of the picture done"
-    return share + save_partial([output], lambda path: list(save_layers(path, partial.layers, partial.done)))
+    note = f"interrupted with {100 * partial.fraction_done:.3g} % of the picture done"
+    return note + save_partial([output], lambda path: list(save_layers(path, partial.layers, partial.done)))
 
 
 def _save(output: Path, layers: Mapping[str, Any]) -> dict[Path, str]:
     """Save the picture; where the disk fails after a long render, in the folder for temporary files instead."""
+    from ..errors import InputError
     from ..tracer.output.image import save_layers
 
     try:
         return save_layers(output, layers)
-    except OSError as error:
+    except InputError as error:
         spare = Path(tempfile.mkdtemp(prefix="bladesmith-")) / output.name
         try:
             save_layers(spare, layers)
-        except OSError:
+        except InputError:
             spare.parent.rmdir()
             raise error from None
-        reason = error.strerror or str(error)
-        raise click.ClickException(f"{error.filename or output}: {reason}. The picture is in {spare}.") from None
+        raise click.ClickException(f"{error} The picture is in {spare}.") from None

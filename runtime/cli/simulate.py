@@ -44,48 +44,48 @@ def command(
     """
     from ..dynamics.io.reader import load_simulation
 
-    places = list(outputs) or [Path("trajectory.npz")]
-    drawn = [places[0].with_suffix(".png")] if plot else []
-    _check(body, places, [*drawn, *([picture] if picture else [])], films, speed, rate)
+    paths = list(outputs) or [Path("trajectory.npz")]
+    drawn = [paths[0].with_suffix(".png")] if plot else []
+    _check(body, paths, [*drawn, *([picture] if picture else [])], films, speed, rate)
     setup = load_simulation(body)
     record, trouble = _run(setup, feedback)
     if record is not None:
         _print_summary(setup, record)
     if trouble:
-        click.echo(f"{trouble}{_keep_partial(places, record)}", err=True)
+        click.echo(f"{trouble}{_keep_partial(paths, record)}", err=True)
         return 1
     assert record is not None  # without trouble there is one
-    for place in places:
-        record.save(place)
-    for place in drawn:
-        record.plot(place)
+    for path in paths:
+        record.save(path)
+    for path in drawn:
+        record.plot(path)
     if picture is not None:
         record.picture(picture)
-    for place in films:
-        record.animate(place, speed=speed, rate=rate, progress=feedback.shows_bars)
-    feedback.wrote((*places, *drawn, picture, *films))
+    for path in films:
+        record.animate(path, speed=speed, rate=rate, progress=feedback.shows_bars)
+    feedback.wrote((*paths, *drawn, picture, *films))
     return 0
 
 
 def _check(
-    body: Path, places: list[Path], pictures: list[Path], films: tuple[Path, ...], speed: float | None, rate: float
+    body: Path, paths: list[Path], pictures: list[Path], films: tuple[Path, ...], speed: float | None, rate: float
 ) -> None:
     """Refuse what could not be written, before any work."""
+    from ..common.validation import positive_float
     from ..dynamics.plotting import animation
     from ..dynamics.results import trajectory_files
-    from ..errors import InputError
     from ..plot.style import check_suffix
 
-    for place in places:
-        trajectory_files.checked_name(place)
-    for place in pictures:
-        check_suffix(place)
-    for place in films:
-        animation.checked_name(place)
-    check_outputs([*places, *pictures, *films], [body], "the simulation file")
+    for path in paths:
+        trajectory_files.checked_name(path)
+    for path in pictures:
+        check_suffix(path)
+    for path in films:
+        animation.checked_name(path)
+    check_outputs([*paths, *pictures, *films], [body], "the simulation file")
     for name, value in (("--speed", speed), ("--rate", rate)):
-        if value is not None and not 0 < value < float("inf"):
-            raise InputError(f"{name} is {value:g}; a positive number is needed.")
+        if value is not None:
+            positive_float(value, name)
 
 
 def _run(setup: Setup, feedback: options.Feedback) -> tuple[Record | None, str]:
@@ -127,8 +127,8 @@ def _print_summary(setup: Setup, record: Record) -> None:
         click.echo(f"{key + ':':<{width}} {text}")
 
 
-def _keep_partial(places: list[Path], record: Record | None) -> str:
+def _keep_partial(paths: list[Path], record: Record | None) -> str:
     """Save what there is, under names that say so; how the line about it ends."""
     if record is None or not len(record):
         return "; nothing was written"
-    return f"; what there is, to t = {record.time[-1]:.6g}" + save_partial(places, record.save)
+    return f"; what there is, to t = {record.time[-1]:.6g}" + save_partial(paths, record.save)

@@ -29,7 +29,7 @@ MAX_HEADER = 1_000_000
 FORMATS = (".npz", ".csv")
 
 
-def made_by() -> dict[str, str]:
+def producer_versions() -> dict[str, str]:
     """Versions that made a file, for its header."""
     return {"bladesmith": __version__, "numpy": np.__version__, "python": platform.python_version()}
 
@@ -110,4 +110,4 @@ def csv_text(columns: Iterable[tuple[str, str]], rows: Iterable[Iterable[Any]]) 
     return text.getvalue()
 
 
-__all__ = ["FORMATS", "csv_text", "made_by", "npz_bytes", "read_npz"]
+__all__ = ["FORMATS", "csv_text", "npz_bytes", "producer_versions", "read_npz"]

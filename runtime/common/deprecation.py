@@ -27,10 +27,11 @@ def warn_renamed(old: str, new: str) -> None:
     if old in _warned:
         return
     _warned.add(old)
-    level = 1
-    while sys._getframe(level).f_globals.get("__name__", "").startswith(("bladesmith.", "importlib.")):
-        level += 1
-    warnings.warn(f"{old} is now {new}; the old name goes with the next release.", FutureWarning, stacklevel=level + 1)
+    frame, level = sys._getframe(1), 2
+    while (name := f"{frame.f_globals.get('__name__')}.").startswith(("bladesmith.", "importlib.")) and frame.f_back:
+        frame = frame.f_back
+        level += not name.startswith("importlib._bootstrap")  # `warnings` does not count these
+    warnings.warn(f"{old} is now {new}; the old name goes with the next release.", FutureWarning, stacklevel=level)
 
 
 def renamed_keywords(**names: str) -> Callable[[_Function], _Function]:

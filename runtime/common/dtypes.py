@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..codegen.errors import InputError
+from ..codegen.errors import InputError, one_line
 
 #: Double precision.
 F64: Final = np.dtype(np.float64)
@@ -32,8 +32,8 @@ def as_precision(dtype: Any) -> np.dtype[Any] | None:
     if dtype is None:
         return None
     found: np.dtype[Any] = np.dtype(object)
-    with contextlib.suppress(TypeError):
+    with contextlib.suppress(TypeError, ValueError):
         found = np.dtype(dtype)
     if found != F64 and found != F32:
-        raise InputError(f"dtype is {dtype!r}; multivectors hold float64 or float32.")
+        raise InputError(f"dtype is {one_line(dtype)}; multivectors hold float64 or float32.")
     return found

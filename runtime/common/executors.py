@@ -205,6 +205,8 @@ class Calls:
                 raise _failure(piece, error) from error
             self._submit(piece)
             return None
+        if result is None and piece.attached:
+            raise _failure(piece, InputError("the executor gives None for its result"))
         if result is None:
             piece.attached = True
             self._submit(piece)
@@ -250,6 +252,41 @@ def fill_rows(
     run_pieces(executor, Payload.of(task) if isinstance(task, Task) else task, function, named, copy)
 
 
+def fill_parts(
+    executor: Executor | None,
+    task: Task,
+    function: Callable[..., Mapping[str, NDArray[Any]]],
+    columns: Iterable[NDArray[Any]],
+    name: str,
+    arrays: Mapping[str, NDArray[Any]],
+    report: Callable[[int], None],
+    grain: int,
+) -> None:
+    """Fill rows of arrays from the same rows of ``columns``, in parts: on an executor's workers, or without one here.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(state, *rows of columns)`` gives rows of arrays by name.
+    report : callable
+        Gets the number of rows so far.
+    grain : int
+        Rows of a part: that many here, about so many at least on workers.
+    """
+    columns = list(columns)
+    n = len(columns[0])
+    if executor is not None:
+        pieces = {(a, b): tuple(column[a:b] for column in columns) for a, b in ranges(executor, n, grain)}
+        fill_rows(executor, task, function, pieces, name, arrays, lambda a, b, count: report(count))
+        return
+    state = task.prepare()
+    for begin in range(0, n, grain):
+        end = min(begin + grain, n)
+        for key, rows in function(state, *(column[begin:end] for column in columns)).items():
+            arrays[key][begin:end] = rows
+        report(end)
+
+
 def ranges(executor: Executor, n: int, grain: int = 1) -> list[tuple[int, int]]:
     """Ranges [begin, end) of n items, of about ``grain`` at least: some for each worker."""
     check_executor(executor)
@@ -287,7 +324,7 @@ def _failure(piece: _Piece, error: Exception) -> ExecutorError:
 
 
 def _one_line(error: Exception) -> str:
-    return f"{type(error).__name__}{f': {error}' if str(error) else ''}".rstrip(".")
+    return " ".join(f"{type(error).__name__}{f': {error}' if str(error) else ''}".split()).rstrip(".")
 
 
 # -- workers ---------------------------------------------------------------------------------------------------
@@ -347,4 +384,15 @@ def _unpack(data: bytes) -> Task:
     return task
 
 
-__all__ = ["Calls", "Payload", "Task", "check_executor", "ranges", "run_piece", "run_pieces", "workers"]
+__all__ = [
+    "Calls",
+    "Payload",
+    "Task",
+    "check_executor",
+    "fill_parts",
+    "fill_rows",
+    "ranges",
+    "run_piece",
+    "run_pieces",
+    "workers",
+]

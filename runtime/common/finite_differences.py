@@ -14,26 +14,30 @@ from numpy.typing import NDArray
 from ..codegen.errors import InputError
 
 Array = NDArray[Any]
-#: Places, in steps, that derivatives of order eight are made of, and what is in the middle where both sides are there.
-PLACES, MIDDLE = 9, 4
-#: Steps that are tried: powers of ten from this to one second, and for short runs to this share of the run.
-LEAST, LEAST_SHARE = -6, -4
-#: A step is compared with this share of it: no fraction, for a path looks the same at all multiples of its period.
+#: Sample points of a derivative of order eight.
+POINTS = 9
+#: Samples before the time where both sides are in the run.
+MIDDLE = 4
+#: Steps are powers of ten of seconds: the smallest exponent,
+MIN_EXPONENT = -6
+#: and for short runs the smallest relative to their duration.
+RELATIVE_EXPONENT = -4
+#: A step is compared with this fraction of it: irrational, for a path looks the same at all multiples of its period.
 GOLDEN = (math.sqrt(5) - 1) / 2
-#: Derivatives that differ by more than this share have nothing in common, or are rounding of zero.
+#: Derivatives that differ by more than this fraction have nothing in common, or are rounding of zero.
 ALIKE = 1e-3
 
 
 @cache
 def weights(behind: int) -> tuple[Array, Array]:
-    """Of the first and of the second derivative, for values at -behind, .. steps; from the polynomial through them."""
-    places = [Fraction(k - behind) for k in range(PLACES)]
-    first, second = np.zeros(PLACES), np.zeros(PLACES)
-    for j, own in enumerate(places):
-        polynomial = [Fraction(1)]  # one at its own place and zero at all others, constant first
-        for other in places[:j] + places[j + 1 :]:
+    """Weights of the first and second derivative for values at -behind, .. steps: from the interpolating polynomial."""
+    nodes = [Fraction(k - behind) for k in range(POINTS)]
+    first, second = np.zeros(POINTS), np.zeros(POINTS)
+    for j, node in enumerate(nodes):
+        polynomial = [Fraction(1)]  # one at its own node and zero at all others, constant first
+        for other in nodes[:j] + nodes[j + 1 :]:
             raised, kept = [Fraction(0), *polynomial], [*polynomial, Fraction(0)]
-            polynomial = [(r - other * k) / (own - other) for r, k in zip(raised, kept, strict=True)]
+            polynomial = [(r - other * k) / (node - other) for r, k in zip(raised, kept, strict=True)]
         first[j], second[j] = float(polynomial[1]), 2 * float(polynomial[2])
     return first, second
 
@@ -56,20 +60,22 @@ class Differences:
     def _at(self, t: float, h: float) -> tuple[Array, Array, Array]:
         behind = self._behind(t, h) if self._bounded else MIDDLE
         middle = self._function(t)
-        offsets = [k - behind for k in range(PLACES)]
+        offsets = [k - behind for k in range(POINTS)]
         changes = [self._function(t + k * h) - middle if k else 0 * middle for k in offsets]
         first, second = (np.tensordot(w, np.array(changes), 1) for w in weights(behind))
         return middle, first / h, second / h**2
 
     def _behind(self, t: float, h: float) -> int:
-        """How many places lie before a time, so that all of them are in the run."""
+        """How many nodes lie before a time, so that all of them are in the run."""
         begin, end = self._times
         before, after = (int((side + h * 1e-9) / h) for side in (t - begin, end - t))
-        return max(min(MIDDLE, before), PLACES - 1 - after)
+        return max(min(MIDDLE, before), POINTS - 1 - after)
 
     def _best(self) -> float:
         begin, end = self._times
-        low = LEAST if end == begin else min(LEAST, math.floor(math.log10(end - begin)) + LEAST_SHARE)
+        low = (
+            MIN_EXPONENT if end == begin else min(MIN_EXPONENT, math.floor(math.log10(end - begin)) + RELATIVE_EXPONENT)
+        )
         steps: list[float] = [10.0 ** (k / 2) for k in range(2 * low, 1)]
         errors: list[tuple[float, float]] = []
         for h in steps:
@@ -77,7 +83,7 @@ class Differences:
                 errors.append(self._error(h))
             except InputError:  # perhaps only so far outside
                 errors.append((np.inf, np.inf))
-        best = steps[_least(errors)]
+        best = steps[_best_step(errors)]
         try:
             if np.isfinite(errors).any():
                 for outside in (begin - MIDDLE * best, end + MIDDLE * best):
@@ -86,9 +92,9 @@ class Differences:
         except InputError:
             pass
         self._bounded = True  # and what fails inside is told
-        most = (end - begin) / (PLACES + 1)
+        most = (end - begin) / (POINTS + 1)
         inside = [h for h in steps if h < most] or [most]
-        return inside[_least([self._error(h) for h in inside])]
+        return inside[_best_step([self._error(h) for h in inside])]
 
     def _error(self, h: float) -> tuple[float, float]:
         """How much the second derivative at a step differs from that at a smaller one, and as a share of it."""
@@ -100,7 +106,7 @@ class Differences:
         return error, error / size if size else np.inf
 
 
-def _least(errors: list[tuple[float, float]]) -> int:
-    """Which error is least: as a share where one is small, for long steps see little of what is fast; else as it is."""
-    own, shares = np.array(errors).T
-    return int(np.argmin(shares if shares.min() < ALIKE else own))
+def _best_step(errors: list[tuple[float, float]]) -> int:
+    """Index of the smallest relative error if any is below `ALIKE` (long steps miss fast components), else absolute."""
+    absolute, relative = np.array(errors).T
+    return int(np.argmin(relative if relative.min() < ALIKE else absolute))

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import html
 import json
-from importlib import resources
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..codegen.targets.templates import render, template_text
 
 #: What a page may do: run its own scripts and style itself.
 _POLICY = (
@@ -41,37 +41,22 @@ def index_type(count: int) -> Any:
     return np.uint16 if count <= np.iinfo(np.uint16).max else np.uint32
 
 
-def render_page(folder: str, name: str, title: str, note: str, data: str, library: str = "") -> str:
-    """A page from ``name``.html, .css and .js of a package's folder.
+def render_page(name: str, title: str, note: str, data: str, library: str = "") -> str:
+    """A page from the templates ``name``.html.j2, .css and .js.
 
     Parameters
     ----------
-    folder
-        The package, such as ``"bladesmith.tracer.data"``.
-    name
-    title, note
-        Texts, which are escaped here.
-    data
-        What `page_json` made.
-    library
+    name : str
+    title, note : str
+    data : str
+        Result of `page_json`.
+    library : str
         A script that runs before the page's own.
     """
-    files = resources.files(folder)
-    page, style, script = (
-        files.joinpath(f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js")
-    )
+    style, script = (template_text(f"{name}.{kind}") for kind in ("css", "js"))
     scripts = [text for text in (library, script) if text]
     policy = _POLICY.format(scripts=" ".join(_hash(text) for text in scripts))
-    slots = {
-        "policy": html.escape(policy), "title": html.escape(title), "note": html.escape(note),
-        "style": style, "data": data, "library": library, "script": script,
-    }  # fmt: skip
-    head, *rest = page.split("{{")  # each slot once: what is filled in is never read again
-    pieces = [head]
-    for piece in rest:
-        slot, _, after = piece.partition("}}")
-        pieces += [slots[slot], after]
-    return "".join(pieces)
+    return render(f"{name}.html.j2", policy=policy, title=title, note=note, style=style, data=data, scripts=scripts)
 
 
 def _hash(script: str) -> str:

@@ -222,7 +222,30 @@ def as_int(
     raise invalid(value, name, needed, error)
 
 
+def as_axis(value: Any, shape: tuple[int, ...], what: str, error: type[BladesmithError] = ShapeError) -> int:
+    """Axis of a batch of a shape, counted from 0; ``what`` names the batch."""
+    try:
+        axis = None if isinstance(value, bool | np.bool_) else index(value)
+    except TypeError:
+        axis = None
+    if axis is None:
+        raise invalid(value, "axis", "a whole number")
+    if not -len(shape) <= axis < len(shape):
+        raise error(f"{what} shape {shape}, without an axis {short_repr(axis)}.")
+    return axis % len(shape)
+
+
 # -- arrays --------------------------------------------------------------------------------------------------------
+
+
+def as_array(value: Any, name: str, error: type[BladesmithError] = InputError) -> NDArray[Any]:
+    """Array of any items."""
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise error(f"{name} is ragged; all its rows have one length.") from None
+    except (TypeError, OverflowError) as problem:  # a multivector, for one, says what to take instead
+        raise error(f"{name}: {problem}") from None
 
 
 def real_array(
@@ -231,12 +254,7 @@ def real_array(
     """Array of float64 or float32, of a shape; masked and complex numbers and truth values are not valid."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} masks some of its numbers; fill them first: x.filled(value).")
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise error(f"{name} is ragged; all its rows have one length.") from None
-    except (TypeError, OverflowError) as problem:  # a multivector, for one, says what to take instead
-        raise error(f"{name}: {problem}") from None
+    array = as_array(value, name, error)
     if array.dtype != F64 and array.dtype != F32:
         if array.dtype.kind not in "iuf" and (array.dtype.kind != "b" or array.size):
             if array.ndim == 0:

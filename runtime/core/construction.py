@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import BladeError, GradeError, ShapeError
 from ..common.dtypes import common_precision
-from ..common.validation import as_int, real_array
+from ..common.validation import as_instance, as_int, as_tuple, real_array
 from ..dispatch.types import TypedAlgebra
 from .linear_maps import blade_in
 
@@ -51,23 +52,28 @@ def from_array(
     return layout, data
 
 
+def as_kind(algebra: TypedAlgebra, kind: Any) -> Kind:
+    """Kind of an algebra, or of its name."""
+    return algebra.kind(kind) if isinstance(kind, str) else as_instance(kind, "kind", Kind, "a kind or its name")
+
+
 def layout_for(
     algebra: TypedAlgebra, grades: Iterable[int] | None, blades: Iterable[Any] | None, kind: str | Kind | None
 ) -> tuple[Kind, list[tuple[int, int]] | None]:
     """Layout of an array's columns; where blades were named, the column and sign of each of its blades."""
     if blades is not None:
-        pairs = [blade_in(algebra, key) for key in blades]
+        pairs = [blade_in(algebra, key) for key in as_tuple(blades, "blades")]
         layout = algebra.layout_of(blade for blade, _ in pairs)
         if layout.size != len(pairs) or not pairs:
             raise BladeError("the list of blades is empty, or names a blade twice.")
         column = {blade: (i, sign) for i, (blade, sign) in enumerate(pairs)}
         return layout, [column[blade] for blade in layout.blades]
     if grades is not None:
-        given = grades if isinstance(grades, Iterable) else (grades,)
+        given = as_tuple(grades, "grades", Integral)
         wanted = sorted({as_int(g, "a grade", 0, algebra.dimension, GradeError) for g in given})
         return algebra.layout_of(blade for g in wanted for blade in algebra.blades_of_grade(g)), None
     if kind is not None:
-        return (algebra.layout(kind) if isinstance(kind, str) else kind.layout), None
+        return as_kind(algebra, kind).layout, None
     return algebra.layout_of(algebra.blades), None
 
 

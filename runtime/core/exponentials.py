@@ -12,13 +12,16 @@ import numpy as np
 
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import GradeError, NotARotorError
+from ..common.dtypes import F32, F64
 from ..common.validation import as_bool
 from ..dispatch import kind_inference
-from ..dispatch.formulas import evaluate, invalidate_nonfinite, raise_first
+from ..dispatch.formulas import evaluate, invalidate, invalidate_nonfinite, raise_first
 from .operators import Operators, P
 
 #: The series of `exp` runs on arguments of at most this size, halved until they are: 2^-8 to the 12th is below 1e-37.
 SERIES_SIZE, SERIES_TERMS = 2.0**-4, 12
+#: Coefficients up to this size have squares and products of squares that are finite.
+MAX_SCALE = {F64: 1e70, F32: 1e8}
 #: What says of a kind that its members are all unit versors on its blades.
 UNIT = ("x * ~x - 1",)
 
@@ -102,9 +105,13 @@ def _rotor_function(x: P, name: str, strict: bool) -> P:
         outcome = evaluate(x.algebra, x._type.memoize(name, lambda: _rotor_formula(x, name)), x)
     except GradeError as error:
         raise NotARotorError(str(error)) from None
+    result: P = outcome.value
+    if not x.kind.constraints and not x._largest_coefficient() < MAX_SCALE[x.dtype]:
+        with np.errstate(all="ignore"):  # no unit rotor has squares beyond the range of numbers; a formula's test has
+            result = invalidate(result, ~np.isfinite(x.scalar_product(~x)._data[..., 0]))
     if as_bool(strict, "strict"):
-        raise_first(outcome.status, name, NotARotorError)
-    return outcome.value if name == "log" else _as_versor(outcome.value)  # type: ignore[no-any-return]
+        raise_first(result._status, name, NotARotorError)
+    return result if name == "log" else _as_versor(result)
 
 
 def _rotor_formula(x: Operators, name: str) -> str:

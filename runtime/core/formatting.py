@@ -25,14 +25,14 @@ def plain(x: MultivectorData) -> str:
     if not x.shape:
         return f"{head}: {_item(x, ())}"
     lines = [f"{head}, shape {x.shape}:"]
-    places = list(np.ndindex(x.shape)) if x.size <= 2 * EDGE else None
-    if places is None:
+    indices = list(np.ndindex(x.shape)) if x.size <= 2 * EDGE else None
+    if indices is None:
         ends = [*range(EDGE), *range(x.size - EDGE, x.size)]
-        places = [tuple(int(i) for i in np.unravel_index(i, x.shape)) for i in ends]
-    for count, place in enumerate(places):
+        indices = [tuple(int(i) for i in np.unravel_index(i, x.shape)) for i in ends]
+    for count, index in enumerate(indices):
         if count == EDGE and x.size > 2 * EDGE:
             lines.append("  ...")
-        lines.append(f"  [{', '.join(map(str, place))}] {_item(x, place)}")
+        lines.append(f"  [{', '.join(map(str, index))}] {_item(x, index)}")
     return "\n".join(lines)
 
 
@@ -43,14 +43,14 @@ def _kind_name(x: MultivectorData) -> str:
     return f"layout {x.kind.name}" if is_bare else x.kind.name
 
 
-def _item(x: MultivectorData, place: tuple[int, ...]) -> str:
-    text = _sum([(_number(v), x.algebra.blade_name(b)) for b, v in _terms(x, place)])
-    status = np.asarray(x.status)[place]
+def _item(x: MultivectorData, index: tuple[int, ...]) -> str:
+    text = _sum([(_number(v), x.algebra.blade_name(b)) for b, v in _terms(x, index)])
+    status = np.asarray(x.status)[index]
     return text if status == Status.OK else f"{text} ({Status(int(status)).name})"
 
 
-def _terms(x: MultivectorData, place: tuple[int, ...]) -> list[tuple[int, float]]:
-    row = x.values[place]
+def _terms(x: MultivectorData, index: tuple[int, ...]) -> list[tuple[int, float]]:
+    row = x.values[index]
     return [(b, float(v)) for b, v in zip(x._type.blades, row, strict=True) if v != 0]
 
 
@@ -80,8 +80,8 @@ def latex(x: MultivectorData) -> str:
     return "$\\begin{array}{l}" + r"\\".join(rows) + "\\end{array}$"
 
 
-def _latex_item(x: MultivectorData, place: tuple[int, ...]) -> str:
-    terms = [(_latex_number(v), _latex_blade(x.algebra, b)) for b, v in _terms(x, place)]
+def _latex_item(x: MultivectorData, index: tuple[int, ...]) -> str:
+    terms = [(_latex_number(v), _latex_blade(x.algebra, b)) for b, v in _terms(x, index)]
     return _sum(terms).replace("...", r"\dots")
 
 

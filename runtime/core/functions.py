@@ -17,6 +17,7 @@ from ..common.dtypes import F64
 from ..common.validation import as_bool, as_float
 from ..dispatch.coefficients import embed, normalize_exponents
 from ..dispatch.formulas import evaluate, merge_statuses, propagate_invalid, raise_first, resolve_kernel
+from ..dispatch.multivector_data import check_multivector
 from ..status import Status
 from . import kind_constraints, linear_maps
 from .exponentials import exp, log, sqrt
@@ -101,7 +102,7 @@ def nearest(x: P, kind: str | Kind | None, tolerance: Any, noise: float = 0.0) -
         kind = x.algebra.kind(kind)
     if kind is not None:
         if kind.algebra is not x.algebra:
-            raise AlgebraMismatchError(f"{kind!r} is no kind of {x.algebra.name}; convert the multivector first.")
+            raise AlgebraMismatchError(f"{kind!r} is not a kind of {x.algebra.name}; convert the multivector first.")
         made, deviation = _members(flat, kind, noise)
     else:
         usable = np.isfinite(flat._data).all(-1) & (flat._data != 0).any(-1)
@@ -208,6 +209,7 @@ def reflect(x: P, mirror: P, strict: bool = False) -> P:
     GradeError
         If the mirror is not of one grade.
     """
+    check_multivector(mirror, "the mirror")
     if len(mirror.grades) != 1:
         raise GradeError(f"the mirror has the grades {mirror.grades}; a blade has one.", remedy="Use .grade(k)")
     outcome = evaluate(x.algebra, "versors.reflect", x, normalize_exponents(mirror)[0])

@@ -139,13 +139,13 @@ def _by_bound(x: Operators) -> FormulaResult:
 def _refine(x: P, y: P, residual: P, rough: NDArray[np.bool_]) -> tuple[P, P]:
     """Newton's steps for some of the items (n,), as long as they gain."""
     for _ in range(STEPS):
-        places = np.flatnonzero(rough & (_length(residual) < 1))
-        if not len(places):
+        indices = np.flatnonzero(rough & (_length(residual) < 1))
+        if not len(indices):
             break
-        better = y[places] - y[places] * residual[places]
-        left = _residual(x[places], better)
-        gain = _length(left) < _length(residual[places])
-        y, residual = (_replace_items(a, places[gain], b[gain]) for a, b in ((y, better), (residual, left)))
+        better = y[indices] - y[indices] * residual[indices]
+        left = _residual(x[indices], better)
+        gain = _length(left) < _length(residual[indices])
+        y, residual = (_replace_items(a, indices[gain], b[gain]) for a, b in ((y, better), (residual, left)))
         rough = _is_rough(x, y, residual) if gain.any() else np.zeros_like(rough)
     return y, residual
 
@@ -169,26 +169,26 @@ def _length(x: Operators) -> NDArray[Any]:
         return np.asarray(np.sqrt(_squared_length(x)))
 
 
-def _replace_items(x: P, places: NDArray[Any], by: P) -> P:
-    """x with other items in some places, on the blades of both."""
+def _replace_items(x: P, indices: NDArray[Any], by: P) -> P:
+    """x with other items at some indices, on the blades of both."""
     kind = x.algebra.layout_of({*x._type.blades, *by._type.blades})
     data = np.array(embed(x, kind))
-    data[places] = embed(by, kind)
+    data[indices] = embed(by, kind)
     status = None if x._status is None else x._status.copy()
     if status is not None and by._status is not None:
-        status[places] = by._status
+        status[indices] = by._status
     return x._make(x.algebra.type_of(kind, x.dtype), data, x.shape, status)
 
 
-def _with_matrices(x: P, y: P, places: NDArray[Any]) -> P:
+def _with_matrices(x: P, y: P, indices: NDArray[Any]) -> P:
     """y with these items solved by matrices, where they are not too large."""
-    if not len(places):
+    if not len(indices):
         return y
     rows = len(x._type.memoize("left matrix", lambda: _matrix_entries(x))[0])
     if rows > MOST_ROWS:
         return y
     count = max(1, MATRIX_NUMBERS // rows**2)
-    for part in (places[i : i + count] for i in range(0, len(places), count)):
+    for part in (indices[i : i + count] for i in range(0, len(indices), count)):
         solved = by_matrix(x[part])
         regular = solved.status == Status.OK  # the residual has proved some that the matrix's condition only suspects
         y = _replace_items(y, part[regular], solved.value[regular])

@@ -43,7 +43,7 @@ def satisfies_constraints(kind: Kind, data: NDArray[Any]) -> NDArray[np.bool_]:
         size = form.size.at(np.abs(x)) if form.size else np.abs(value)
         # x ~x - 1, for one: noise in its other parts is noise of the 1
         size = size + np.where(form.whole >= 0, size[:, form.whole], 0.0)
-        good = (np.abs(value) <= tolerance(data.dtype) * size).all(-1)
+        good = ((np.abs(value) <= tolerance(data.dtype) * size) & np.isfinite(size)).all(-1)
     return np.asarray(good).reshape(data.shape[:-1])
 
 
@@ -119,7 +119,7 @@ def _form(
             total = at_zero + sum((i + 1) * a for i, a in enumerate(slope))
             total += sum((i + 1) * (j + 1) * q for (i, j), q in own.items())
             if total != mixed[c].get(blade, Fraction(0)):
-                raise KindError(f"kind {kind.name}: {kind.constraints[c]} is no quadratic constraint.")
+                raise KindError(f"kind {kind.name}: {kind.constraints[c]} is not a quadratic constraint.")
             terms += [(len(columns), i, j, float(q)) for (i, j), q in own.items() if q]
             constant.append(float(at_zero))
             linear.append([float(a) for a in slope])

@@ -102,10 +102,10 @@ def _make_union(a: Type, b: Type) -> tuple[Type, Any, Any]:
         )
     dtype = F32 if a.single and b.single else F64
     out = a.algebra.type_of(a.algebra.layout_of({*a.blades, *b.blades}), dtype)
-    return out, _places(a, out), _places(b, out)
+    return out, _column_indices(a, out), _column_indices(b, out)
 
 
-def _places(source: Type, target: Type) -> Any:
+def _column_indices(source: Type, target: Type) -> Any:
     """Index of the source's columns in the target: a slice where they are neighbours."""
     index = [target.columns[blade] for blade in source.blades]
     if index == list(range(index[0], index[0] + len(index))):
@@ -166,4 +166,4 @@ def blade_in(algebra: TypedAlgebra, key: Any) -> tuple[int, int]:
     if isinstance(key, tuple):
         return algebra.parse_blade([str(label) for label in key])
     hint = suggest(f"e{key}", algebra.vectors)
-    raise BladeError(f"{key!r} is no blade{hint}; write 'e12' or (1, 2).")
+    raise BladeError(f"{key!r} is not a blade{hint}; write 'e12' or (1, 2).")

@@ -20,7 +20,7 @@ from ..codegen.algebra.loader import algebra_from_data, data_from_algebra
 from ..codegen.errors import BladeError, GradeError, InputError
 from ..common.deprecation import renamed_attribute
 from ..common.dtypes import F64, as_precision
-from ..common.validation import real_array
+from ..common.validation import as_choice, real_array
 from ..dispatch.stock_kernels import StockKernels
 from ..dispatch.types import TypedAlgebra
 from . import construction, formatting, functions, kind_constraints, linear_maps
@@ -112,7 +112,7 @@ class Multivector(Operators):
         ``kind`` is a kind or its name; constraints are checked within `kind_constraints.tolerance`, unless they are
         proved by the kind that it has.
         """
-        return kind_constraints.convert_to_kind(self, self.algebra.kind(kind) if isinstance(kind, str) else kind, check)
+        return kind_constraints.convert_to_kind(self, construction.as_kind(self.algebra, kind), check)
 
     def to_basis(self, basis: str = "orthonormal") -> Multivector:
         """This in the algebra of the same signature on orthonormal vectors (in CGA e4 = e+, e5 = e-)."""
@@ -258,8 +258,7 @@ class Algebra(TypedAlgebra):
         """
         from . import basis_change
 
-        if basis != "orthonormal":
-            raise InputError(f"basis is {basis!r}; the only other basis is 'orthonormal'.")
+        as_choice(basis, "basis", ("orthonormal",))
         return self if basis_change.is_orthonormal(self) else Algebra._by_signature(*self.signature)
 
     def scalar(self, value: Any, dtype: Any = None) -> Multivector:
@@ -282,8 +281,9 @@ class Algebra(TypedAlgebra):
         from ..codegen.rings.sympy_ring import SymbolicRing
 
         name = validated_identifier(name, "a symbol's name")
-        wanted = self.kind(kind) if isinstance(kind, str) else kind
-        blades = (wanted or construction.layout_for(self, grades, None, None)[0]).blades
+        graded = kind is None
+        layout = construction.layout_for(self, grades, None, None)[0] if graded else construction.as_kind(self, kind)
+        blades = layout.blades
         symbols = [sympy.Symbol(f"{name}_{self.blade_name(b)}" if b else name, real=True) for b in blades]
         return from_values(self, SymbolicRing(), blades, symbols)
 
@@ -317,7 +317,7 @@ class Algebra(TypedAlgebra):
         try:
             blade, sign = self.parse_blade(name)
         except BladeError as error:
-            raise AttributeError(f"{self.name} has no {name!r}, and it is no blade: {error}") from None
+            raise AttributeError(f"{self.name} has no {name!r}, and it is not a blade: {error}") from None
         return self.multivector({self.named_blades[blade]: float(sign)})
 
     def __reduce__(self) -> tuple[Any, ...]:

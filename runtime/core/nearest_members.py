@@ -38,14 +38,14 @@ def nearest_member(start: MultivectorData, kind: Kind) -> Array:
     return rows
 
 
-def distance(given: MultivectorData, found: MultivectorData) -> Array:
+def distance(x: MultivectorData, y: MultivectorData) -> Array:
     """Distance of items (n,) from the members that were computed for them, up to scale.
 
     The largest change of a coefficient relative to the largest coefficient, both in the unit of length of the result.
     """
-    algebra = given.algebra
-    every = algebra.layout_of({*given._type.blades, *found._type.blades})
-    a, b = (embed(x, every).astype(np.float64) for x in (given, found))
+    algebra = x.algebra
+    every = algebra.layout_of({*x._type.blades, *y._type.blades})
+    a, b = (embed(v, every).astype(np.float64) for v in (x, y))
     weights = unit_weights(b, algebra, every.blades)
     a, b = a * weights, b * weights
     with np.errstate(all="ignore"):

@@ -204,7 +204,8 @@ def _as_scalar(like: Any, value: Any) -> Any:
     """Numbers as scalars; single numbers take the multivector's precision."""
     if not _may_be_numbers(value):
         return NotImplemented
-    return like.algebra.scalar(value, dtype=like.dtype if np.ndim(value) == 0 else None)
+    several = isinstance(value, list | tuple) or np.ndim(value) > 0  # of ragged lists NumPy cannot say it
+    return like.algebra.scalar(value, dtype=None if several else like.dtype)
 
 
 def _may_be_numbers(value: Any) -> bool:

@@ -16,6 +16,7 @@ from ..codegen.algebra.algebra import add_plain_kinds
 from ..codegen.algebra.blades import validated_identifier
 from ..codegen.algebra.loader import STOCK, data_from_algebra
 from ..codegen.errors import SpecError
+from ..common.files import as_path
 from ..dispatch import stock_kernels
 from ..dispatch.stock_kernels import StockKernels
 from .multivector import Algebra
@@ -86,7 +87,7 @@ def load_algebra(folder: str | Path) -> Algebra:
     SpecError
         If the folder holds no manifest.
     """
-    return _load_folder(str(Path(folder).absolute()))
+    return _load_folder(str(as_path(folder, "an algebra is loaded from").absolute()))
 
 
 @cache

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
+from ..common.deprecation import renamed_attribute
 from ..common.validation import as_bool
 from ..core.multivector import Multivector
 from ..objects import arguments
@@ -144,12 +145,14 @@ class Hermite(Curve):
             raise InputError("a Hermite curve has one object and one tangent at each end; these are batches.")
         signs = np.where(self._controls.flipped, -1.0, 1.0)
         self._tangents: Multivector = tangents.astype(float) * signs
-        self._given_tangents = v0, v1
+        self._original_tangents = v0, v1
 
     @property
-    def given_tangents(self) -> tuple[Any, Any]:
+    def original_tangents(self) -> tuple[Any, Any]:
         """Tangents v0 and v1 as they were handed over, before ``align`` turned v1."""
-        return self._given_tangents
+        return self._original_tangents
+
+    given_tangents = renamed_attribute("original_tangents")
 
     @property
     def tangents(self) -> Multivector:

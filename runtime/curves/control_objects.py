@@ -67,7 +67,7 @@ class Controls:
         return Controls(self.original, objects, self.flipped ^ (signs < 0), self.frame, self.rows * signs[:, None])
 
 
-def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Sequence[Any] = ()) -> Controls:
+def as_controls(controls: Any, align: bool = False, raw: bool = False, tangents: Sequence[Any] = ()) -> Controls:
     """Controls from a batch (n,), or a list of objects of one grade.
 
     Objects of a kind that does not hold the ``tangents`` are taken for ones of the next that does: lines for circles.
@@ -78,7 +78,7 @@ def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Se
         Naming the control.
     """
     align, raw = as_bool(align, "align"), as_bool(raw, "raw")
-    found = _read_controls(given, raw)
+    found = _read_controls(controls, raw)
     if len(found) < 2:
         raise InputError(f"a curve needs at least 2 controls, not {len(found)}.")
     if not raw:
@@ -88,9 +88,9 @@ def as_controls(given: Any, align: bool = False, raw: bool = False, tangents: Se
     objects = found.astype(F64)
     frame = None if raw else local_origin.frame(objects, shared=True)
     inner = objects if frame is None else frame.to_local(objects)
-    controls = Controls(given, found, np.zeros(len(objects), bool), frame, rows_of(inner, objects.kind))
-    flipped = _flips(inner) if align else controls.flipped
-    return controls.with_signs(np.where(flipped, -1.0, 1.0)) if flipped.any() else controls
+    result = Controls(controls, found, np.zeros(len(objects), bool), frame, rows_of(inner, objects.kind))
+    flipped = _flips(inner) if align else result.flipped
+    return result.with_signs(np.where(flipped, -1.0, 1.0)) if flipped.any() else result
 
 
 def rows_of(x: Multivector, kind: Kind) -> Array:
@@ -109,29 +109,31 @@ def _negate(x: Multivector, signs: NDArray[Any]) -> Multivector:
     return Multivector._make(x._type, x._data * signs.astype(x.dtype)[:, None], x.shape)
 
 
-def _read_controls(given: Any, raw: bool) -> Multivector:
-    if not isinstance(given, Multivector):
-        if isinstance(given, (str, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
-            raise invalid(given, "controls", "a list of objects, or a batch of them,")
-        circles = _circles(given)
+def _read_controls(controls: Any, raw: bool) -> Multivector:
+    if not isinstance(controls, Multivector):
+        if isinstance(controls, (str, Mapping)) or not (
+            isinstance(controls, Sequence) or isinstance(controls, np.ndarray) and controls.ndim
+        ):
+            raise invalid(controls, "controls", "a list of objects, or a batch of them,")
+        circles = _circles(controls)
         if circles is not None:
             return circles
-        entries = [_entry(x, f"controls[{i}]") for i, x in enumerate(given)]
+        entries = [_entry(x, f"controls[{i}]") for i, x in enumerate(controls)]
         if not entries:
             raise InputError("a curve needs at least 2 controls, not 0.")
         for i, x in enumerate(entries):
             _same_sort(entries[0], x, f"controls[{i}]")
         return concatenate(entries, "controls") if raw else arguments.concatenate_objects(entries, "controls")
-    check_shape(given, "controls", ("n",))
-    return concatenate([given], "controls") if raw else arguments.as_objects(given, "controls")
+    check_shape(controls, "controls", ("n",))
+    return concatenate([controls], "controls") if raw else arguments.as_objects(controls, "controls")
 
 
-def _circles(given: Any) -> Multivector | None:
+def _circles(controls: Any) -> Multivector | None:
     """Tuples and mappings of good parameters of circles at once; None for anything else, looked at one by one."""
-    if isinstance(given, np.ndarray) or not all(isinstance(x, (tuple, list, Mapping)) for x in given):
+    if isinstance(controls, np.ndarray) or not all(isinstance(x, (tuple, list, Mapping)) for x in controls):
         return None
     try:
-        entries = [[x[key] for key in PARAMETERS["circle"]] if isinstance(x, Mapping) else x for x in given]
+        entries = [[x[key] for key in PARAMETERS["circle"]] if isinstance(x, Mapping) else x for x in controls]
         rows = np.array([(*center, *normal, radius) for center, normal, radius in entries])
     except (TypeError, ValueError, KeyError, BladesmithError):
         return None
@@ -174,10 +176,10 @@ def _from_parameters(cga: Any, kind: str, x: Sequence[Any], name: str) -> Multiv
     try:
         made: Multivector = getattr(cga, kind)(*x)
     except BladesmithError as error:
-        raise InputError(f"{name} is no {kind.replace('_', ' ')}: {error}") from None
+        raise InputError(f"{name} is not a {kind.replace('_', ' ')}: {error}") from None
     if made._status is not None and made._status.any():
         wanted = "its normal is zero, or its radius is not positive" if kind == "circle" else "its end points are one"
-        raise InputError(f"{name} is no {kind.replace('_', ' ')}: it is not finite, {wanted}.")
+        raise InputError(f"{name} is not a {kind.replace('_', ' ')}: it is not finite, {wanted}.")
     return made
 
 

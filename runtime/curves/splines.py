@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import InputError
-from ..common.validation import as_bool, as_choice, check_shape, finite_array, invalid
+from ..common.validation import as_bool, as_choice, as_int, check_shape, finite_array
 from .base import Curve
 from .bernstein import (
     Array,
@@ -152,11 +152,10 @@ class Interpolating(Curve):
     def __init__(
         self, objects: Any, knots: Any = None, degree: int = 3, *, ends: Ends = "not-a-knot", align: bool = False
     ) -> None:
-        if isinstance(degree, bool) or degree not in (1, 2, 3):
-            raise invalid(degree, "degree", "1, 2 or 3")
+        degree = as_int(degree, "degree", 1, 3)
         as_choice(ends, "ends", ("not-a-knot", "natural"))
         super().__init__(as_controls(objects, align))
-        self._wanted = int(degree)
+        self._requested_degree = degree
         self._ends = ends
         self._knots = np.arange(float(len(self))) if knots is None else _increasing(knots, len(self))
 
@@ -188,11 +187,11 @@ class Interpolating(Curve):
 
     def _rows(self, rows: Array) -> Pieces:
         is_natural = self._ends == "natural"
-        if self._wanted == 1:
+        if self._requested_degree == 1:
             return linear_pieces(self._knots, rows)
-        if len(rows) == 2 or (len(rows) == 3 and not (self._wanted == 3 and is_natural)):
+        if len(rows) == 2 or (len(rows) == 3 and not (self._requested_degree == 3 and is_natural)):
             return polynomial_through(self._knots, rows)
-        if self._wanted == 2:
+        if self._requested_degree == 2:
             return quadratic_pieces(self._knots, rows)
         return cubic_pieces(self._knots, rows, is_natural)
 

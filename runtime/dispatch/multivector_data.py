@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
 from ..common.dtypes import F64, as_precision
+from ..common.validation import invalid
 from ..status import Status
 from .types import Blade, Type, TypedAlgebra
 
@@ -88,7 +89,7 @@ class MultivectorData:
     def _is_writable(self) -> bool:
         return getattr(self, "_is_open", False)
 
-    def _reach(self) -> float:
+    def _largest_coefficient(self) -> float:
         """Largest absolute coefficient of all items, or NaN; cached, since nothing changes them."""
         cached: float | None = getattr(self, "_largest", None)
         if cached is not None:
@@ -202,13 +203,25 @@ class MultivectorData:
         raise TypeError("multivectors are compared with a.isclose(b), which takes a tolerance.")
 
     def __array__(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a multivector is no array; its coefficients are x.values.")
+        raise TypeError("a multivector is not an array; its coefficients are x.values.")
 
     def __copy__(self) -> Self:
         return self._make(self._type, self._data.copy(), self._lead, self._status)
 
     def __deepcopy__(self, _: Any) -> Self:
         return self.__copy__()
+
+
+def check_multivector(x: Any, what: str = "x") -> None:
+    """Check that a value is a multivector.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    if not isinstance(x, MultivectorData):
+        raise invalid(x, what, "a multivector")
 
 
 def statuses(codes: NDArray[np.uint8] | None, lead: tuple[int, ...]) -> Statuses:

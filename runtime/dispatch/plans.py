@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..codegen.algebra.algebra import Kind
 from ..codegen.errors import AlgebraMismatchError
-from ..codegen.execute.arrays import BoundKernel, share
+from ..codegen.execute.arrays import BoundKernel, parallel_for
 from ..common.dtypes import F32, F64
 from . import kind_inference, product_tables
 from .coefficients import broadcast, embed, expand_rows
@@ -254,7 +254,7 @@ def table_rows(table: Table, single: int) -> Rows:
             # sizes of operands and result differ, so the loop takes the first row and the range
             multiply(product, single, begin, end, pointers[0], pointers[1], stride_a, pointers[2], stride_b)
 
-        share(part, n)
+        parallel_for(part, n)
 
     return rows
 

@@ -118,7 +118,11 @@ def library() -> Any:
 
 @lru_cache(maxsize=4096)
 def product_table(
-    algebra: Algebra, operation: str, blades_a: tuple[int, ...], blades_b: tuple[int, ...], kept: tuple[int, ...] = ()
+    algebra: Algebra,
+    operation: str,
+    blades_a: tuple[int, ...],
+    blades_b: tuple[int, ...],
+    blades_c: tuple[int, ...] = (),
 ) -> Table:
     """Table of a product between two sets of blades.
 
@@ -128,7 +132,7 @@ def product_table(
     operation : str
         One of `OPERATIONS`, or "reversed": a ~b, the second half of a sandwich.
     blades_a, blades_b : tuple of int
-    kept : tuple of int, optional
+    blades_c : tuple of int, optional
         Blades of the result; default: all that a term leads to.
 
     Raises
@@ -143,7 +147,7 @@ def product_table(
         )
     left, right, result, weights = _terms(algebra, operation, blades_a, blades_b)
     found = set(np.unique(result).tolist())
-    blades = kept or algebra.order(found) or (0,)
+    blades = blades_c or algebra.order(found) or (0,)
     place = np.full(1 << algebra.dimension, -1, np.int32)
     place[list(blades)] = np.arange(len(blades), dtype=np.int32)
     target = place[result]

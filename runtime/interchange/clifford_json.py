@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..codegen.documents.text import read_text
 from ..codegen.errors import BladesmithError, InputError, SignatureError
 from ..common.files import as_path, write_file
+from ..common.validation import as_instance, check_shape
 from ..core import basis_change
 from ..core.clifford_layouts import blade_table
 from ..core.multivector import Algebra, Multivector
@@ -41,8 +42,8 @@ def save_json(path: str | os.PathLike[str], x: Multivector) -> None:
     InputError
         If the batch has more dimensions, the algebra is too large, or the file cannot be written.
     """
-    if not isinstance(x, Multivector) or x.ndim > 1:
-        raise InputError("save_json takes a multivector, or a batch of shape (n,); reshape it first.")
+    if as_instance(x, "x", Multivector).ndim > 1:
+        check_shape(x, "x", ("n",), remedy="Reshape it first")
     file = as_path(path, "multivectors are written to")
     own = x.to_basis("orthonormal")
     algebra = own.algebra
@@ -79,8 +80,8 @@ def load_json(path: str | os.PathLike[str], algebra: Algebra | None = None) -> M
         If it is not that of ``algebra``.
     """
     file = as_path(path, "multivectors are read from")
-    if algebra is not None and not hasattr(algebra, "multivector"):
-        raise InputError(f"algebra is a {type(algebra).__name__}; give one such as bladesmith.cga3d.")
+    if algebra is not None:
+        as_instance(algebra, "algebra", Algebra, "one such as bladesmith.cga3d")
     try:
         rows, squares = _contents(json.loads(read_text(file)))
     except BladesmithError as error:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..codegen.errors import InputError, MissingExtraError
 from ..codegen.interrupts import deferred_interrupts
 from ..common.files import as_path
-from ..common.validation import check_shape, finite_array
+from ..common.validation import as_array, check_shape, finite_array
 from ..core.multivector import Multivector
 from ..core.registry import stock_algebra
 
@@ -115,7 +115,7 @@ def face_indices(value: Any, name: str, count: int, error: type[InputError] = In
     InputError, ShapeError
         Or the class ``error``, with the index of the first invalid face.
     """
-    faces = np.asarray(value)
+    faces = as_array(value, name, error)
     if faces.dtype.kind not in "iu" or isinstance(value, np.ma.MaskedArray):
         raise error(f"{name} holds {faces.dtype}; whole numbers, the indices of vertices, are needed.")
     check_shape(faces, name, ("m", 3), error, "Split polygons into triangles")
@@ -225,8 +225,8 @@ def _read(file: Path) -> tuple[Array, Array, Array | None]:
             content = content.decode("utf-8", "replace").encode()
         kind = file.suffix.lower().removeprefix(".")
         with deferred_interrupts():
-            found = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
-            vertices, faces, normals = _scene_arrays(found)
+            loaded = trimesh.load(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
+            vertices, faces, normals = _scene_arrays(loaded)
     except ImportError:  # of a package that guesses encodings
         raise InputError("the file cannot be read as a mesh (it is neither binary nor text)", where=str(file)) from None
     except Exception as error:  # readers of damaged files raise anything
@@ -241,12 +241,12 @@ def _read(file: Path) -> tuple[Array, Array, Array | None]:
     return vertices, faces, normals
 
 
-def _scene_arrays(found: Any) -> tuple[Array, Array, Array | None]:
+def _scene_arrays(loaded: Any) -> tuple[Array, Array, Array | None]:
     """Arrays of what `trimesh` read, each part of a scene where it stands; normals if all parts have them."""
-    parts = [(np.eye(4), found)]
-    if hasattr(found, "graph"):
-        placed = (found.graph[node] for node in found.graph.nodes_geometry)
-        parts = [(np.asarray(transform, np.float64), found.geometry[name]) for transform, name in placed]
+    parts = [(np.eye(4), loaded)]
+    if hasattr(loaded, "graph"):
+        placed = (loaded.graph[node] for node in loaded.graph.nodes_geometry)
+        parts = [(np.asarray(transform, np.float64), loaded.geometry[name]) for transform, name in placed]
     parts = [(transform, part) for transform, part in parts if len(getattr(part, "faces", ()))]
     if not parts:
         return np.zeros((0, 3)), np.zeros((0, 3), np.int64), None

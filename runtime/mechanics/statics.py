@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.errors import GradeError, InputError, ShapeError
-from ..common.validation import as_bool, real_array
+from ..common.validation import as_axis, as_bool, as_float, real_array
 from ..core.geometry.euclidean import is_origin
 from ..core.geometry.parameters import Parameters
 from ..core.kind_constraints import convert_to_kind
@@ -67,7 +67,7 @@ def equilibrium(wrenches: Any, axis: int = 0, about: Any = 0, rtol: float | None
         and of its moment about the point; ``.status`` is `INVALID` where a wrench is not finite.
     """
     terms, residual = _stack(wrenches, axis)
-    rtol = BALANCE_RTOL[residual.dtype] if rtol is None else float(real_array(rtol, "rtol"))
+    rtol = BALANCE_RTOL[residual.dtype] if rtol is None else as_float(rtol, "rtol", 0.0)
     with np.errstate(all="ignore"):
         force = np.linalg.norm(wrench_parts(residual).force, axis=-1)
         moment = np.linalg.norm(moment_about(residual, about), axis=-1)
@@ -105,9 +105,7 @@ def _stack(wrenches: Any, axis: int) -> tuple[Multivector, Multivector]:
         first = parts[0]
     else:
         first = as_screw(wrenches, "the wrenches")
-        if not first.ndim or not -first.ndim <= axis < first.ndim:
-            raise ShapeError(f"the wrenches have shape {first.shape}, without an axis {axis} to sum along.")
-        rows = np.moveaxis(first._data, axis if axis >= 0 else axis - 1, 0)
+        rows = np.moveaxis(first._data, as_axis(axis, first.shape, "the wrenches have"), 0)
     algebra = first.algebra
     kind = algebra.layout("twist")
     return invalidate_nonfinite(algebra.wrap(kind, rows.copy())), invalidate_nonfinite(

@@ -40,7 +40,7 @@ def as_objects(x: Any, what: str = "the objects", grades: Sequence[int] = (1, 2,
         raise InputError(f"{what} belong to {x.algebra.name}; objects are those of conformal geometry.")
     kind = object_kind(x, what, grades)
     if kind == x.kind:
-        whole = math.isfinite(x._reach()) and (x._status is None or not x._status.any())
+        whole = math.isfinite(x._largest_coefficient()) and (x._status is None or not x._status.any())
         return x if whole else invalidate_nonfinite(x)
     data = _embed(x, kind)
     typed = x._make(x.algebra.type_of(kind, x.dtype), data, x.shape, x._status)
@@ -65,7 +65,7 @@ def object_kind(x: Multivector, what: str, grades: Sequence[int]) -> Kind:
     fitting = (x.algebra.kind(name) for name in names)
     found = next((k for k in fitting if set(x.blades) <= set(k.blades)), None)
     if found is None:
-        raise GradeError(f"{what} are a {x.kind.name}, which is no object of {x.algebra.name}.")
+        raise GradeError(f"{what} are a {x.kind.name}, which is not an object of {x.algebra.name}.")
     return found
 
 

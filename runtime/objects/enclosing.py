@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
-from ..common.validation import as_bool
+from ..codegen.errors import AlgebraMismatchError, GradeError, InputError
+from ..common.validation import as_axis, as_bool
 from ..core.multivector import Algebra, Multivector
 from ..dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, raise_first
 from ..status import Status
@@ -102,10 +102,9 @@ def _spheres_of(
     checked = [x.reshape(-1) if listed or not x.shape else x for x in checked]
     axis = 0 if listed else axis
     for x in checked:
-        if not -x.ndim <= axis < x.ndim:
-            raise ShapeError(f"the spheres have shape {x.shape}, without an axis {axis} to run over.")
+        axis = as_axis(axis, x.shape, "the spheres have")
     balls = [_balls(algebra, x) for x in checked]
-    center = np.concatenate([np.moveaxis(c, axis if axis >= 0 else axis - 1, -2) for c, _, _ in balls], -2)
+    center = np.concatenate([np.moveaxis(c, axis, -2) for c, _, _ in balls], -2)
     radius = np.concatenate([np.moveaxis(r, axis, -1) for _, r, _ in balls], -1)
     flat = np.concatenate([np.moveaxis(f, axis, -1) for _, _, f in balls], -1)
     if not flat.shape[-1]:

@@ -13,11 +13,11 @@ from ..dispatch.coefficients import embed
 
 def at(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
     """Items of a batch that broadcasts with a mask, where it holds: (n,)."""
-    data = np.broadcast_to(x._data, (*where.shape, x._type.size))[places(where)]
+    data = np.broadcast_to(x._data, (*where.shape, x._type.size))[masked_indices(where)]
     return x._make(x._type, data, data.shape[:-1])
 
 
-def places(where: NDArray[np.bool_]) -> Any:
+def masked_indices(where: NDArray[np.bool_]) -> Any:
     """The index of a mask's items: for few of many several times faster than the mask."""
     return np.nonzero(where) if where.ndim else where
 
@@ -42,4 +42,4 @@ def codes(x: Multivector) -> NDArray[np.uint8]:
     return np.zeros(x.shape, np.uint8) if x._status is None else np.array(x._status)
 
 
-__all__ = ["at", "codes", "merge_items", "select", "places"]
+__all__ = ["at", "codes", "masked_indices", "merge_items", "select"]

@@ -141,7 +141,9 @@ def _twist(s: Multivector) -> Multivector:
     if s.grades == (3,) and not algebra.is_degenerate:
         s = convert_to_kind(s, algebra.layout("line")).dual()
     if s.grades != (2,):
-        raise GradeError(f"a {s.kind.name} of grades {s.grades} is no twist, which is a bivector: a sum of dual lines.")
+        raise GradeError(
+            f"a {s.kind.name} of grades {s.grades} is not a twist: a bivector, a sum of dual lines, is needed."
+        )
     return convert_to_kind(s, algebra.layout("twist"))
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..common.validation import as_bool, as_instance, as_int, as_pair, positive_float
+from ..common.files import as_path, failures_named, replacing_by_suffix
+from ..common.validation import as_bool, as_instance, as_int, as_pair, positive_float, short_repr
 from ..errors import InputError
 from . import matplotlib_import, palette
 from .tessellation import CORNERS, Array, Box
@@ -111,11 +112,11 @@ def show(ax: Axes3D, box: Box, positions: Array) -> None:
     """Set the limits to a box, with equal units; fill the page with the box, or with the positions if it is hidden."""
     for setter, low, high in zip((ax.set_xlim3d, ax.set_ylim3d, ax.set_zlim3d), box.low, box.high, strict=True):
         setter(float(low), float(high))
-    vars(ax)[_SHOWN] = some(positions)
+    vars(ax)[_SHOWN] = subsample(positions)
     fill_page(ax)
 
 
-def some(positions: Array) -> Array:
+def subsample(positions: Array) -> Array:
     """Subsample positions; the rest suffices for the extent on the page."""
     return positions[:: max(1, len(positions) // ENOUGH)]
 
@@ -156,7 +157,7 @@ def show_legend(ax: Axes3D, handles: list[Any]) -> None:
 
 
 def save(path: str | PathLike[str], picture: Axes3D | Figure, dpi: float = DOTS_PER_INCH) -> None:
-    """Write a picture; the format is the file's suffix.
+    """Write a picture, whole or not at all; the format is the file's suffix.
 
     Parameters
     ----------
@@ -170,20 +171,26 @@ def save(path: str | PathLike[str], picture: Axes3D | Figure, dpi: float = DOTS_
     Raises
     ------
     InputError
-        If the picture is not valid, ``dpi`` is not positive, or matplotlib does not know the suffix.
-    OSError
-        If the file cannot be written.
+        If the picture is not valid, ``dpi`` is not positive, matplotlib does not know the suffix, or the file cannot
+        be written.
     """
     figure: Any = getattr(picture, "figure", picture)
     remedy = "Give the axes that draw() returned"
     as_instance(figure, "picture", matplotlib_import.figure_class(), "one of axes or a figure", remedy=remedy)
-    if not isinstance(path, str | PathLike) and not hasattr(path, "write"):
-        raise InputError(f"path is a {type(path).__name__}; the name of a file is needed.")
+    file = None if hasattr(path, "write") else as_path(path, "a picture is written to")
+    if file is not None and not file.name:
+        raise InputError(f"path is {short_repr(path)}; the name of a file is needed.")
     dpi = positive_float(dpi, "dpi")
     for ax in figure.axes:
         if _HOME in vars(ax):
             fill_page(ax)  # its view may have changed
     try:
-        figure.savefig(path, dpi=dpi)
+        if file is None:
+            figure.savefig(path, dpi=dpi)
+            return
+        if not file.suffix:
+            file = file.with_name(f"{file.name}.{figure.canvas.get_default_filetype()}")
+        with failures_named(file), replacing_by_suffix(file) as temporary:
+            figure.savefig(temporary, dpi=dpi)
     except ValueError as error:
-        raise InputError(f"{path}: {error}.") from None
+        raise error if isinstance(error, InputError) else InputError(f"{error}.", where=str(path)) from None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..common.deprecation import renamed_keywords
 from ..common.validation import as_bool, as_instance, as_int, positive_float, real_array
 from ..core.multivector import Multivector
 from ..errors import GradeError, InputError
@@ -143,10 +144,11 @@ def velocities(twist: Multivector, points: Any) -> Array:
     return np.asarray(rate.as_kind("direction", check=False).parameters().v)
 
 
+@renamed_keywords(reach="half_side")
 def twist_field(
     twist: Multivector,
     points: Any = None,
-    reach: float = 1.0,
+    half_side: float = 1.0,
     count: int = GRID,
     ax: Axes3D | None = None,
     orbits: bool = False,
@@ -162,7 +164,7 @@ def twist_field(
         Omega = w I3 + v n_inf: a direction translates, a dual line rotates.
     points : Multivector (m,), or array (m, 3), optional
         Positions of the arrows; a cubic grid by default.
-    reach, count
+    half_side, count
         Half the side of the grid, and its number of points along each side.
     orbits : bool
         Draw the orbits of the points, with arrows along them. The motion is exp(-t Omega/2).
@@ -176,8 +178,8 @@ def twist_field(
     GradeError, InputError
     """
     if points is None:
-        count, reach = as_int(count, "count", 1, MOST_GRID), positive_float(reach, "reach")
-        side = np.linspace(-reach, reach, count)
+        count, half_side = as_int(count, "count", 1, MOST_GRID), positive_float(half_side, "half_side")
+        side = np.linspace(-half_side, half_side, count)
         points = np.stack(np.meshgrid(side, side, side, indexing="ij"), -1).reshape(-1, 3)
     start = _positions(_points(twist, points))
     if as_bool(orbits, "orbits"):

@@ -18,7 +18,7 @@ from . import axes_setup, matplotlib_import, palette
 from .glyphs import Drawable, Faces, Marks, Strokes
 from .input_groups import Group, ItemGroups, group_items
 from .tessellation import FARTHEST, Array, Box
-from .view_box import automatic_box, given_box
+from .view_box import automatic_box, extent_box
 
 if TYPE_CHECKING:
     from .matplotlib_import import Axes3D
@@ -125,7 +125,7 @@ def draw(
     samples = None if samples is None else as_int(samples, "samples", 1, MOST_SAMPLES)
     opacity = as_float(opacity, "opacity", 0, 1)
     view = None if view is None else as_pair(view, "view")
-    box = None if extent is None else given_box(extent)
+    box = None if extent is None else extent_box(extent)
     inputs = [group_items(thing, samples) for thing in things]
     ax = axes_setup.axes() if ax is None else ax
     picture = picture_of(ax)
@@ -193,7 +193,7 @@ def _add(
     picture: Picture, part: ItemGroups, rows: palette.Rgba, width: float, orientation: bool, surface: bool
 ) -> None:
     for group in part.groups:
-        drawable = Drawable(group, palette.take_rows(rows, group.places), orientation, surface)
+        drawable = Drawable(group, palette.take_rows(rows, group.indices), orientation, surface)
         picture.drawn.append(DrawnGroup(drawable, width))
     picture.skipped += part.skipped
 
@@ -219,7 +219,7 @@ def paths(
     if corners.ndim not in (2, 3) or corners.shape[-1] != 3:
         raise InputError(f"positions has shape {corners.shape}; (n, m, 3) or (m, 3) is needed.")
     size = None if size is None else positive_float(size, "size")
-    box = None if extent is None else given_box(extent)
+    box = None if extent is None else extent_box(extent)
     corners = corners[None] if corners.ndim == 2 else corners
     corners = np.where(np.abs(corners) <= FARTHEST, corners, np.nan)
     ax = axes_setup.axes() if ax is None else ax
@@ -261,7 +261,7 @@ def _draw_in(ax: Axes3D, drawn: DrawnGroup, box: Box) -> None:
     parts = drawn.drawable.outline(box)
     drawn.artists = [a for part in parts if (a := _artist(ax, part, drawn.width)) is not None]
     positions = np.concatenate([part.positions.reshape(-1, 3) for part in parts])
-    drawn.positions = axes_setup.some(positions[np.isfinite(positions).all(-1)])
+    drawn.positions = axes_setup.subsample(positions[np.isfinite(positions).all(-1)])
 
 
 # -- artists ---------------------------------------------------------------------------------------------------

@@ -85,7 +85,7 @@ class Drawable:
     orientation: bool = False
     surface: bool = True
 
-    def reach(self) -> Array:
+    def bounding_points(self) -> Array:
         """Positions (m, 3) that bound finite objects; empty for lines and planes."""
         positions: Array = _REACH[self.group.sort](*self.group.parameters)
         return positions
@@ -133,7 +133,7 @@ _REACH: dict[str, Callable[..., Array]] = {
     "point_pair": lambda a, b: np.concatenate([a, b]),
     "line": _nothing,
     "plane": _nothing,
-    "circle": lambda c, n, r: _around(c, tessellation.circle_reach(n, r)),
+    "circle": lambda c, n, r: _around(c, tessellation.circle_extent(n, r)),
     "sphere": lambda c, r, _: _around(c, r[:, None]),
     "frame": lambda origin, _: origin,
     "path": lambda xyz: xyz[np.isfinite(xyz).all(-1)],

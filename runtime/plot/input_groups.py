@@ -40,7 +40,7 @@ class Group:
 
     sort: str
     parameters: tuple[NDArray[np.float64], ...]
-    places: NDArray[np.intp]
+    indices: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _sequence(things: Any, samples: int | None) -> ItemGroups:
     count, skipped = 0, Counter[str]()
     for thing in things:
         part = group_items(thing, samples)
-        groups += [Group(g.sort, g.parameters, g.places + count) for g in part.groups]
+        groups += [Group(g.sort, g.parameters, g.indices + count) for g in part.groups]
         count += part.count
         skipped += part.skipped
     return ItemGroups(_merge_groups(groups), count, skipped)
@@ -95,7 +95,7 @@ def _merge_groups(groups: list[Group]) -> list[Group]:
             merged += members
             continue
         parameters = tuple(np.concatenate(rows) for rows in zip(*(g.parameters for g in members), strict=True))
-        merged.append(Group(sort, parameters, np.concatenate([g.places for g in members])))
+        merged.append(Group(sort, parameters, np.concatenate([g.indices for g in members])))
     return merged
 
 
@@ -106,9 +106,9 @@ def _positions(xyz: NDArray[Any]) -> ItemGroups:
     return _finite("point", (rows,), np.arange(len(rows)), len(rows), Counter())
 
 
-def _finite(sort: str, parameters: Any, places: Any, count: int, skipped: Counter[str]) -> ItemGroups:
+def _finite(sort: str, parameters: Any, indices: Any, count: int, skipped: Counter[str]) -> ItemGroups:
     """Make one group, without items that are not finite, or too large or too far for a picture."""
-    flat = np.concatenate([rows.reshape(len(places), int(np.prod(rows.shape[1:]))) for rows in parameters], axis=1)
+    flat = np.concatenate([rows.reshape(len(indices), int(np.prod(rows.shape[1:]))) for rows in parameters], axis=1)
     finite = np.isfinite(flat).all(-1)
     usable = np.asarray((np.abs(flat) <= FARTHEST).all(-1))
     if sort == "plane":
@@ -117,7 +117,7 @@ def _finite(sort: str, parameters: Any, places: Any, count: int, skipped: Counte
         if items.any():
             skipped = skipped + Counter({name: int(items.sum())})
     selected = tuple(rows[usable] for rows in parameters)
-    return ItemGroups([Group(sort, selected, places[usable])] if usable.any() else [], count, skipped)
+    return ItemGroups([Group(sort, selected, indices[usable])] if usable.any() else [], count, skipped)
 
 
 def _multivector(x: Multivector) -> ItemGroups:
@@ -129,15 +129,15 @@ def _multivector(x: Multivector) -> ItemGroups:
         x = normalize_exponents(x)[0]  # of any scale
     groups: list[Group] = []
     skipped: Counter[str] = Counter()
-    for name, places in _by_name(x, classify):
+    for name, indices in _by_name(x, classify):
         if name in NOTHING and len(x.grades) == 1:
             raise InputError(f"a {name} of {x.algebra.name} cannot be drawn.")
         if name not in KINDS and name not in MOTIONS:
-            skipped[name] += len(places)
+            skipped[name] += len(indices)
             continue
-        part = x if len(places) == x.size else x[places]
+        part = x if len(indices) == x.size else x[indices]
         parameters = _frames(part) if name in MOTIONS else _read(part, name)
-        part_groups = _finite("frame" if name in MOTIONS else KINDS[name], parameters, places, x.size, skipped)
+        part_groups = _finite("frame" if name in MOTIONS else KINDS[name], parameters, indices, x.size, skipped)
         groups += part_groups.groups
         skipped = part_groups.skipped
     return ItemGroups(_merge_groups(groups), x.size, skipped)

@@ -84,9 +84,9 @@ def with_opacity(rows: Rgba, opacity: float) -> Rgba:
     return np.asarray(rows * np.array([1.0, 1.0, 1.0, opacity]))
 
 
-def take_rows(rows: Rgba, places: NDArray[np.intp]) -> Rgba:
+def take_rows(rows: Rgba, indices: NDArray[np.intp]) -> Rgba:
     """Rows of selected items."""
-    return rows if len(rows) == 1 else rows[places]
+    return rows if len(rows) == 1 else rows[indices]
 
 
 def _to_rgba(color: Any) -> Rgba:

@@ -5,14 +5,14 @@ matplotlib is imported by the first picture.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common.files import failures_named, replacing_by_suffix
+from ..common.files import as_path
 from ..errors import InputError
 from . import axes_setup, drawing, matplotlib_import, palette
 from .glyphs import LIGHT, SHADE
@@ -22,8 +22,8 @@ Array = NDArray[Any]
 # -- files -----------------------------------------------------------------------------------------------------
 
 
-def check_suffix(path: str | PathLike[str]) -> None:
-    """Check before drawing that the suffix of a path is a format of pictures.
+def check_suffix(path: str | PathLike[str] | None) -> None:
+    """Check before drawing that the suffix of a path, if there is one, is a format of pictures.
 
     Raises
     ------
@@ -32,8 +32,10 @@ def check_suffix(path: str | PathLike[str]) -> None:
     MissingExtraError
         If matplotlib is not installed.
     """
+    if path is None:
+        return
     formats = matplotlib_import.figure_class()().canvas.get_supported_filetypes()
-    suffix = Path(path).suffix.removeprefix(".").lower()
+    suffix = as_path(path, "a picture is written to").suffix.removeprefix(".").lower()
     if suffix not in formats:
         what = (
             f"{suffix!r} is not a format of pictures"
@@ -41,32 +43,6 @@ def check_suffix(path: str | PathLike[str]) -> None:
             else "the path has no suffix, which is the picture's format"
         )
         raise InputError(f"{what}.", where=str(path), remedy=f"Use one of {', '.join(sorted(formats))}")
-
-
-def write(path: str | PathLike[str], figure: Any, dpi: float = axes_setup.DOTS_PER_INCH) -> None:
-    """Write a picture, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix.
-    OSError
-        If it cannot be written.
-    """
-    with replacing_by_suffix(Path(path)) as temporary:
-        axes_setup.save(temporary, figure, dpi)
-
-
-def save(path: str | PathLike[str], figure: Any, dpi: float = axes_setup.DOTS_PER_INCH) -> None:
-    """Write a picture, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If matplotlib does not know the suffix, or it cannot be written.
-    """
-    with failures_named(path):
-        write(path, figure, dpi)
 
 
 # -- parts of pictures -----------------------------------------------------------------------------------------
@@ -80,6 +56,21 @@ def plain(text: str) -> str:
 def show_title(ax: Any, title: str) -> None:
     """Show a title in the upper right corner of the page."""
     ax.figure.text(0.98, 0.965, plain(title), ha="right", fontsize=10, color=palette.INK)
+
+
+def finish_picture(
+    ax: Any, names: Iterable[tuple[str, str]], title: str, path: str | PathLike[str] | None, dpi: float,
+    linewidth: float | None = None,
+) -> None:  # fmt: skip
+    """Add a legend, of names with colors and what was drawn with a label, and a title; save the picture to a path."""
+    new, handles = matplotlib_import.line_class(), drawing.picture_of(ax).handles
+    handles.extend(new([], [], color=color, linewidth=linewidth, label=plain(name)) for name, color in names)
+    if handles:
+        axes_setup.show_legend(ax, handles)
+    if title:
+        show_title(ax, title)
+    if path is not None:
+        axes_setup.save(path, ax, dpi)
 
 
 def uniform_rows(color: str, count: int, opacity: float) -> Array:

@@ -73,7 +73,7 @@ def circles(center: Array, normal: Array, radius: Array, count: int, box: Box | 
     return np.asarray(center[:, None] + radius[:, None, None] * radial)
 
 
-def circle_reach(normal: Array, radius: Array) -> Array:
+def circle_extent(normal: Array, radius: Array) -> Array:
     """Half sides (n, 3) of the boxes around circles."""
     return radius[:, None] * np.sqrt(np.clip(1 - normal * normal, 0, None))
 

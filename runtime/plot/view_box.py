@@ -22,7 +22,7 @@ SHORTEST = 0.216
 POINT = 1e-12
 
 
-def given_box(extent: Any) -> Box:
+def extent_box(extent: Any) -> Box:
     """Convert an extent, half a side about the origin or two corners, to a box.
 
     Raises
@@ -41,7 +41,7 @@ def given_box(extent: Any) -> Box:
     return box
 
 
-def surrounding_box(points: Array, margin: float = MARGIN, shortest: float = SHORTEST, least: float = 0.0) -> Box:
+def surrounding_box(points: Array, margin: float = MARGIN, shortest: float = SHORTEST, min_side: float = 0.0) -> Box:
     """Box around points (n, 3): the framing of every picture.
 
     Parameters
@@ -52,11 +52,11 @@ def surrounding_box(points: Array, margin: float = MARGIN, shortest: float = SHO
         On each side, relative to the longest side.
     shortest : float
         Shortest side before the margin, relative to the longest.
-    least : float
+    min_side : float
         Smallest length of the longest side, for points that coincide.
     """
     low, high = points.min(0), points.max(0)
-    longest = max(float((high - low).max()), least)
+    longest = max(float((high - low).max()), min_side)
     middle, half = (low + high) / 2, np.maximum((high - low) / 2, shortest * longest / 2) + margin * longest
     return Box(middle - half, middle + half)
 
@@ -65,7 +65,7 @@ def automatic_box(drawables: Sequence[Drawable]) -> Box | None:
     """Box around finite objects, and around the points where lines and planes come nearest."""
     if not drawables:
         return None
-    finite = np.concatenate([d.reach() for d in drawables])
+    finite = np.concatenate([d.bounding_points() for d in drawables])
     flats = [f for d in drawables if (f := d.flats()) is not None]
     if len(finite):
         center = (finite.min(0) + finite.max(0)) / 2

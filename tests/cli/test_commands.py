@@ -272,6 +272,7 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
+@pytest.mark.compiles
 def test_the_demo_keeps_what_was_done_before_an_interrupt(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(demo, "_compile", interrupt)
     assert main.run(["demo", "-o", str(tmp_path / "d"), "--width", "48", "--quiet"]) == main.INTERRUPTED
@@ -281,6 +282,7 @@ def test_the_demo_keeps_what_was_done_before_an_interrupt(tmp_path, capsys, monk
     assert "index.html" in capsys.readouterr().err
 
 
+@pytest.mark.compiles
 def test_the_formula_of_the_demo_is_what_the_page_says():
     from bladesmith.benchmarks.harness.compilation import blend, compile_blend
 
@@ -300,6 +302,7 @@ def small_study(name, run=lambda inputs, setting: inputs):
     return Study(name, name, (Method("itself", run),), (case,), lambda x: x, lambda a, b, _: np.abs(a - b), "units")
 
 
+@pytest.mark.slow
 def test_a_report_says_first_how_long_it_takes_and_keeps_each_study(tmp_path, capsys, monkeypatch):
     from bladesmith.benchmarks import registry
     from bladesmith.benchmarks.harness import write
@@ -323,6 +326,7 @@ def test_an_unknown_study_is_refused_before_any_is_run(tmp_path, capsys):
     assert "distance" in capsys.readouterr().err and not (tmp_path / "r").exists()
 
 
+@pytest.mark.slow
 def test_a_report_measures_each_study_once_and_not_where_nothing_can_be_written(tmp_path, capsys, monkeypatch):
     from bladesmith.benchmarks import registry
     from bladesmith.benchmarks.harness import write
@@ -371,6 +375,7 @@ def test_plots_tell_errors_from_losses_and_keep_labels_apart(tmp_path):
     assert any("lost, no error" in text.get_text() for text in figure.legends[0].get_texts())
 
 
+@pytest.mark.compiles
 @needs_compiler
 def test_verbose_says_what_is_compiled(tmp_path):
     code = (

@@ -233,10 +233,11 @@ def test_nothing_is_left_under_the_final_name_by_a_full_disk_or_an_interrupt(whe
     monkeypatch.setattr(target, fail)
     places = {name: tmp_path / name for name in ("r.json", "p.png")}
     status = main.run(["register", QUERY, TABLE, "-o", str(places["r.json"]), "--picture", str(places["p.png"])])
-    assert status == (1 if isinstance(what, OSError) else main.INTERRUPTED)
+    assert status == (2 if isinstance(what, OSError) else main.INTERRUPTED)
     err = capsys.readouterr().err.splitlines()[-1]
     name = places["r.json" if when == "text" else "p.png"]
-    assert err == (f"{name}: No space left on device" if isinstance(what, OSError) else "interrupted")
+    full = f"InputError: {name}: cannot be written: No space left on device."
+    assert err == (full if isinstance(what, OSError) else "interrupted")
     left = [p.name for p in tmp_path.iterdir()]
     assert left == ([] if when == "text" else ["r.json"])  # which is whole
     if left:
@@ -289,7 +290,7 @@ def test_a_full_device_is_told_and_stays(tmp_path, capsys):
         lines_and_planes().save(link)
     lines_and_planes().save(tmp_path / "m.json")
     files = [str(tmp_path / "m.json")] * 2
-    assert main.run(["register", *files, "-o", str(link)]) == 1
+    assert main.run(["register", *files, "-o", str(link)]) == 2
     assert "No space left on device" in capsys.readouterr().err
     assert link.is_symlink() and stat.S_ISCHR(os.stat("/dev/full").st_mode)
 

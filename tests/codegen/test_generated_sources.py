@@ -31,7 +31,7 @@ TEMPLATES = Path(str(resources.files("bladesmith.templates")))
 @pytest.mark.parametrize("name", STOCK)
 def test_regenerating_gives_the_same_bytes(name: str) -> None:
     folder = GENERATED / name
-    files = generate(load_spec(stock_spec_path(name)), json.loads((folder / "forms.json").read_text("utf-8")))
+    files = generate(load_spec(stock_spec_path(name)), json.loads((folder / "variants.json").read_text("utf-8")))
     for file, text in files.items():
         assert (folder / file).read_text("utf-8") == text, f"{name}/{file} differs: run `bladesmith generate`"
 

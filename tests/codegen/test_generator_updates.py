@@ -155,7 +155,7 @@ def test_an_edited_or_missing_file_is_made_again(traced: list[str]) -> None:
 
 def test_a_recorded_form_serves_the_same_nodes_only(monkeypatch: pytest.MonkeyPatch) -> None:
     files = generate(SPEC)
-    records = json.loads(files["forms.json"])
+    records = json.loads(files["variants.json"])
     given: list[Any] = []
     optimise = generator.optimise_kernel
 
@@ -221,4 +221,4 @@ def test_a_declared_kernel_keeps_little(tmp_path: Path, monkeypatch: pytest.Monk
     assert peak > 10 * size  # the points were there
     # and a kernel that was released can be searched again
 
-    assert [form.name for form in variants(kept[0].traced)][:2] == ["staged", "local"]
+    assert [form.name for form in variants(kept[0].traced)][:2] == ["as_written", "local"]

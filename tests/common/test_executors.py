@@ -124,6 +124,29 @@ def test_a_piece_that_fails_is_tried_again():
     assert tries["3"] == 2 and tries["4"] == 1
 
 
+def test_an_executor_without_results_ends_with_an_error():
+    class Silent(Executor):
+        calls = 0
+
+        def submit(self, function, *arguments):
+            self.calls += 1
+            assert self.calls < 100
+            (future := Future()).set_result(None)
+            return future
+
+    with pytest.raises(ExecutorError, match="gives None"):
+        run(Silent())
+
+
+def test_causes_are_told_on_one_line():
+    class Verbose(Executor):
+        def submit(self, function, *arguments):
+            raise RuntimeError("one\ntwo")
+
+    with pytest.raises(BladesmithError, match="RuntimeError: one two"):
+        run(Verbose())
+
+
 def test_an_interrupt_drops_what_waits_and_keeps_what_is_done():
     go, futures = threading.Event(), []
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
 import pytest
 
 import bladesmith
@@ -61,3 +62,12 @@ def test_a_bar_is_on_standard_error_and_nothing_without(capsys, monkeypatch):
 def test_other_options_are_refused(option, message):
     with pytest.raises(InputError, match=message):
         told_by(option)
+
+
+def test_what_a_function_returns_is_ignored():
+    told_by(lambda progress: np.zeros(3))
+
+
+def test_classes_are_refused():
+    with pytest.raises(InputError, match="progress is <class 'dict'>"):
+        told_by(dict)

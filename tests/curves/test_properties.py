@@ -181,6 +181,7 @@ def test_motions_of_the_controls_move_the_curve(name: str) -> None:
         assert one.isclose(two, rtol=1e-10).all()
 
 
+@pytest.mark.slow
 @given(st.integers(2, 12), st.integers(0, 10_000))
 def test_reversed_controls_give_the_curve_run_backwards(n: int, seed: int) -> None:
     objects = near_objects("line", n, seed)

@@ -206,9 +206,9 @@ def test_a_long_chain_takes_linear_time_and_keeps_its_digits():
         own.jacobian(x)
         times = []
         for _ in range(7):
-            start = time.perf_counter()
+            start = time.process_time()
             own.jacobian(x)
-            times.append(time.perf_counter() - start)
+            times.append(time.process_time() - start)
         return min(times)
 
     assert best(4000) < 10 * best(1000)  # linear: 4, quadratic: 16

@@ -1,6 +1,7 @@
 """The Delta robot against 50-digit geometry, the thesis's own formulas, all fifteen joints, and brute force."""
 
 import itertools
+from concurrent.futures import ThreadPoolExecutor
 
 import mpmath
 import numpy as np
@@ -13,7 +14,7 @@ from bladesmith import cga3d as cga
 from bladesmith import dynamics, kinematics
 from bladesmith.codegen.algebra.algebra import numbers, scalar_argument
 from bladesmith.codegen.api import KernelFunction
-from bladesmith.codegen.errors import InputError, ShapeError, SingularError
+from bladesmith.codegen.errors import InputError, Interrupted, ShapeError, SingularError
 from bladesmith.codegen.formulas.delta import delta as formulas
 from bladesmith.codegen.formulas.products.double_double import Steps
 from bladesmith.codegen.rings.double_double import DoubledRing
@@ -347,6 +348,7 @@ def test_units_do_not_matter():
         assert np.abs(robot.inverse_jacobian(scale * y) * scale - USUAL.inverse_jacobian(y)).max() < 1e-10
 
 
+@pytest.mark.compiles
 def test_single_precision():
     theta, y = poses(USUAL, 50, seed=8, spread=0.4)
     found = USUAL.inverse(y.astype(np.float32))
@@ -685,6 +687,30 @@ def test_batches_of_joint_objects():
 # -- workspace, motion, dynamics, pictures ---------------------------------------------------------------------
 
 
+def test_workers_sample_the_same_workspace(monkeypatch):
+    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.POSITIONS_PER_CALL", 100)
+    here, reports = USUAL.workspace(points=(9, 8, 10)), []
+    with ThreadPoolExecutor(2) as pool:
+        there = USUAL.workspace(points=(9, 8, 10), executor=pool, progress=reports.append)
+    for name in ("x", "reachable", "condition", "inverse", "forward", "arms"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+    assert reports[-1].done == 720 and len(reports) == 7
+
+
+def test_an_interrupt_keeps_the_samples_of_a_workspace(monkeypatch):
+    def stop(progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.CHUNK", 360)
+    whole = USUAL.workspace(points=(9, 8, 10))
+    with pytest.raises(Interrupted) as caught:
+        USUAL.workspace(points=(9, 8, 10), progress=stop)
+    part = caught.value.partial
+    assert (part.arms.reshape(-1, 3)[360:] == bs.Status.INVALID).all() and not part.reachable.ravel()[360:].any()
+    np.testing.assert_array_equal(part.condition.ravel()[:360], whole.condition.ravel()[:360])
+
+
+@pytest.mark.slow
 def test_workspace():
     space = USUAL.workspace(bounds=[(-1.2, 1.2), (-1.2, 1.2), (0.0, 1.5)], points=(9, 8, 10))
     assert space.reachable.shape == (9, 8, 10) and space.arms.shape == (9, 8, 10, 3)
@@ -745,6 +771,7 @@ def test_trajectory():
         USUAL.trajectory(path, [0.0, 0.0])
 
 
+@pytest.mark.compiles
 def test_the_robot_falls():
     """The system of bodies and joints at rest falls by its energy: straight along e3, where gravity points."""
     theta = np.full(3, 0.2)
@@ -764,6 +791,7 @@ def test_the_robot_falls():
         USUAL.system(theta, masses=(1.0, 2.0))
 
 
+@pytest.mark.slow
 def test_pictures(tmp_path):
     y = np.array([[0.1, 0.0, 0.9], [0.2, 0.1, 1.0], [9.0, 0.0, 0.0]])
     ax = plots.picture(USUAL, y=y, path=tmp_path / "robot.png")

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -29,9 +30,19 @@ def setups():
     }
 
 
+class Motions(dict):
+    """Motions of the examples by name, computed at the first use: each compiles a program."""
+
+    def __init__(self, setups):
+        self.setups = setups
+
+    def __missing__(self, name):
+        return self.setdefault(name, self.setups[name].motion())
+
+
 @pytest.fixture(scope="module")
 def motions(setups):
-    return {name: setup.motion() for name, setup in setups.items()}
+    return Motions(setups)
 
 
 def written(tmp_path, text, name="robot.toml"):
@@ -96,6 +107,7 @@ def test_the_coupler_of_a_four_bar_goes_where_circles_meet(motions):
     assert np.abs(motion.velocity[:, :2] - rates).max() < 1e-8
 
 
+@pytest.mark.compiles
 def test_legs_of_a_stewart_platform_are_as_long_as_their_ends_are_apart(setups, motions):
     joints, motion = setups["stewart"].report().data["joints"], motions["stewart"]
     begin = np.array([x["place"] for x in joints if x["kind"] == "universal"])
@@ -140,6 +152,7 @@ def test_serial_robots_go_along_their_path(setups, motions, name):
     assert np.abs(motion.speeds[2:-2] - rates).max() < 1e-3 * np.abs(rates).max()
 
 
+@pytest.mark.slow
 def test_the_workspace_of_a_scara_is_that_of_two_arms_with_limits(setups):
     space = setups["scara"].workspace()
     x, y = np.meshgrid(space.x, space.y, indexing="ij")
@@ -166,6 +179,17 @@ effector_radius = 0.15
 upper_arm = 0.6
 forearm = 1.2
 """
+
+
+@pytest.mark.slow
+def test_workers_sample_the_same_workspace(setups, monkeypatch):
+    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.POSITIONS_PER_CALL", 1000)
+    for name in ("scara", "delta"):
+        here, reports = setups[name].workspace(), []
+        with ThreadPoolExecutor(2) as pool:
+            there = setups[name].workspace(progress=reports.append, executor=pool)
+        np.testing.assert_array_equal(here.condition, there.condition)
+        assert len(reports) > 1 and reports[-1].done == there.reachable.size
 
 
 def test_poses_by_joints_and_by_places_are_one(tmp_path):
@@ -268,7 +292,7 @@ def test_joints_by_places_and_by_objects_leave_the_same(kind, tmp_path):
         text = PAIR.format(algebra="cga3d") + f'kind = "{kind}"\n{own}\n'
         m = load_mechanism(written(tmp_path, text)).found().at(0)
         assert m.mobility() == mobility and glyphs.mechanism_sketch(m).marks[0].kind == kind
-        assert np.abs(glyphs.mechanism_sketch(m).marks[0].place - (0.3, -0.2, 0.5)).max() < 1e-9 or kind in (
+        assert np.abs(glyphs.mechanism_sketch(m).marks[0].position - (0.3, -0.2, 0.5)).max() < 1e-9 or kind in (
             "cylindrical",
             "prismatic",
             "planar",

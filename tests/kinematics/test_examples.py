@@ -70,12 +70,14 @@ def tripod(algebra):
 def test_joints_without_a_place_are_drawn_beside_the_others(algebra):
     pose = mechanism_sketch(tripod(algebra), "cart", (4.0, 3.0, 3.0))
     turn, slide = pose.marks
-    assert np.allclose(turn.place, (1, 2, 3)) and np.allclose(turn.axes, [(0, 0, 1)])
-    assert np.allclose(slide.place, (4, 2, 3)) and np.allclose(slide.axes, [(0, 0, -1)]) and slide.kind == "cylindrical"
+    assert np.allclose(turn.position, (1, 2, 3)) and np.allclose(turn.axes, [(0, 0, 1)])
+    assert (
+        np.allclose(slide.position, (4, 2, 3)) and np.allclose(slide.axes, [(0, 0, -1)]) and slide.kind == "cylindrical"
+    )
     assert np.allclose(pose.bodies["arm"], [(1, 2, 3), (4, 2, 3)])
     assert np.allclose(pose.bodies["cart"], [(4, 3, 3), (4, 2, 3)]) and pose.span == 3.0
     moved = tripod(algebra).at({"arm": algebra.rotor((0, 0, 1), 0.0), "cart": algebra.translator((0, 0, 2.0))})
-    assert np.allclose(mechanism_sketch(moved).marks[0].place, (1, 2, 3))
+    assert np.allclose(mechanism_sketch(moved).marks[0].position, (1, 2, 3))
 
 
 def test_bodies_are_sticks_or_the_hulls_of_their_joints():
@@ -93,15 +95,15 @@ def test_marks_are_about_their_place_and_axis(kind):
     mark = Mark("j", kind, np.array([1.0, 2, 3]), np.array(axes))
     lines = picture.mark_lines(mark, 10.0)
     points = np.concatenate(lines)
-    assert np.isfinite(points).all() and 0.1 < np.linalg.norm(points - mark.place, axis=1).max() < 1.0
+    assert np.isfinite(points).all() and 0.1 < np.linalg.norm(points - mark.position, axis=1).max() < 1.0
     if kind in ("revolute", "cylindrical"):
-        ring = lines[0] - mark.place
+        ring = lines[0] - mark.position
         assert np.abs(ring @ way).max() < 1e-12 and np.ptp(np.linalg.norm(ring, axis=1)) < 1e-12
-    assert picture.mark_lines(Mark("j", "spherical", mark.place, np.zeros((0, 3))), 10.0) == []
+    assert picture.mark_lines(Mark("j", "spherical", mark.position, np.zeros((0, 3))), 10.0) == []
 
 
 def test_pictures_have_equal_axes_and_a_name_for_each_body(tmp_path):
-    ax = picture.picture(tripod(bs.cga3d), tmp_path / "a.png", tool="cart", place=(4.0, 3.0, 3.0), title="A $ b")
+    ax = picture.picture(tripod(bs.cga3d), tmp_path / "a.png", tool="cart", position=(4.0, 3.0, 3.0), title="A $ b")
     limits = np.array([ax.get_xlim3d(), ax.get_ylim3d(), ax.get_zlim3d()])
     assert np.allclose(np.ptp(limits, axis=1) / np.array(ax._box_aspect), np.ptp(limits[0]) / ax._box_aspect[0])
     assert [handle.get_label() for handle in drawing.picture_of(ax).handles] == ["base", "arm", "cart"]

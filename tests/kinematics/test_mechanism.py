@@ -186,6 +186,7 @@ def test_self_stresses_are_in_equilibrium(name):
     assert np.linalg.matrix_rank(stacked) == len(stresses)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.integers(0, 10**6), st.integers(2, 7), st.integers(0, 4))
 def test_random_nets(seed, bodies, extra):
@@ -292,6 +293,7 @@ def test_twists_of_all_bodies():
         m.solve({"crank": twist(cga, slide(AXIS))})
 
 
+@pytest.mark.slow
 def test_a_chain_sums_its_joints():
     """Twist accumulation (7.2 to 7.14): the columns of a chain are its axes; and a thousand bodies are no work."""
     rng = np.random.default_rng(0)
@@ -369,6 +371,7 @@ def test_a_delta_with_level_rods_is_open():
         m.jacobian(MOTORS, ("platform", [0, 0, 0]))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.floats(1e-5, 0.5), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_a_loop_that_is_open_says_by_how_much(gap, scale):

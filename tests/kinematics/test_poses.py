@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,7 @@ from bladesmith import Status
 from bladesmith import cga3d as cga
 from bladesmith import kinematics as kin
 from bladesmith import pga3d as pga
-from bladesmith.codegen.errors import BladesmithError, InputError, KindError, ShapeError, SingularError
+from bladesmith.codegen.errors import BladesmithError, InputError, Interrupted, KindError, ShapeError, SingularError
 
 from ..support.kinematics import ALGEBRAS, AXIS, Delta, FourBar, columns, four_bar, hinge, slide, turn, twist
 
@@ -100,6 +101,34 @@ def test_lengths_do_not_matter(scale, centre):
     np.testing.assert_allclose(np.exp(1j * poses.coordinates("d")[..., 0]), np.exp(-1j * rocker), atol=bar)
     place = moved(poses, "coupler", BAR.places(START)[2] * scale + centre)
     np.testing.assert_allclose((place - centre) / scale, [BAR.places(t)[2] for t in theta], atol=bar)
+
+
+@pytest.mark.parametrize("path", [False, True])
+def test_workers_of_an_executor_find_the_same_bits(path, monkeypatch):
+    monkeypatch.setattr("bladesmith.kinematics.mechanism.pose_solver.POSES_PER_CALL", 8)
+    m, theta, reports = bar(), np.linspace(-0.4, 0.4, 40).reshape(8, 5), []
+    here = m.solve_pose({"a": theta}, path=path)
+    with ThreadPoolExecutor(2) as pool:
+        there = m.solve_pose({"a": theta}, path=path, executor=pool, progress=reports.append)
+    for name in ("own", "residual", "status"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+    assert [p.done for p in reports] == ([5, 10, 15, 20, 25, 30, 35, 40] if path else [8, 16, 24, 32, 40])
+
+
+@pytest.mark.parametrize("on_workers", [False, True])
+def test_an_interrupt_keeps_the_poses_that_were_found(on_workers, monkeypatch):
+    def stop(progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bladesmith.kinematics.mechanism.pose_solver.POSES_PER_CALL", 20)
+    m, theta = bar(), np.linspace(-0.4, 0.4, 200)
+    whole = m.solve_pose({"a": theta})
+    with ThreadPoolExecutor(1) as pool, pytest.raises(Interrupted) as caught:
+        m.solve_pose({"a": theta}, threads=1, progress=stop, executor=pool if on_workers else None)
+    poses = caught.value.partial
+    found = np.isfinite(poses.own).all((-1, -2))
+    assert 0 < found.sum() < 200 and (poses.status[~found] == Status.NOT_CONVERGED).all()
+    np.testing.assert_array_equal(poses.own[found], whole.own[found])
 
 
 def test_targets_and_starts():

@@ -64,6 +64,7 @@ def test_no_pose_of_an_arm_is_proved_away(parameters, name):
     assert np.isnan(found.q[missed]).all()
 
 
+@pytest.mark.slow
 def test_a_pose_that_the_attempts_miss_is_found_by_more():
     """Poses of a UR5 at which 32 attempts came to rest: NOT_CONVERGED, and other starts reach them."""
     chain = arm(UR5)
@@ -169,6 +170,7 @@ def bars(lengths, algebra=bs.cga3d):
     return m, ends[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALGEBRAS)
 def test_what_lengths_of_a_mechanism_prove(name):
     """Of poses that there are nothing; of what is beyond all bars, by little, all of it."""

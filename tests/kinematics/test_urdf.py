@@ -341,6 +341,7 @@ def test_paths_that_are_none(tmp_path):
         load_urdf(urdf_example("arm"), mimic="follow")
 
 
+@pytest.mark.compiles
 def test_deep_and_long_texts(load):
     deep = robot('<link name="a">' + "<x>" * 20000 + "</x>" * 20000 + "</link>")
     assert load(deep).links == ("a",)

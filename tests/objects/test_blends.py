@@ -439,6 +439,7 @@ def test_bad_items_keep_their_reasons() -> None:
     assert objects.project_to_blade(x).status[0] == Status.INVALID
 
 
+@pytest.mark.compiles
 def test_averages() -> None:
     """Any axis, weights, and alignment to the first object."""
     lines = cga.line(np.random.default_rng(30).normal(size=(6, 4, 3)) * 0.1, [0.0, 0.0, 1.0])

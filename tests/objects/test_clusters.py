@@ -262,7 +262,7 @@ LINES = cga.line(np.eye(3), np.eye(3)[::-1])
         (
             {"X": cga.line([[0, 0, 0], [0, 0, 0], [np.nan, 0, 0]], [1, 0, 0])},
             errors.InputError,
-            "object 2 is no object",
+            "object 2 is not an object",
         ),
         ({"X": [LINES, cga.plane([1, 0, 0], 1.0)]}, errors.GradeError, "same grade"),
         ({"weights": [1, 1]}, errors.ShapeError, "weights has shape"),

@@ -249,6 +249,7 @@ def test_it_is_the_cost_of_rotor_between(kind: str) -> None:
         np.testing.assert_array_equal(status, np.asarray(r.status))
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("kind", ("point", *KINDS))
 def test_single_precision(kind: str) -> None:
     x, y = objects(kind, 60, 10), objects(kind, 50, 11)

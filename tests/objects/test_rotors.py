@@ -391,6 +391,7 @@ direction = st.tuples(coordinate, coordinate, coordinate).filter(lambda v: np.li
 place = st.tuples(coordinate, coordinate, coordinate)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     st.sampled_from(MIXTURES), place, direction, st.floats(0.05, 5), place, direction, st.floats(0.05, 5), st.booleans()
@@ -555,6 +556,7 @@ def test_singular_far_and_ordinary_items_of_one_batch_do_not_mix() -> None:
         assert np.array_equal(r[i].values, alone.values)
 
 
+@pytest.mark.compiles
 def test_in_the_plane() -> None:
     rng = np.random.default_rng(13)
     p, q, radius = rng.normal(size=(500, 2)), rng.normal(size=(500, 2)), rng.uniform(0.1, 2, 500)

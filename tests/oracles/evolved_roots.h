@@ -31,7 +31,7 @@ void EVOLVED(printed)(int n, const S *rays, const S *rows, S *powers)
 {
     for (int i = 0; i < n; i++) {
         const S *row = rows + (EVOLVED_SIZES + 2) * i;
-        KERNEL(evolved_printed)(powers + (EVOLVED_PRINTED + 1) * i, rays + (EVOLVED_MEETS + 6) * i, row + EVOLVED_NORM,
+        KERNEL(evolved_published_polynomial)(powers + (EVOLVED_PRINTED + 1) * i, rays + (EVOLVED_MEETS + 6) * i, row + EVOLVED_NORM,
                                 row + EVOLVED_KAPPA);
     }
 }

@@ -192,10 +192,12 @@ def mass_inverse(s):
 
 
 def admissible(s, rows):
-    """The state with the velocities next to its own that the rows allow."""
+    """The state with the velocities next to its own that the rows allow; rest where rounding alone is left of them."""
     given = np.concatenate([s.v, s.w], 1)
     wrong = times(rows.matrix, given) - rows.value
     found = given - times(np.linalg.pinv(rows.matrix), wrong)
+    rounding = 64 * np.finfo(float).eps * np.linalg.norm(given, axis=1, keepdims=True)
+    found = np.where(np.linalg.norm(found, axis=1, keepdims=True) <= rounding, 0.0, found)
     return State(s.mass, s.tensor, s.x, s.turn, found[:, :3], found[:, 3:])
 
 

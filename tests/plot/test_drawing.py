@@ -185,6 +185,7 @@ def test_sums_of_unknown_kind_are_sorted_out_item_by_item() -> None:
     assert plot.count_skipped(ax) == {"not a blade": 1}
 
 
+@pytest.mark.compiles
 def test_scale_and_precision_do_not_matter() -> None:
     circle = cga.circle([1, 0, 0], [0, 0, 1], 2.0)
     single = cga.circle(np.float32([1, 0, 0]), np.float32([0, 0, 1]), np.float32(2))
@@ -340,6 +341,7 @@ def test_users_go_on_with_axes_of_their_own(tmp_path: Path) -> None:
     assert left.get_position().x1 < right.get_position().x0
 
 
+@pytest.mark.slow
 def test_no_window_and_no_global_state() -> None:
     code = (
         "import sys, json; from bladesmith import plot, cga3d as cga\n"
@@ -509,7 +511,7 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.twist_field(cga.direction([1, 0, 0]), count=0), errors.InputError, "count is 0"),
         (lambda: plot.twist_field(SPIN, count=2.5), errors.InputError, "count is 2.5"),
         (lambda: plot.twist_field(SPIN, count=10**6), errors.InputError, "count"),
-        (lambda: plot.twist_field(SPIN, reach=np.inf), errors.InputError, "reach is inf"),
+        (lambda: plot.twist_field(SPIN, half_side=np.inf), errors.InputError, "half_side is inf"),
         (lambda: plot.orbit(SPIN, "abc"), errors.InputError, "points is 'abc'; real numbers"),
         (lambda: plot.orbit(SPIN, turns="a"), errors.InputError, "turns is 'a'; a positive number"),
         (lambda: plot.orbit(SPIN, turns=1e12), errors.InputError, "positions"),
@@ -526,12 +528,12 @@ def test_a_tuple_of_labels_is_a_list() -> None:
         (lambda: plot.draw(CIRCLE, color=[[1, 0, 0], "red"]), errors.InputError, "2 entries for 1 items"),
         (lambda: plot.draw(curves.Bezier), errors.InputError, "cannot be drawn"),
         (lambda: plot.paths([[0, 0, 0], [0, 0]]), errors.InputError, "ragged"),
-        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions: a multivector is no array"),
+        (lambda: plot.paths(cga.point([[0, 0, 0]])), errors.InputError, "positions: a multivector is not an array"),
         (lambda: plot.panels(1.5, 1), errors.InputError, "rows of panels"),
         (lambda: plot.panels(1, 1, size=(np.nan, 1)), errors.InputError, "size"),
         (lambda: plot.axes(size=(0, 1)), errors.InputError, "size"),
         (lambda: plot.axes(view=5), errors.InputError, "view is 5"),
-        (lambda: plot.save(None, plot.axes()), errors.InputError, "path is a NoneType"),
+        (lambda: plot.save(None, plot.axes()), errors.InputError, "None names none"),
         (lambda: plot.save("x.png", plot.axes(), dpi=0), errors.InputError, "dpi is 0"),
     ],
 )

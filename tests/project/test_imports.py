@@ -23,8 +23,8 @@ def run(code: str, *arguments: str) -> dict[str, object]:
 @pytest.mark.compiles
 def test_import_is_as_cheap_as_numpy() -> None:
     code = (
-        "import time, json, numpy; start = time.perf_counter(); import bladesmith; "
-        "print(json.dumps({'seconds': time.perf_counter() - start}))"
+        "import time, json, numpy; start = time.process_time(); import bladesmith; "
+        "print(json.dumps({'seconds': time.process_time() - start}))"
     )
     assert min(float(str(run(code)["seconds"])) for _ in range(5)) <= BUDGET_SECONDS
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -91,6 +93,29 @@ def test_old_attributes(owner: Any, old: str, new: str) -> None:
     with pytest.warns(FutureWarning, match=rf"\.{old} is now \S+\.{new};"):
         found = getattr(owner, old)
     assert found == getattr(owner, new) if callable(found) else str(found) == str(getattr(owner, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("codegen.formulas.blades", "codegen.formulas.objects.blades"),
+        ("codegen.pairs", "codegen.execute.pairs"),
+        ("kinematics.document", "kinematics.io.reader"),
+        ("kinematics.pictures", "kinematics.plotting.picture"),
+        ("report", "benchmarks"),
+    ],
+)
+def test_old_modules_that_the_docs_imported(old: str, new: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    package, _, name = f"bladesmith.{old}".rpartition(".")
+    monkeypatch.delitem(sys.modules, f"bladesmith.{old}", raising=False)
+    monkeypatch.delitem(vars(import_module(package)), name, raising=False)
+    with pytest.warns(FutureWarning, match=f"bladesmith.{old} is now bladesmith.{new};") as seen:
+        found = import_module(f"bladesmith.{old}")
+    assert found is import_module(f"bladesmith.{new}")
+    assert seen[0].filename == __file__
+    namespace: dict[str, Any] = {}
+    exec(f"from {package} import {name} as again", namespace)  # the spelling of the docs
+    assert namespace["again"] is found
 
 
 @pytest.mark.peers

@@ -15,14 +15,14 @@ from ..products.outcome import NOISE, epsilon, where_or_nan
 from .surface_points import swept_direction
 
 
-def placed(center: Multivector, radius: Multivector, turn: Multivector, spoke: Multivector) -> Multivector:
+def point_on_circle(center: Multivector, radius: Multivector, rotor: Multivector, spoke: Multivector) -> Multivector:
     """c + r R x ~R: where T(c) D(r) R takes a point of the unit circle."""
-    return center + radius * euclidean(turn >> spoke)
+    return center + radius * euclidean(rotor >> spoke)
 
 
-def between(a: Multivector, b: Multivector, share: Multivector) -> Multivector:
-    """The position from a (share 0) to b (share 1)."""
-    return a + share * (b - a)
+def interpolate_position(a: Multivector, b: Multivector, fraction: Multivector) -> Multivector:
+    """The position from a (fraction 0) to b (fraction 1)."""
+    return a + fraction * (b - a)
 
 
 def swept_normal(position: Multivector, carrier: Multivector, rate: Multivector) -> Multivector:

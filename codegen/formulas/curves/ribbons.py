@@ -22,7 +22,7 @@ from ..products.outcome import epsilon
 from ..products.sizes import sizes
 from ..rays.rays import line, line_direction, unit
 from .homogeneous import Bivectors, Scalars, coefficients, from_row, parameters, polynomial, value
-from .rulings import carriers, motion_seen, parallel_parameters, plane_normal, volume_of
+from .rulings import carrier_motion, carriers, parallel_parameters, plane_normal, volume_of
 from .surface_conditions import powers
 from .surfaces import branch, branch_at, center_of_round, evolved_circle, evolved_circle_rate, weight
 
@@ -94,12 +94,12 @@ def ribbon_polynomial_bound(meets: Scalars, norm: Scalars, kappa: Scalars, a: Mu
     return row([w * (e * e + k * (b_ * b_)) + 2 * (s0 * (b_ * e))], "bound")
 
 
-def ribbon_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
-    """Coefficients of 1, t, t^2, .. of the printed polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2."""
+def ribbon_published_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+    """Coefficients of 1, t, t^2, .. of the published polynomial of degree 6 n, (4.31): (S0 B - w E)^2 - s^2 B^2."""
     b, e, s0, k, w = _polynomials(meets, norm, kappa)
     other = s0 * b - w * e
-    printed = other * other - (s0 * s0 - k * (w * w)) * (b * b)
-    return row(powers(coefficients(printed, 3 * (len(norm) - 1), meets[0].ring)), "powers")
+    polynomial = other * other - (s0 * s0 - k * (w * w)) * (b * b)
+    return row(powers(coefficients(polynomial, 3 * (len(norm) - 1), meets[0].ring)), "powers")
 
 
 # -- the condition that is not squared -----------------------------------------------------------------
@@ -186,7 +186,7 @@ def ribbon_point(
     return row([t, *lengths], "t_place"), named("position", position), row([sine], "sine_square")
 
 
-def ribbon_place(
+def ribbon_position(
     position: Multivector, direction: Multivector, norm: Scalars, kappa: Scalars,
     a: Multivector, b: Multivector, controls: Bivectors, products: Bivectors,
 ) -> Result:  # fmt: skip
@@ -223,7 +223,7 @@ def ribbon_ends(
     middle = dot(towards, direction) / square
     beside = towards - middle * direction
     half_square = pair_half_square(norm, kappa, pair, a, b) / square
-    m, off, by_t, motion, turn = motion_seen(origin + middle * direction, direction, pair, rate)
+    m, off, by_t, motion, turn = carrier_motion(origin + middle * direction, direction, pair, rate)
     step = -(dot(off, motion) + half_square * dot(by_t, turn)) / (dot(motion, motion) + half_square * dot(turn, turn))
     sine = dot(by_t, by_t) / (square * dot(m, m))
     starts = (middle + t for t in parallel_parameters(m, off, by_t, motion, turn))
@@ -242,7 +242,7 @@ def ribbon_polish(
     """
     arguments = norm, kappa, bivectors(controls), bivectors(products), a, b
     pair, rate = evolved_circle(*arguments), evolved_circle_rate(*arguments)
-    m, off, by_t, by_b, _ = motion_seen(origin + t * direction, direction, pair, rate)
+    m, off, by_t, by_b, _ = carrier_motion(origin + t * direction, direction, pair, rate)
     volume, dt, db = (volume_of(m, x, y) for x, y in ((by_t, by_b), (off, by_b), (by_t, off)))
     apart = volume * volume / (dot(m, m) * dot(by_t, by_t) * dot(by_b, by_b))
     return row([-dt / volume, -db / volume, apart], "step")

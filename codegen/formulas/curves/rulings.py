@@ -16,13 +16,13 @@ def plane_normal(plane: Multivector) -> Multivector:
     return euclidean(plane.dual())
 
 
-def motion_seen(
+def carrier_motion(
     position: Multivector, direction: Multivector, pair: Multivector, rate: Multivector
 ) -> tuple[Multivector, ...]:
     """Direction of a carrier; X ^ L_C and X ^ dL_C for X = position, and their changes along a direction: normals."""
-    carrier, turned = carriers(pair, rate)
+    carrier, carrier_rate = carriers(pair, rate)
     here = position + no(position)
-    normals = (plane_normal(x ^ line_) for line_ in (carrier, turned) for x in (here, direction))
+    normals = (plane_normal(x ^ line_) for line_ in (carrier, carrier_rate) for x in (here, direction))
     return (line_direction(carrier), *normals)
 
 
@@ -33,11 +33,11 @@ def carriers(pair: Multivector, rate: Multivector) -> tuple[Multivector, Multive
 
 
 def parallel_parameters(
-    m: Multivector, off: Multivector, by_t: Multivector, motion: Multivector, turn: Multivector
+    m: Multivector, off: Multivector, by_t: Multivector, motion: Multivector, motion_rate: Multivector
 ) -> tuple[Multivector, Multivector]:
-    """Both t where off + t by_t and motion + t turn are parallel, seen along m."""
-    c0, c2 = volume_of(m, off, motion), volume_of(m, by_t, turn)
-    c1 = volume_of(m, off, turn) + volume_of(m, by_t, motion)
+    """Both t where off + t by_t and motion + t motion_rate are parallel, seen along m."""
+    c0, c2 = volume_of(m, off, motion), volume_of(m, by_t, motion_rate)
+    c1 = volume_of(m, off, motion_rate) + volume_of(m, by_t, motion)
     square = c1 * c1 - 4 * (c0 * c2)
     root = sqrt(select(square > 0, square, square.constant(0)))
     q = -(c1 + select(c1 < 0, -root, root)) / 2

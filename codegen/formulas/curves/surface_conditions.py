@@ -71,8 +71,8 @@ def _largest(scaled: Scalars, square: bool = False) -> Multivector:
 def evolved_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     """Bernstein coefficients of p = 4 (S0 u - w x)(S0 e - K w x) + w^2 (K u - e)^2, the product of both branches.
 
-    With u = B.B, x = B.E, e = E.E; its degree is 12 n - 4. The printed polynomial without its spurious factor w^2 Q^2,
-    and without a division.
+    With u = B.B, x = B.E, e = E.E; its degree is 12 n - 4. The published polynomial without its spurious factor
+    w^2 Q^2, and without a division.
     """
     degree, ring = _degree(norm, kappa), meets[0].ring
     scaled = coefficients(_both(-1, *_polynomials(meets, norm, kappa)), degree, ring)
@@ -102,8 +102,8 @@ def _both(
     return 4 * product + w * w * (difference * difference)
 
 
-def evolved_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
-    """Coefficients of 1, t, t^2, .. of the printed polynomial of degree 12 n, (4.16) with its sides subtracted.
+def evolved_published_polynomial(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
+    """Coefficients of 1, t, t^2, .. of the published polynomial of degree 12 n, (4.16) with its sides subtracted.
 
     With P = S0 B - w E and Q = B: (P^2 + s^2 Q^2)^2 - s^2 (P Q + Q P)^2.
     """
@@ -112,8 +112,8 @@ def evolved_printed(meets: Scalars, norm: Scalars, kappa: Scalars) -> Result:
     p_square = s0 * s0 * u - 2 * (s0 * w) * x + w * w * e
     p_q = s0 * u - w * x
     even = p_square + square * u
-    printed = even * even - 4 * (square * (p_q * p_q))
-    return row(powers(coefficients(printed, 6 * (len(norm) - 1), meets[0].ring)), "powers")
+    polynomial = even * even - 4 * (square * (p_q * p_q))
+    return row(powers(coefficients(polynomial, 6 * (len(norm) - 1), meets[0].ring)), "powers")
 
 
 def powers(scaled: Scalars) -> list[Multivector]:

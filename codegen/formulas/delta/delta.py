@@ -1,10 +1,10 @@
 """The Delta robot: inverse and forward kinematics (thesis 7.7.2). Derivatives: `delta_rates`, the rest: `delta_frame`.
 
 Three arms in vertical planes about e3, seen in each arm's own plane: there a position is a spinor x + z j, j = e1 e3,
-with x along the arm's direction s and z along e3. ``robot`` is a row (reach, upper, forearm, unit, length, rest): the
+with x along the arm's direction s and z along e3. ``robot`` is a row (offset, upper, forearm, unit, length, rest): the
 base's radius less the platform's and the lengths of the arms, in units of ``length``, a power of two near the forearm;
-unit is 1/length, ``rest`` what rounding took from reach. ``sides`` say for each arm which elbow, ``root`` which of two
-positions (`side_of`).
+unit is 1/length, ``rest`` what rounding took from the offset. ``sides`` say for each arm which elbow, ``root`` which of
+two positions (`side_of`).
 
 Near a singular pose a root nearly vanishes. Its derivative divides by it, and so needs it with more digits than the
 lengths have: it is made once more on a ring with twice as many (`delta_digits`).
@@ -59,7 +59,7 @@ class Branch(NamedTuple):
 class Robot(NamedTuple):
     """The row ``robot`` by name."""
 
-    reach: Multivector
+    offset: Multivector
     upper: Multivector
     forearm: Multivector
     unit: Multivector
@@ -79,7 +79,7 @@ def down(like: Multivector) -> Multivector:
     return axes(like)[2]
 
 
-def arm_turn(like: Multivector) -> Multivector:
+def arm_plane(like: Multivector) -> Multivector:
     """j = e1 e3, the unit bivector of an arm's plane from s to e3."""
     return axes(like)[0] * down(like)
 
@@ -87,40 +87,42 @@ def arm_turn(like: Multivector) -> Multivector:
 # -- inverse kinematics ------------------------------------------------------------------------------------------
 
 
-class Reach(NamedTuple):
-    """One arm on its way to a position: the spinor of its upper arm but for a positive factor, and what says whether.
+class ArmSolution(NamedTuple):
+    """Solution of one arm: the spinor of its upper arm up to a positive factor, and whether there is one.
 
     ``root`` is twice the area of the triangle of upper arm, forearm and shoulder to wrist, times two.
     """
 
     spinor: Multivector
     root: Multivector
-    is_reached: Mask
+    is_reachable: Mask
     is_aligned: Mask
 
 
-def _reach(y: Multivector, robot: Robot, s: Multivector, side: Multivector, known: Root | None = None) -> Reach:
+def _solve_arm(
+    y: Multivector, robot: Robot, s: Multivector, side: Multivector, root_of: Root | None = None
+) -> ArmSolution:
     """Upper arms that reach a wrist: where the elbow's circle meets the forearm's sphere, T = (C* ^ Sigma*) I5.
 
     The sphere cuts the arm's plane in a circle of radius q about the wrist's projection, at the distance p of the
     shoulder. The ends of T are z = u (c -+ sqrt(T^2) j)/p^2, c = upper^2 + p^2 - q^2, and T^2 is Heron's product of
     the four sums of upper, p and q: what is negative of them tells why there is no elbow. Nothing is subtracted that
-    is not a length of the robot. ``known`` gives the root of Heron's product where it is known with all its digits.
+    is not a length of the robot. ``root_of`` gives the root of Heron's product where it is known with all its digits.
     """
-    u = y - robot.reach * s
+    u = y - robot.offset * s
     e3 = down(y)
     across = u | cross(s, e3)
-    spinor = (u | s) + (u | e3) * arm_turn(y)
+    spinor = (u | s) + (u | e3) * arm_plane(y)
     p = as_computed(sqrt((spinor * ~spinor).grade(0)))
     q = as_computed(sqrt(absolute((robot.forearm - across) * (robot.forearm + across))))
     upper, total, difference = robot.upper, p + q, p - q
-    rounding = STRETCHED * epsilon(y) * (upper + robot.forearm + absolute(robot.reach))
-    reached = (absolute(difference) <= upper + rounding) & (total >= upper - rounding)
-    reached = reached & (absolute(across) <= robot.forearm + rounding)
+    rounding = STRETCHED * epsilon(y) * (upper + robot.forearm + absolute(robot.offset))
+    reachable = (absolute(difference) <= upper + rounding) & (total >= upper - rounding)
+    reachable = reachable & (absolute(across) <= robot.forearm + rounding)
     heron = (upper - difference) * (upper + difference) * ((total - upper) * (total + upper))
-    root = as_computed(sqrt(_positive(heron))) if known is None else known(heron)
+    root = as_computed(sqrt(_positive(heron))) if root_of is None else root_of(heron)
     c = upper * upper + total * difference
-    return Reach(spinor * (c - side * root * arm_turn(y)), root, reached, p <= rounding * (NOISE // STRETCHED))
+    return ArmSolution(spinor * (c - side * root * arm_plane(y)), root, reachable, p <= rounding * (NOISE // STRETCHED))
 
 
 def _positive(x: Multivector) -> Multivector:
@@ -139,23 +141,25 @@ def _still(root: Multivector) -> Root:
 
 
 def _lengths(robot: Robot) -> tuple[Multivector, Multivector, Multivector]:
-    """Reach, upper arm and forearm with twice the digits."""
-    return to_double_double(robot.reach, robot.rest), to_double_double(robot.upper), to_double_double(robot.forearm)
+    """Offset, upper arm and forearm with twice the digits."""
+    return to_double_double(robot.offset, robot.rest), to_double_double(robot.upper), to_double_double(robot.forearm)
 
 
-def reaches_of(y: Coordinates, robot: Robot, sides: Arms, roots: Sequence[Root | None] = (None,) * 3) -> list[Reach]:
+def solve_arms(
+    y: Coordinates, robot: Robot, sides: Arms, roots: Sequence[Root | None] = (None,) * 3
+) -> list[ArmSolution]:
     position = vector(tuple(c * robot.unit for c in y))
-    return [_reach(position, robot, *each) for each in zip(arm_directions(position), sides, roots, strict=True)]
+    return [_solve_arm(position, robot, *each) for each in zip(arm_directions(position), sides, roots, strict=True)]
 
 
 def exact_roots(y: Coordinates, robot: Robot) -> Row:
     """The roots of all arms, 4 upper^2 p^2 - c^2 with twice the digits: c = upper^2 + u^2 - forearm^2."""
     position = to_double_double(vector(tuple(c * robot.unit for c in y)))
-    reach, upper, forearm = _lengths(robot)
+    offset, upper, forearm = _lengths(robot)
     lengths, height = upper * upper - forearm * forearm, position | down(position)
     roots = []
     for s in arm_directions(position):
-        u = position - reach * s
+        u = position - offset * s
         along = u | s
         c = lengths + (u * u).grade(0)
         square = 4 * upper * upper * (along * along + height * height) - c * c
@@ -170,9 +174,9 @@ def all_of(masks: list[Mask]) -> Mask:
     return total
 
 
-def angles_of(reaches: list[Reach]) -> Result:
-    turn = arm_turn(reaches[0].spinor)
-    return row([atan2(-(r.spinor | turn), r.spinor.grade(0)) for r in reaches], "theta")
+def angles_of(arms: list[ArmSolution]) -> Result:
+    plane = arm_plane(arms[0].spinor)
+    return row([atan2(-(r.spinor | plane), r.spinor.grade(0)) for r in arms], "theta")
 
 
 def inverse(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
@@ -180,21 +184,21 @@ def inverse(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
 
     UNREACHABLE: an arm does not reach its wrist. SINGULAR: the wrist is on a motor's axis. `arm_codes` says which.
     """
-    return _angles_and_status(y, reaches_of(y, robot, sides))
+    return _angles_and_status(y, solve_arms(y, robot, sides))
 
 
 def inverse_precise(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
     """`inverse` with all digits next to singular poses, too, where it has half of them."""
-    return _angles_and_status(y, reaches_of(y, robot, sides, [_still(root) for root in exact_roots(y, robot)]))
+    return _angles_and_status(y, solve_arms(y, robot, sides, [_still(root) for root in exact_roots(y, robot)]))
 
 
-def _angles_and_status(y: Coordinates, reaches: list[Reach]) -> tuple[Result, Result]:
+def _angles_and_status(y: Coordinates, arms: list[ArmSolution]) -> tuple[Result, Result]:
     """The angles, NaN where there are none, and why."""
     like, finite = y[0], are_finite(y)
-    reached, free = all_of([r.is_reached for r in reaches]), all_of([~r.is_aligned for r in reaches])
-    good, nan = reached & free & finite, not_a_number(like)
-    status = outcome(like, (~finite, Status.INVALID), (~reached, Status.UNREACHABLE), (~free, Status.SINGULAR))
-    return row([select(good, angle, nan) for angle in angles_of(reaches).values], "theta"), status
+    reachable, free = all_of([r.is_reachable for r in arms]), all_of([~r.is_aligned for r in arms])
+    good, nan = reachable & free & finite, not_a_number(like)
+    status = outcome(like, (~finite, Status.INVALID), (~reachable, Status.UNREACHABLE), (~free, Status.SINGULAR))
+    return row([select(good, angle, nan) for angle in angles_of(arms).values], "theta"), status
 
 
 def arm_codes(y: Coordinates, robot: Robot, sides: Arms) -> Result:
@@ -202,9 +206,9 @@ def arm_codes(y: Coordinates, robot: Robot, sides: Arms) -> Result:
     finite = are_finite(y)
     codes = [
         outcome(
-            y[0], (~finite, Status.INVALID), (~r.is_reached, Status.UNREACHABLE), (r.is_aligned, Status.SINGULAR)
+            y[0], (~finite, Status.INVALID), (~r.is_reachable, Status.UNREACHABLE), (r.is_aligned, Status.SINGULAR)
         ).value
-        for r in reaches_of(y, robot, sides)
+        for r in solve_arms(y, robot, sides)
     ]
     return row(codes, "codes")
 
@@ -220,7 +224,7 @@ def are_finite(values: Row) -> Mask:
 def sphere_centers(theta: Arms, robot: Robot) -> list[Multivector]:
     """a_i, the elbows less the platform's radius: the centers of the spheres on which the platform is."""
     like = theta[0]
-    places = [(robot.reach + robot.upper * cos(t), robot.upper * sin(t)) for t in theta]
+    places = [(robot.offset + robot.upper * cos(t), robot.upper * sin(t)) for t in theta]
     return [x * s + z * down(like) for (x, z), s in zip(places, arm_directions(like), strict=True)]
 
 
@@ -233,10 +237,10 @@ def side_of(theta: Arms, robot: Robot, root: Branch) -> Multivector:
     both are equally far, the farther one has the positive volume. The sum is rounded alike in all kernels, so that
     they take the same position.
     """
-    ks = [as_computed(robot.reach + robot.upper * cos(t)) for t in theta]
+    ks = [as_computed(robot.offset + robot.upper * cos(t)) for t in theta]
     products = [as_computed(ks[i] * ks[j]) for i, j in ((0, 1), (1, 2), (2, 0))]
     area = as_computed(as_computed(products[0] + products[1]) + products[2])
-    one = robot.reach.constant(1)
+    one = robot.offset.constant(1)
     return as_computed(root.volume + root.height * select(area < 0, -one, one))
 
 
@@ -248,11 +252,11 @@ class Meeting(NamedTuple):
     coincide: Mask
 
 
-def meeting_of(theta: Arms, robot: Robot, side: Multivector, known: Root | None = None) -> Meeting:
+def meeting_of(theta: Arms, robot: Robot, side: Multivector, root_of: Root | None = None) -> Meeting:
     """T = I5 (Sigma_1* ^ Sigma_2* ^ Sigma_3*), by its middle o and its half, sqrt((forearm - |o|)(forearm + |o|)).
 
     With b, c from the first center to the others, o = (b^2 c - c^2 b) (b ^ c)^-1/2. ``side`` is +1 or -1, that of
-    b x c (`side_of`). ``known`` gives the half of its square where it is known with all its digits.
+    b x c (`side_of`). ``root_of`` gives the half of its square where it is known with all its digits.
     """
     a = sphere_centers(theta, robot)
     b, c = a[1] - a[0], a[2] - a[0]
@@ -263,11 +267,11 @@ def meeting_of(theta: Arms, robot: Robot, side: Multivector, known: Root | None 
     middle = (squares[0] * c - squares[1] * b) | plane * (-per_area * per_area / 2)
     radius = length(middle)
     gap = robot.forearm - radius
-    reach = absolute(robot.reach) + robot.upper
-    rounding = STRETCHED * epsilon(area) * (robot.forearm + reach)
+    extent = absolute(robot.offset) + robot.upper
+    rounding = STRETCHED * epsilon(area) * (robot.forearm + extent)
     square = gap * (robot.forearm + radius)
-    height = sqrt(_positive(square)) if known is None else known(square)
-    noise = NOISE * epsilon(area) * reach
+    height = sqrt(_positive(square)) if root_of is None else root_of(square)
+    noise = NOISE * epsilon(area) * extent
     apart = all_of([x > noise * noise for x in squares])
     position = a[0] + middle + cross(b, c) * (per_area * side * height)
     return Meeting(position, (gap >= -rounding) & (area > 0), ~apart)
@@ -279,9 +283,9 @@ def exact_height(theta: Arms, robot: Robot) -> Multivector:
     The distances are of the elbows' spinors, k^2 + k'^2 + k k' + (z - z')^2: directions meet at s . s' = -1/2.
     """
     like = theta[0]
-    reach, upper, forearm = _lengths(robot)
+    offset, upper, forearm = _lengths(robot)
     angles = [to_double_double(t) for t in theta]
-    ks, zs = [reach + upper * cos(t) for t in angles], [upper * sin(t) for t in angles]
+    ks, zs = [offset + upper * cos(t) for t in angles], [upper * sin(t) for t in angles]
     distances = []
     for i, j in ((0, 1), (1, 2), (2, 0)):
         rise = zs[i] - zs[j]
@@ -307,12 +311,12 @@ def forward_precise(theta: Arms, robot: Robot, root: Branch) -> tuple[Result, Re
     return _position_and_status(theta, robot, meeting_of(theta, robot, side_of(theta, robot, root), known))
 
 
-def _position_and_status(theta: Arms, robot: Robot, found: Meeting) -> tuple[Result, Result]:
+def _position_and_status(theta: Arms, robot: Robot, meeting: Meeting) -> tuple[Result, Result]:
     """The position, NaN where there is none, and why."""
     like, finite = theta[0], are_finite(theta)
-    good = found.meet & ~found.coincide & finite
+    good = meeting.meet & ~meeting.coincide & finite
     status = outcome(
-        like, (~finite, Status.INVALID), (found.coincide, Status.SINGULAR), (~found.meet, Status.UNREACHABLE)
+        like, (~finite, Status.INVALID), (meeting.coincide, Status.SINGULAR), (~meeting.meet, Status.UNREACHABLE)
     )
-    values = [x * robot.length for x in coordinates(found.position)]
+    values = [x * robot.length for x in coordinates(meeting.position)]
     return row([select(good, x, not_a_number(like)) for x in values], "y"), status

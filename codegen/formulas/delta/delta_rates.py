@@ -25,19 +25,19 @@ from .delta import (
     exact_roots,
     meeting_of,
     moving,
-    reaches_of,
     side_of,
+    solve_arms,
 )
 
 
 def inverse_angles(y: Coordinates, robot: Robot, sides: Arms) -> Result:
     """The angles alone, whatever becomes of them."""
-    return angles_of(reaches_of(y, robot, sides))
+    return angles_of(solve_arms(y, robot, sides))
 
 
 def inverse_angles_at(y: Coordinates, robot: Robot, sides: Arms, roots: Arms) -> Result:
     """The same where the roots are known with all their digits: what is differentiated."""
-    return angles_of(reaches_of(y, robot, sides, [moving(root) for root in roots]))
+    return angles_of(solve_arms(y, robot, sides, [moving(root) for root in roots]))
 
 
 def forward_position_at(theta: Arms, robot: Robot, side: Multivector, height: Multivector) -> Result:
@@ -65,11 +65,11 @@ def _matrix(columns: list[Row], good: Mask) -> Result:
 
 def inverse_jacobian(y: Coordinates, robot: Robot, sides: Arms) -> tuple[Result, Result]:
     """d theta_i/d y_j, row-major (7.7.5). SINGULAR: an arm is stretched or folded, or a wrist is on a motor's axis."""
-    reaches, finite = reaches_of(y, robot, sides), are_finite(y)
-    reached, roots = all_of([r.is_reached for r in reaches]), exact_roots(y, robot)
-    free = all_of([(root > 0) & ~r.is_aligned for r, root in zip(reaches, roots, strict=True)])
-    status = outcome(y[0], (~finite, Status.INVALID), (~reached, Status.UNREACHABLE), (~free, Status.SINGULAR))
-    return _matrix(_columns(_inverse_tangent_at, y, robot, sides, roots), reached & free & finite), status
+    arms, finite = solve_arms(y, robot, sides), are_finite(y)
+    reachable, roots = all_of([r.is_reachable for r in arms]), exact_roots(y, robot)
+    free = all_of([(root > 0) & ~r.is_aligned for r, root in zip(arms, roots, strict=True)])
+    status = outcome(y[0], (~finite, Status.INVALID), (~reachable, Status.UNREACHABLE), (~free, Status.SINGULAR))
+    return _matrix(_columns(_inverse_tangent_at, y, robot, sides, roots), reachable & free & finite), status
 
 
 def forward_jacobian(theta: Arms, robot: Robot, root: Branch) -> tuple[Result, Result]:
@@ -106,18 +106,18 @@ def inverse_motion(
 
     Statuses as of `inverse_jacobian`, and INVALID where numbers overflow: in single precision a robot of millimeters.
     """
-    reaches, finite = reaches_of(y, robot, sides), are_finite((*y, *dy, *ddy))
-    reached = all_of([r.is_reached for r in reaches])
-    free = all_of([(r.root > 0) & ~r.is_aligned for r in reaches])
+    arms, finite = solve_arms(y, robot, sides), are_finite((*y, *dy, *ddy))
+    reachable = all_of([r.is_reachable for r in arms])
+    free = all_of([(r.root > 0) & ~r.is_aligned for r in arms])
     found = as_outputs(_second_tangent(y, dy, robot, sides, dy, ddy))
     values = [(name, found[i].values) for name, i in (("theta", 0), ("speed", 1), ("acceleration", 3))]
     held = are_finite(tuple(x for _, each in values for x in each))
-    good, nan = reached & free & finite & held, not_a_number(y[0])
+    good, nan = reachable & free & finite & held, not_a_number(y[0])
     theta, speed, acceleration = (row([select(good, x, nan) for x in each], name) for name, each in values)
     status = outcome(
         y[0],
         (~finite, Status.INVALID),
-        (~reached, Status.UNREACHABLE),
+        (~reachable, Status.UNREACHABLE),
         (~free, Status.SINGULAR),
         (~held, Status.INVALID),
     )

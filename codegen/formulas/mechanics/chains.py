@@ -30,19 +30,19 @@ def joint(twist: Multivector, near: Multivector) -> tuple[Result, Result, Result
     m, moment = direction_part(twist), attached_part(twist)
     about = moment - cross(near, m)
     a, inverse = direction_of(m)
-    u, slide_inverse = direction_of(moment)
-    turns, slides = inverse > 0, slide_inverse > 0
+    u, moment_inverse = direction_of(moment)
+    rotates, translates = inverse > 0, moment_inverse > 0
     nothing = twist.constant(0)
-    foot = near + select(turns, inverse * cross(a, about), nothing)
+    foot = near + select(rotates, inverse * cross(a, about), nothing)
     finite = is_finite(twist) & is_finite(near)
-    known = where_or_nan(finite & (turns | slides), twist.constant(1))
-    advance = select(turns, dot(about, a), 1 / where_or_nan(slides, slide_inverse))
+    valid = where_or_nan(finite & (rotates | translates), twist.constant(1))
+    advance = select(rotates, dot(about, a), 1 / where_or_nan(translates, moment_inverse))
     return (
-        named("direction", select(turns, a, u) * known),
-        named("place", foot * known),
-        named("turn", select(turns, dot(m, a), nothing) * known),
-        named("advance", advance * known),
-        outcome(twist, (~finite, Status.INVALID), (~turns & ~slides, Status.INVALID)),
+        named("direction", select(rotates, a, u) * valid),
+        named("position", foot * valid),
+        named("rotation", select(rotates, dot(m, a), nothing) * valid),
+        named("advance", advance * valid),
+        outcome(twist, (~finite, Status.INVALID), (~rotates & ~translates, Status.INVALID)),
     )
 
 
@@ -61,7 +61,7 @@ def screw_through(position: Multivector, direction: Multivector, pitch: Multivec
     return screw_of(a, cross(position, a) + pitch * a), outcome(direction, (~(scale > 0), Status.INVALID))
 
 
-def slide_along(direction: Multivector) -> tuple[Multivector, Result]:
+def translation_along(direction: Multivector) -> tuple[Multivector, Result]:
     """a n of the unit vector along a direction. INVALID: no direction."""
     a, scale = direction_of(direction)
     return a * null_vector(a), outcome(direction, (~(scale > 0), Status.INVALID))
@@ -71,10 +71,10 @@ def slide_along(direction: Multivector) -> tuple[Multivector, Result]:
 
 
 def joint_position(
-    q: Multivector, place: Multivector, offset: Multivector, axis: Multivector, way: Multivector
+    q: Multivector, position: Multivector, offset: Multivector, axis: Multivector, displacement: Multivector
 ) -> Multivector:
     """Position of a joint: an offset on, and as far along its axis as it has moved."""
-    return place + (q >> (offset + way * axis)).grade(1)
+    return position + (q >> (offset + displacement * axis)).grade(1)
 
 
 def rotate(q: Multivector, axis: Multivector, angle: Multivector) -> Multivector:
@@ -87,50 +87,52 @@ def link_direction(q: Multivector, axis: Multivector) -> Multivector:
     return (q >> axis).grade(1)
 
 
-def frame_pose(q: Multivector, place: Multivector, offset: Multivector, turn: Multivector) -> tuple[Result, Result]:
+def frame_pose(
+    q: Multivector, position: Multivector, offset: Multivector, rotation: Multivector
+) -> tuple[Result, Result]:
     """Pose of a frame that stands an offset on and turned, its rotor one to rounding."""
-    return named("rotor", renormalize(q) * turn), named("place", place + (q >> offset).grade(1))
+    return named("rotor", renormalize(q) * rotation), named("position", position + (q >> offset).grade(1))
 
 
-def compose(q: Multivector, place: Multivector, base: Multivector) -> Multivector:
+def compose(q: Multivector, position: Multivector, base: Multivector) -> Multivector:
     """The motor of a pose, place and base added up."""
-    return translator(base + place) * q
+    return translator(base + position) * q
 
 
 # -- twists -------------------------------------------------------------------------------------------------
 
 
-def unit_twist(axis: Multivector, place: Multivector, turn: Multivector, advance: Multivector) -> Multivector:
+def unit_twist(axis: Multivector, position: Multivector, rotation: Multivector, advance: Multivector) -> Multivector:
     """k (a I3 + (p x a) n) + l a n."""
-    return screw_of(turn * axis, turn * cross(place, axis) + advance * axis)
+    return screw_of(rotation * axis, rotation * cross(position, axis) + advance * axis)
 
 
-def twist_about(turn: Multivector, velocity: Multivector, place: Multivector) -> Multivector:
+def twist_about(angular_velocity: Multivector, velocity: Multivector, position: Multivector) -> Multivector:
     """The twist of a turning, with the velocity of the point at a place."""
-    return screw_of(turn, velocity + cross(place, turn))
+    return screw_of(angular_velocity, velocity + cross(position, angular_velocity))
 
 
 def column(
-    axis: Multivector, place: Multivector, reference: Multivector, turn: Multivector, advance: Multivector
+    axis: Multivector, position: Multivector, reference: Multivector, rotation: Multivector, advance: Multivector
 ) -> Result:
     """Column of a Jacobian: the turn of a joint's unit twist and its velocity at a place, along the world's axes."""
-    return screw_row(unit_twist(axis, place - reference, turn, advance), "column")
+    return screw_row(unit_twist(axis, position - reference, rotation, advance), "column")
 
 
-def seen_column(
-    q: Multivector, axis: Multivector, place: Multivector, reference: Multivector, turn: Multivector,
+def body_column(
+    q: Multivector, axis: Multivector, position: Multivector, reference: Multivector, rotation: Multivector,
     advance: Multivector,
 ) -> Result:  # fmt: skip
     """The same along the axes of a frame."""
-    return screw_row(to_body_frame(q, unit_twist(axis, place - reference, turn, advance)), "column")
+    return screw_row(to_body_frame(q, unit_twist(axis, position - reference, rotation, advance)), "column")
 
 
 def link_twist(
-    omega: Multivector, rate: Multivector, joint: Multivector, speed: Multivector, push: Multivector
+    omega: Multivector, rate: Multivector, joint: Multivector, speed: Multivector, acceleration: Multivector
 ) -> tuple[Result, Result]:
     """Twist of a link and its rate, from those of the link before: Omega + S dx (7.13), and dS = S x Omega (7.14)."""
     carried = joint.commutator(omega).grade(2)
-    return named("omega", omega + speed * joint), named("rate", rate + push * joint + speed * carried)
+    return named("omega", omega + speed * joint), named("rate", rate + acceleration * joint + speed * carried)
 
 
 # -- back from a pose ---------------------------------------------------------------------------------------
@@ -138,16 +140,16 @@ def link_twist(
 
 def decompose(r: Multivector, base: Multivector) -> tuple[Result, Result]:
     """Rotor and place of a motor, the place as seen from the base."""
-    return named("rotor", euclidean_part(r)), named("place", translation_of(r) - base)
+    return named("rotor", euclidean_part(r)), named("position", translation_of(r) - base)
 
 
-def pose_error(q: Multivector, place: Multivector, goal: Multivector, goal_place: Multivector) -> Result:
+def pose_error(q: Multivector, position: Multivector, goal_rotor: Multivector, goal_position: Multivector) -> Result:
     """Twist from a frame to its goal in a unit of time: w of the shortest rotation, and the path of the frame's origin.
 
     The motor between both as seen from the frame's origin is (1 - d n/2) Q ~q, Q and -Q one goal. Turn and way are
     taken by themselves, -2 log(Q ~q) and d: then half the square of both together falls along a twist by their plain
     product with it, at any distance, which of the common logarithm holds at the goal alone.
     """
-    turn = goal * ~q
-    nearer = select(turn.grade(0) < 0, q.constant(-1), q.constant(1))
-    return screw_row(-2 * log_motor(nearer * turn)[0] + (goal_place - place) * null_vector(q), "column")
+    rotation = goal_rotor * ~q
+    nearer = select(rotation.grade(0) < 0, q.constant(-1), q.constant(1))
+    return screw_row(-2 * log_motor(nearer * rotation)[0] + (goal_position - position) * null_vector(q), "column")

@@ -17,7 +17,7 @@ from .mechanics import adjoint, basis_twists, coefficient, velocity_at
 def transform_object(s: Multivector, x: Multivector) -> Result:
     """S X ~S, on the blades of X."""
     moved = s >> x
-    return row([coefficient(moved, blade) for blade in x.terms], "placed")
+    return row([coefficient(moved, blade) for blade in x.terms], "object")
 
 
 def compose(r: Multivector, s: Multivector) -> Multivector:
@@ -30,7 +30,7 @@ def relative(r: Multivector, s: Multivector) -> Multivector:
     return near_motor(~r * s)
 
 
-def carrying(r: Multivector) -> Result:
+def adjoint_matrix(r: Multivector) -> Result:
     """The matrix of T -> R T ~R on twists, row by row."""
     return adjoint(~r)
 
@@ -40,13 +40,19 @@ def move_by_twist(omega: Multivector, s: Multivector) -> Multivector:
     return near_motor(exp_bivector(-omega / 2) * s)
 
 
-def way(r: Multivector, target: Multivector) -> Multivector:
+def twist_between(r: Multivector, target: Multivector) -> Multivector:
     """The twist that takes R to a target in a unit of time, the short way: target = exp(-Omega/2) R."""
     motor = target * ~r
     nearer = select(motor.grade(0) < 0, r.constant(-1), r.constant(1))
     return -2 * log_motor(nearer * motor)[0].grade(2)
 
 
-def point_rates(place: Multivector) -> Result:
+def point_rates(position: Multivector) -> Result:
     """Velocities of a point for each unit twist, one after the other."""
-    return row([v.scalar_product(a) for v in (velocity_at(e, place) for e in basis_twists(place)) for a in axes(place)])
+    return row(
+        [
+            v.scalar_product(a)
+            for v in (velocity_at(e, position) for e in basis_twists(position))
+            for a in axes(position)
+        ]
+    )

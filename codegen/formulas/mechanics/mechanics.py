@@ -205,7 +205,7 @@ def velocity_at(omega: Multivector, position: Multivector) -> Multivector:
 
 
 def spring(
-    r: Multivector, omega: Multivector, own: Multivector, s: Multivector, psi: Multivector, other: Multivector,
+    r: Multivector, omega: Multivector, point: Multivector, s: Multivector, psi: Multivector, other_point: Multivector,
     law: SpringLaw,
 ) -> tuple[Result, Result]:  # fmt: skip
     """Spring and damper between points of two bodies: stiffness, length at rest, damping along it.
@@ -214,19 +214,21 @@ def spring(
     """
     stiffness, rest, damping = law
     turns = [euclidean_part(r), euclidean_part(s)]
-    gap = moved_point(s, other) - moved_point(r, own)
-    rate = (turns[1] >> velocity_at(psi, other)).grade(1) - (turns[0] >> velocity_at(omega, own)).grade(1)
+    gap = moved_point(s, other_point) - moved_point(r, point)
+    rate = (turns[1] >> velocity_at(psi, other_point)).grade(1) - (turns[0] >> velocity_at(omega, point)).grade(1)
     square = dot(gap, gap)
     long = square > 0
     inverse = select(long, 1 / sqrt(select(long, square, square.constant(1))), square.constant(0))
     force = (stiffness * (1 - rest * inverse) + damping * dot(rate, gap) * inverse * inverse) * gap
     on_own, on_other = (~turns[0] >> force).grade(1), (~turns[1] >> -force).grade(1)
-    return row(covector(wrench_at(on_own, own)), "own"), row(covector(wrench_at(on_other, other)), "other")
+    return row(covector(wrench_at(on_own, point)), "wrench"), row(
+        covector(wrench_at(on_other, other_point)), "other_wrench"
+    )
 
 
-def moved_point(r: Multivector, place: Multivector) -> Multivector:
+def moved_point(r: Multivector, point: Multivector) -> Multivector:
     """Position of a body's point that was at a place, for the body at R."""
-    return (euclidean_part(r) >> place).grade(1) + translation_of(r)
+    return (euclidean_part(r) >> point).grade(1) + translation_of(r)
 
 
 def drag(omega: Multivector, center: Multivector, angular: Multivector, linear: Multivector) -> Result:

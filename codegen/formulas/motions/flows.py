@@ -38,23 +38,23 @@ def renormalize(q: Multivector) -> Multivector:
 
 def flight(r: Multivector, omega: Multivector) -> tuple[Result, Result, Result, Result]:
     """Rotor, place, velocity in the world and spin of a state."""
-    turn = euclidean_part(r)
-    velocity = (turn >> attached_part(omega)).grade(1)
+    rotor = euclidean_part(r)
+    velocity = (rotor >> attached_part(omega)).grade(1)
     return (
-        named("rotor", turn),
-        named("place", translation_of(r)),
+        named("rotor", rotor),
+        named("position", translation_of(r)),
         named("velocity", velocity),
         named("spin", direction_part(omega)),
     )
 
 
 def state_after_flight(
-    q: Multivector, place: Multivector, velocity: Multivector, spin: Multivector
+    q: Multivector, position: Multivector, velocity: Multivector, spin: Multivector
 ) -> tuple[Result, Result]:
     """The state that `flight` takes apart; the rotor need not quite be one."""
-    turn = q / sqrt(q.scalar_product(~q))
-    omega = spin * space(q) + (~turn >> velocity).grade(1) * null_vector(q)
-    return named("motor", translator(place) * turn), named("twist", omega)
+    rotor = q / sqrt(q.scalar_product(~q))
+    omega = spin * space(q) + (~rotor >> velocity).grade(1) * null_vector(q)
+    return named("motor", translator(position) * rotor), named("twist", omega)
 
 
 # -- flows of a split Hamiltonian --------------------------------------------------------------------------
@@ -66,8 +66,8 @@ def state_after_flight(
 def parts_of_momentum(r: Multivector, powers: Covector) -> tuple[Result, Result]:
     """p and L, or force and moment, of what has these powers in the body's frame."""
     wrench = of_covector(powers)
-    turn = euclidean_part(r)
-    p, angular = ((turn >> x).grade(1) for x in (direction_part(wrench), attached_part(wrench)))
+    rotor = euclidean_part(r)
+    p, angular = ((rotor >> x).grade(1) for x in (direction_part(wrench), attached_part(wrench)))
     return named("linear", p), named("angular", angular)
 
 
@@ -78,19 +78,19 @@ def momentum_row(r: Multivector, linear: Multivector, angular: Multivector) -> R
     return row(covector(p * space(p) + moment * null_vector(p)), "momentum")
 
 
-def translate(r: Multivector, way: Multivector) -> Multivector:
+def translate(r: Multivector, displacement: Multivector) -> Multivector:
     """The body moved along."""
-    return (translator(way) * r).grade(0, 2, 4)
+    return (translator(displacement) * r).grade(0, 2, 4)
 
 
-def central_turn(r: Multivector, angular: Multivector, share: Multivector) -> Multivector:
-    """Flow of L^2 share/2: every body turns about L, at a rate that is constant."""
-    return r * exp_bivector(-share * _in_body(r, angular) * space(r) / 2)
+def central_flow(r: Multivector, angular: Multivector, weight: Multivector) -> Multivector:
+    """Flow of L^2 weight/2: every body turns about L, at a rate that is constant."""
+    return r * exp_bivector(-weight * _in_body(r, angular) * space(r) / 2)
 
 
-def axial_turn(r: Multivector, angular: Multivector, axis: Multivector, share: Multivector) -> Multivector:
-    """Flow of (L . a)^2 share/2 for a unit vector a of the body: it turns about a."""
-    rate = share * dot(_in_body(r, angular), axis)
+def axial_flow(r: Multivector, angular: Multivector, axis: Multivector, weight: Multivector) -> Multivector:
+    """Flow of (L . a)^2 weight/2 for a unit vector a of the body: it turns about a."""
+    rate = weight * dot(_in_body(r, angular), axis)
     return r * exp_bivector(-rate * axis * space(r) / 2)
 
 

@@ -144,31 +144,31 @@ def _exponential_rate(phi: Multivector, omega: Multivector, side: int, k: Bend) 
 
 def bortz_motor(phi: Multivector) -> Multivector:
     """(1 - v n/2) exp(-w I3/2) of phi = w I3 + v n: a rotation vector and the place of the origin."""
-    turn, shift = _turn_and_shift(phi)
+    turn, shift = _rotation_and_translation(phi)
     return (1 - shift / 2) * exponential_motor(turn)
 
 
 def bortz_rate_world(phi: Multivector, omega: Multivector) -> Rate:
     """The Bortz equation for the rotation, and the velocity of the origin's image, v + w x place."""
-    turn, shift = _turn_and_shift(phi)
-    spin, velocity = _turn_and_shift(omega)
+    turn, shift = _rotation_and_translation(phi)
+    spin, velocity = _rotation_and_translation(omega)
     k = bend(square_parts(turn)[0])
     return _exponential_rate(turn, spin, 1, k) + velocity + shift.commutator(spin), k.status
 
 
 def bortz_rate_body(phi: Multivector, omega: Multivector) -> Rate:
     """The same for the body's twist, whose velocity is turned into the world."""
-    turn, _ = _turn_and_shift(phi)
-    k = bend(square_parts(turn)[0])
-    return _bortz_rate_body(turn, omega, k), k.status
+    rotation, _ = _rotation_and_translation(phi)
+    k = bend(square_parts(rotation)[0])
+    return _bortz_rate_body(rotation, omega, k), k.status
 
 
-def _bortz_rate_body(turn: Multivector, omega: Multivector, k: Bend) -> Multivector:
-    spin, velocity = _turn_and_shift(omega)
-    return _exponential_rate(turn, spin, -1, k) + (exponential_motor(turn) >> velocity)
+def _bortz_rate_body(rotation: Multivector, omega: Multivector, k: Bend) -> Multivector:
+    spin, velocity = _rotation_and_translation(omega)
+    return _exponential_rate(rotation, spin, -1, k) + (exponential_motor(rotation) >> velocity)
 
 
-def _turn_and_shift(phi: Multivector) -> tuple[Multivector, Multivector]:
+def _rotation_and_translation(phi: Multivector) -> tuple[Multivector, Multivector]:
     """w I3 and v n."""
     return euclidean_part(phi), attached_part(phi) ^ null_vector(phi)
 
@@ -259,7 +259,7 @@ def chart_rate_truncated(phi: Multivector, omega: Multivector) -> Multivector:
 
 def chart_rate_bortz(phi: Multivector, omega: Multivector) -> Multivector:
     """`bortz_rate_body` for angles below a full turn."""
-    turn, _ = _turn_and_shift(phi)
+    turn, _ = _rotation_and_translation(phi)
     return _bortz_rate_body(turn, omega, small_bend(square_parts(turn)[0]))
 
 

@@ -1,6 +1,6 @@
 """Positions of objects (center, axis, size), rotations about them, and similarities between them (thesis 4.10).
 
-Objects are unit blades, rounds and flats alike. `located` reads them; the other formulas take what it gives.
+Objects are unit blades, rounds and flats alike. `center_axis_curvature` reads them for the other formulas.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..objects.euclidean import attached_part, axes, cross, euclidean_part, spac
 from ..products.outcome import NOISE, epsilon, outcome, where_or_nan
 from .motions import translator
 
-Place = tuple[Multivector, Multivector, Multivector]
+Placement = tuple[Multivector, Multivector, Multivector]
 
 
 def is_hyper(x: Multivector) -> bool:
@@ -30,16 +30,16 @@ def is_round(x: Multivector) -> Mask:
 # -- center, axis and size -----------------------------------------------------------------------------------
 
 
-def located(x: Multivector) -> tuple[Result, Result, Result]:
+def center_axis_curvature(x: Multivector) -> tuple[Result, Result, Result]:
     """Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object.
 
     The axis is the normal of a circle or plane, the direction of a line or of a point pair. Spheres (e1 is given)
     and flat points (0) have none. 1/radius is negative for a sphere that is inside out.
     """
     if is_hyper(x):
-        center, axis, curvature = _vector_place(x.dual())
+        center, axis, curvature = _vector_placement(x.dual())
     else:
-        center, axis, curvature = _bivector_place(x, x if x.grades == (2,) else x.dual())
+        center, axis, curvature = _bivector_placement(x, x if x.grades == (2,) else x.dual())
     return named("center", center), named("axis", axis), named("curvature", curvature)
 
 
@@ -50,7 +50,7 @@ def _is_round_vector(d: Multivector) -> Mask:
     return weight * weight > noise * noise * (u * u).grade(0)
 
 
-def _vector_place(d: Multivector) -> Place:
+def _vector_placement(d: Multivector) -> Placement:
     """Position of a plane n + d n_inf or a sphere (C - r^2/2 n_inf)/r."""
     u, first = euclidean_part(d), axes(d)[0]
     weight = -(d | infinity(d))
@@ -63,7 +63,7 @@ def _vector_place(d: Multivector) -> Place:
     return center, axis, select(curved, weight, d.constant(0))
 
 
-def _bivector_place(x: Multivector, d: Multivector) -> Place:
+def _bivector_placement(x: Multivector, d: Multivector) -> Placement:
     """Position of a point pair d, or of a line or circle x with the dual d."""
     if x.grades == (2,):
         foot, axis = euclidean_part(attached_part(d)), d.new({})
@@ -106,7 +106,7 @@ def _upright(axis: Multivector) -> Multivector:
 # -- from one place to another -------------------------------------------------------------------------------
 
 
-def turns(center: Multivector, axis: Multivector) -> tuple[Result, Result]:
+def half_rotations(center: Multivector, axis: Multivector) -> tuple[Result, Result]:
     """Half a turn that takes the object there to its negative, and half of that.
 
     In the plane of its axis and an `upright`, about its center. Without an axis (flat points) the half turn is the
@@ -139,14 +139,14 @@ def similarity(
     inside_out = ((curvature1 < 0) & (curvature2 > 0)) | ((curvature1 > 0) & (curvature2 < 0))
     a, b = select(first, absolute(curvature1), one), select(second, absolute(curvature2), one)
     scaling = (a + b - (a - b) * (infinity(center1) ^ origin(center1))) / (2 * sqrt(where_or_nan(same, a)) * sqrt(b))
-    turned = _is_there(axis1) & _is_there(axis2)
-    turn, opposite = _turn(axis1, axis2)
-    r = translator(center2) * (scaling * select(turned, turn, one)) * translator(-center1)
-    code = outcome(center1, (~same, Status.SINGULAR), ((turned & opposite) | inside_out, Status.NOT_UNIQUE))
+    have_axes = _is_there(axis1) & _is_there(axis2)
+    rotation, opposite = _shortest_rotation(axis1, axis2)
+    r = translator(center2) * (scaling * select(have_axes, rotation, one)) * translator(-center1)
+    code = outcome(center1, (~same, Status.SINGULAR), ((have_axes & opposite) | inside_out, Status.NOT_UNIQUE))
     return r, code
 
 
-def _turn(a: Multivector, b: Multivector) -> tuple[Multivector, Mask]:
+def _shortest_rotation(a: Multivector, b: Multivector) -> tuple[Multivector, Mask]:
     """Rotation of the unit vector a to b by the smallest angle, and whether they are opposite to rounding.
 
     b (a + b)/|a + b|, twice: a second time from where the first one led, for small |a + b| keep few digits.
@@ -155,7 +155,7 @@ def _turn(a: Multivector, b: Multivector) -> tuple[Multivector, Mask]:
     noise = NOISE * epsilon(a)
     opposite = sum_square <= noise * noise
     first = (1 + b * a) / sqrt(where_or_nan(~opposite, sum_square))
-    led = (first >> a).grade(1)
-    second_sum = ((led + b) * (led + b)).grade(0)
-    turn = (1 + b * led) / sqrt(second_sum) * first
-    return select(opposite, _upright(b) ^ b, turn), opposite
+    image = (first >> a).grade(1)
+    second_sum = ((image + b) * (image + b)).grade(0)
+    rotation = (1 + b * image) / sqrt(second_sum) * first
+    return select(opposite, _upright(b) ^ b, rotation), opposite

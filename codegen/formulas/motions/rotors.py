@@ -150,11 +150,11 @@ def unit_rotor(r: Multivector) -> Multivector:
     return (p - q * s4) * r / norm
 
 
-def led(r: Multivector, x: Multivector) -> Multivector:
+def transform_object(r: Multivector, x: Multivector) -> Multivector:
     """r x ~r on the blades of objects: by its own blades alone r could be more than a rotor."""
     return (r >> x).grade(*x.grades)
 
 
-def signed(r: Multivector) -> Multivector:
+def canonicalize_sign(r: Multivector) -> Multivector:
     """r or -r: <r>_0 >= 0, or the first coefficient that is not zero is positive."""
     return r * canonical_sign(r)

@@ -69,12 +69,12 @@ def screw_of_lines(
     return axis, pitch, magnitude, named("fraction", fraction), status
 
 
-def _decompose(s: Multivector, m: Multivector, may_turn: Mask) -> tuple[Result, Result, Result, Result]:
+def _decompose(s: Multivector, m: Multivector, may_rotate: Mask) -> tuple[Result, Result, Result, Result]:
     """Axis, pitch, magnitude and status; a direction m that may not turn counts as zero."""
     t, nothing = attached_part(s), s.constant(0)
     m, scale = direction_of(m)
     u, t_scale = direction_of(t)
-    turns, moves = (scale > 0) & may_turn, t_scale > 0
+    turns, moves = (scale > 0) & may_rotate, t_scale > 0
     moment = rejection(t * scale, m)
     direction = select(turns, m, u)
     twist = direction * space(s) + select(turns, moment, nothing) * null_vector(s)

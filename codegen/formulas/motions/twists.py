@@ -20,9 +20,9 @@ from .screws import direction_part, line_of, rejection, twist_of
 # -- as numbers --------------------------------------------------------------------------------------------
 
 
-def moment_about(wrench: Multivector, place: Multivector) -> Multivector:
+def moment_about(wrench: Multivector, point: Multivector) -> Multivector:
     """tau - p x f: the moment about a point."""
-    return attached_part(wrench) - cross(place, direction_part(wrench))
+    return attached_part(wrench) - cross(point, direction_part(wrench))
 
 
 def screw_row(screw: Multivector, name: str = "screw") -> Result:

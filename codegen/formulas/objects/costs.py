@@ -60,14 +60,14 @@ def rotor_cost_thesis(r: Multivector) -> Multivector:
 
     For motors 2 - 2 cos(th/2) + t^2/4. Dilations and transversions make it negative.
     """
-    return _cost_as_printed(_nearer(r))
+    return _published_cost(_nearer(r))
 
 
 def _positive(r: Multivector) -> Multivector:
     return magnitude(r - 1) + magnitude(parallel(r))
 
 
-def _cost_as_printed(r: Multivector) -> Multivector:
+def _published_cost(r: Multivector) -> Multivector:
     return norm_squared(r - 1) + norm_squared(parallel(r))
 
 
@@ -81,7 +81,7 @@ def pair_cost(x1: Multivector, x2: Multivector) -> Multivector:
 
 def pair_cost_thesis(x1: Multivector, x2: Multivector) -> Multivector:
     """`rotor_cost_thesis` of the rotor from x1 to x2. NaN unless `is_plain`."""
-    return _cost_as_printed(_rotor(x1, x2))
+    return _published_cost(_rotor(x1, x2))
 
 
 def aligned_cost(x1: Multivector, x2: Multivector) -> Multivector:
@@ -91,7 +91,7 @@ def aligned_cost(x1: Multivector, x2: Multivector) -> Multivector:
 
 def aligned_cost_thesis(x1: Multivector, x2: Multivector) -> Multivector:
     """`pair_cost_thesis`, aligned in the same way."""
-    return _cost_as_printed(_rotor(x1, align(x2, x1)))
+    return _published_cost(_rotor(x1, align(x2, x1)))
 
 
 def agreement(x: Multivector, reference: Multivector) -> Multivector:

@@ -94,7 +94,7 @@ def placed_plane(p: Multivector, position: Multivector, unit: Multivector) -> tu
     return _normalize_at(_dilate(flat, unit), norm_squared(flat), position)
 
 
-def moved(s: Multivector, position: Multivector) -> Multivector:
+def translate_sphere(s: Multivector, position: Multivector) -> Multivector:
     """A dual sphere, moved from the origin to a position."""
     return (translator(position) >> s).grade(1)
 

@@ -44,7 +44,7 @@ class Half(NamedTuple):
     f: Multivector
 
 
-def halves(r: Multivector, known: Squares) -> tuple[Mask, list[Half]]:
+def halves(r: Multivector, squares: Squares) -> tuple[Mask, list[Half]]:
     """Mask of two rotations by angles that nearly agree, or add up to nearly a turn; and R as sum of two halves.
 
     There the planes are badly determined, but the 4-vector of both together, J with J^2 = 1, is not: R is the sum of
@@ -54,10 +54,11 @@ def halves(r: Multivector, known: Squares) -> tuple[Mask, list[Half]]:
     r0, v, r4 = r.grade(0), r.grade(2), r.grade(4)
     r4_squared = (r4 * r4).grade(0)
     least = epsilon(r) * epsilon(r)  # a square that can be squared
-    double = (2 * known.d < -known.s) & (known.s < -least) | (2 * r4_squared > 1)  # there s may be noise above zero
+    double = (2 * squares.d < -squares.s) & (squares.s < -least)
+    double = double | (2 * r4_squared > 1)  # there s may be noise above zero
     by_r4 = 4 * r0 * r0 < 1
-    both = select(by_r4, r4, known.q)
-    j = both / sqrt(select(by_r4, r4_squared, (known.q * known.q).grade(0)))
+    both = select(by_r4, r4, squares.q)
+    j = both / sqrt(select(by_r4, r4_squared, (squares.q * squares.q).grade(0)))
     cosine = (r4 * j).grade(0)
     found = []
     across = (v * j).grade(2)
@@ -70,7 +71,7 @@ def halves(r: Multivector, known: Squares) -> tuple[Mask, list[Half]]:
     return double, found
 
 
-def has_half_turn(found: list[Half]) -> Mask:
+def has_half_turn(parts: list[Half]) -> Mask:
     """Return whether a half of a double rotation is -1, so that its plane is any."""
-    first, second = ((h.sine <= NOISE * epsilon(h.c)) & (h.c < 0) for h in found)
+    first, second = ((h.sine <= NOISE * epsilon(h.c)) & (h.c < 0) for h in parts)
     return first | second

@@ -14,7 +14,7 @@ from ...algebra.multivector import Mask, Multivector, absolute, atan2, cos, sele
 from ...errors import GradeError
 from ...status import Status
 from ...trace.outputs import Result
-from ..motions.turns import turn_axis
+from ..motions.commuting_planes import commuting_axis
 from ..objects.euclidean import attached_part, euclidean_part, null_vector, space
 from .outcome import NOISE, as_computed, epsilon, is_finite, outcome, size, where_or_nan
 from .products import absolute_product
@@ -69,9 +69,9 @@ def exp_bivector(b: Multivector) -> Multivector:
 
 
 class Screw(NamedTuple):
-    """A motor r = c + v + q in parts: r = (c + p) (1 + shift), p = turn + across, p^2 = -square.
+    """A motor r = c + v + q in parts: r = (c + p) (1 + shift), p = plane + across, p^2 = -square.
 
-    ``turn`` is the rotation, ``across`` moves its axis, ``shift`` is the translation along it. Where ``turns`` is
+    ``plane`` is the rotation, ``across`` moves its axis, ``shift`` is the translation along it. Where ``rotates`` is
     false, r is a translation and all of v is in p.
     """
 
@@ -79,7 +79,7 @@ class Screw(NamedTuple):
     p: Multivector
     shift: Multivector
     square: Multivector
-    turns: Mask
+    rotates: Mask
 
 
 def screw_parts(r: Multivector) -> Screw:
@@ -89,27 +89,27 @@ def screw_parts(r: Multivector) -> Screw:
     exp(log(r)) would miss r by eps/sine.
     """
     c, v, q = r.grade(0), r.grade(2), r.grade(4)
-    turn = euclidean_part(v)
-    across = v - turn
-    square = -(turn * turn).grade(0)
+    plane = euclidean_part(v)
+    across = v - plane
+    square = -(plane * plane).grade(0)
     if not square.terms or not across.terms:
-        return Screw(c, v, v.new({}), square, _turns(c, square))
-    turns = _turns(c, square)
-    inverse = select(turns, 1 / square, r.constant(0))
-    along = _along(across, turn) * inverse
+        return Screw(c, v, v.new({}), square, _is_rotation(c, square))
+    rotates = _is_rotation(c, square)
+    inverse = select(rotates, 1 / square, r.constant(0))
+    along = _along(across, plane) * inverse
     if along.terms:
         across = as_computed(across - along)
-        rest = _along(across, turn) * inverse
+        rest = _along(across, plane) * inverse
         across, along = across - rest, along + rest
-    return Screw(c, turn + across, c * along - (turn * q).grade(2), square, turns)
+    return Screw(c, plane + across, c * along - (plane * q).grade(2), square, rotates)
 
 
-def _along(v: Multivector, turn: Multivector) -> Multivector:
+def _along(v: Multivector, plane: Multivector) -> Multivector:
     """The part of v along the axis of a turn, times the turn's |square|."""
-    return -((v ^ turn) * turn).grade(2)
+    return -((v ^ plane) * plane).grade(2)
 
 
-def _turns(c: Multivector, square: Multivector) -> Mask:
+def _is_rotation(c: Multivector, square: Multivector) -> Mask:
     """Mask of rotations: the square does not underflow, and it is no rounding noise on a full turn."""
     least, noise = epsilon(c), NOISE * epsilon(c)
     return (square > least * least * least * least) & ((c > 0) | (square > noise * noise))
@@ -131,17 +131,17 @@ def log_motor(r: Multivector) -> tuple[Multivector, Result]:
     GradeError
         If by its blades r need not be a motor: see `invariant.log`.
     """
-    r = _as_given(r)
+    r = _with_rounding(r)
     valid = is_unit(r)
-    c, p, shift, square, turns = screw_parts(r)
+    c, p, shift, square, rotates = screw_parts(r)
     if not square.terms:  # translators, by their blades
         valid = valid & (c > 0)
         return p / where_or_nan(valid, c), outcome(r, (~valid, Status.INVALID))
-    full_turn = ~turns & (c < 0)
+    full_turn = ~rotates & (c < 0)
     s = sqrt(select(full_turn, r.constant(0), square))
     half_angle = atan2(s, c)
-    k = select(turns, half_angle / s, select(c < 0, r.constant(-1), r.constant(1)))
-    axis, possible = turn_axis(r.grade(2))
+    k = select(rotates, half_angle / s, select(c < 0, r.constant(-1), r.constant(1)))
+    axis, possible = commuting_axis(r.grade(2))
     b = where_or_nan(valid, k) * p + shift - axis * select(full_turn, half_angle, r.constant(0))
     return _results(r, b, valid, full_turn, possible)
 
@@ -152,9 +152,9 @@ def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
     h = 1 + c, which is |p|^2/(1 - c) where c < 0: no digits are lost towards -1. A full turn has the half turn about
     the axis that `log_motor` takes, with the same statuses.
     """
-    r = _as_given(r)
+    r = _with_rounding(r)
     valid = is_unit(r)
-    c, p, shift, square, turns = screw_parts(r)
+    c, p, shift, square, rotates = screw_parts(r)
     if not square.terms:
         valid = valid & (c > 0)
         return 1 + p / (2 * where_or_nan(valid, c)), outcome(r, (~valid, Status.INVALID))
@@ -163,9 +163,9 @@ def sqrt_motor(r: Multivector) -> tuple[Multivector, Result]:
     norm = middle * ~middle
     s0, s4 = norm.grade(0), norm.grade(4)
     root = middle * (1 - s4 / (2 * s0)) / sqrt(s0)
-    full_turn = ~turns & (c < 0) & valid
+    full_turn = ~rotates & (c < 0) & valid
     v = r.grade(2)
-    axis, possible = turn_axis(v)
+    axis, possible = commuting_axis(v)
     half_turn = -axis * (1 - _translation(v) / 2)
     return _results(r, select(full_turn, half_turn, root), valid, full_turn, possible)
 
@@ -177,7 +177,7 @@ def is_motor(r: Multivector) -> bool:
     return is_motion(v) and not (turn * turn).grade(4).terms
 
 
-def _as_given(r: Multivector) -> Multivector:
+def _with_rounding(r: Multivector) -> Multivector:
     """r as computed: r ~r = 1 holds to rounding only, and nothing may be simplified with it.
 
     (1 - c^2 for |p|^2 would lose every digit of a small angle.)

@@ -13,7 +13,7 @@ from ...algebra.multivector import Mask, Multivector, absolute, atan2, log, sele
 from ...errors import GradeError
 from ...status import Status
 from ...trace.outputs import Result
-from ..motions.turns import turn_plane
+from ..motions.commuting_planes import commuting_plane
 from .double_rotations import Squares, halves, has_half_turn, square_of, squares
 from .exponentials import is_unit, square_signs
 from .outcome import NOISE, as_computed, epsilon, outcome, where_or_nan
@@ -102,7 +102,7 @@ class Parts(NamedTuple):
     full: Mask
 
 
-def parts(r: Multivector, known: Squares, at: NearParabolic | None = None) -> Parts:
+def parts(r: Multivector, invariants: Squares, at: NearParabolic | None = None) -> Parts:
     """Split R = r0 + V + r4, the bivector V = c2 v1 + c1 v2 first; then (c1 c2)^2 = r0^2, (c2 v1)^2 = r0^2 - c2^2.
 
     The order (and sign) with c2 >= |c1| is taken: half angles of a double rotation add up to pi at most.
@@ -110,10 +110,10 @@ def parts(r: Multivector, known: Squares, at: NearParabolic | None = None) -> Pa
     angles and squares are those of `parabolic.lost` where the planes are (v1 and v2 are of no use there).
     """
     r0, v, r4 = r.grade(0), r.grade(2), r.grade(4)
-    still = _no_turn(v, known, r0)
-    rotation = _first_part(v, known, still)
+    still = _is_rotation_noise(v, invariants, r0)
+    rotation = _first_part(v, invariants, still)
     own = -square_of(rotation)  # l1 has the errors of V^2, which may be large beside it
-    own = select(own > 0, own, select(still, r.constant(0), -known.l1))
+    own = select(own > 0, own, select(still, r.constant(0), -invariants.l1))
     if at:
         own = select(at.here, at.turn * (1 + at.growth), own)
     c2 = sqrt(r0 * r0 + own)
@@ -127,13 +127,13 @@ def parts(r: Multivector, known: Squares, at: NearParabolic | None = None) -> Pa
     return Parts(atan2(root, r0), c1, root / c2, rotation / c2, c2, v2, square, still & (r0 < 0))
 
 
-def _first_part(v: Multivector, known: Squares, still: Mask) -> Multivector:
+def _first_part(v: Multivector, invariants: Squares, still: Mask) -> Multivector:
     """The simple part V1 of V with the lesser square; zero where all is still.
 
     V1 = (q V/2 - l1 V)/(l2 - l1). Remains of V2 in it, or a tilt out of V's planes, both from rounding, would be
     divided by a small sine later: so it is made to commute with V by a step of Newton's method, and simple by another.
     """
-    s, q, l1, _, d = known
+    s, q, l1, _, d = invariants
     zero = v.constant(0)
     inverse = select((d > least(v)) & ~still, 1 / d, zero)
     part = (q * v).grade(2) * (inverse / 2) - v * (l1 * inverse)
@@ -148,14 +148,14 @@ def _first_part(v: Multivector, known: Squares, still: Mask) -> Multivector:
     return part + (excess * part).grade(2)
 
 
-def _no_turn(v: Multivector, known: Squares, r0: Multivector) -> Mask:
+def _is_rotation_noise(v: Multivector, invariants: Squares, r0: Multivector) -> Mask:
     """Return whether the rotation in V is noise: V is simple and its square not negative, or R is a full turn."""
     noise = NOISE * epsilon(v)
     scale = absolute_product(v, v)
-    simple = known.s >= -noise * scale.grade(0)
-    for blade, value in known.q.terms.items():
+    simple = invariants.s >= -noise * scale.grade(0)
+    for blade, value in invariants.q.terms.items():
         simple = simple & (absolute(v.new({0: value})) <= noise * v.new({0: scale.terms[blade]}))
-    return simple | ((-known.l1 <= noise * noise) & (r0 < 0))
+    return simple | ((-invariants.l1 <= noise * noise) & (r0 < 0))
 
 
 def log_rotor(r: Multivector) -> tuple[Multivector, Result]:
@@ -163,7 +163,7 @@ def log_rotor(r: Multivector) -> tuple[Multivector, Result]:
 
     The larger angle of two rotations is in [0, 2 pi), their sum at most 2 pi. The sign of r counts:
     exp(b) = r, not -r. NOT_UNIQUE: r is a full turn, alone or with a dilation or translation; a plane that commutes
-    with it is chosen (see `turn_plane`), e12 if there is nothing else. SINGULAR: no plane does (the negative of a
+    with it is chosen (see `commuting_plane`), e12 if there is nothing else. SINGULAR: no plane does (the negative of a
     translation in the plane, or of a dilation whose kind has no blades for a turn), or r is a double rotation whose
     angles add up to 2 pi, other than a full turn. INVALID: r ~r differs from 1 by more than the square root of the
     rounding unit.
@@ -177,26 +177,26 @@ def log_rotor(r: Multivector) -> tuple[Multivector, Result]:
     r = as_computed(r)
     valid = is_unit(r)
     r0, v = r.grade(0), r.grade(2)
-    if not _has_turns(r):
+    if not _may_rotate(r):
         b = v * _arc(square_of(v), absolute(r0))
         return _results(r, b, valid, r0 < 0, r0 > 0)
-    known = squares(v)
-    at = near_parabolic(r, known.d) if known.q.terms else None
-    p = parts(r, known, at)
+    invariants = squares(v)
+    at = near_parabolic(r, invariants.d) if invariants.q.terms else None
+    p = parts(r, invariants, at)
     zero, one = r.constant(0), r.constant(1)
-    plane, possible = turn_plane(p.v2)
+    plane, possible = commuting_plane(p.v2)
     by_sine, by_sinh = select(p.sine > 0, p.f / p.sine, one), _arc(p.square, p.c2)
     b = p.v1 * by_sine + p.v2 * by_sinh + plane * select(p.full, p.f, zero)
     if not at:
         return _results(r, b, valid, p.full, possible)
-    double, found = halves(r, known)
+    double, found = halves(r, invariants)
     double = double & ~at.small
     other = r.sum(h.v * select(h.sine > 0, h.f / h.sine, one) for h in found)
     b = select(double, other, select(at.here, log_of_lost(r, at, p.c1, p.c2, by_sine, by_sinh), b))
     return _results(r, b, valid, p.full, possible, double & has_half_turn(found))
 
 
-def _has_turns(r: Multivector) -> bool:
+def _may_rotate(r: Multivector) -> bool:
     """Return whether by the blades of r it may rotate: dilations and translations, from one center, do not."""
     return square_signs(r.grade(2))[0]
 
@@ -218,21 +218,21 @@ def sqrt_rotor(r: Multivector) -> tuple[Multivector, Result]:
     _require(r, invertibly=True)
     r = as_computed(r)
     valid = is_unit(r)
-    if not _has_turns(r):
+    if not _may_rotate(r):
         r0 = r.grade(0)
         return _results(r, (1 + r) / sqrt(2 * (1 + absolute(r0))), valid, r0 < 0, r0 > 0)
-    known = squares(r.grade(2))
-    p = parts(r, known)
-    plane, possible = turn_plane(p.v2)
+    invariants = squares(r.grade(2))
+    p = parts(r, invariants)
+    plane, possible = commuting_plane(p.v2)
     cosine, scale = _half_angle(p.c1, p.sine)
     first = select(p.full, r.constant(0), cosine)
     v1 = p.v1 * select(p.full, r.constant(0), scale) + plane * select(p.full, r.constant(1), r.constant(0))
     second = sqrt((1 + p.c2) / 2)
     root = (first + v1) * (second + p.v2 / (2 * second))
-    if not known.q.terms:
+    if not invariants.q.terms:
         return _results(r, root, valid, p.full, possible)
-    double, found = halves(r, known)
-    at = near_parabolic(r, known.d)
+    double, found = halves(r, invariants)
+    at = near_parabolic(r, invariants.d)
     double = double & ~at.small
     other = r.sum(h.i * cosine + h.v * scale for h in found for cosine, scale in [_half_angle(h.c, h.sine)])
     root = select(double, other, select(at.here, sqrt_of_lost(r), root))

@@ -67,7 +67,7 @@ def reflect(x: Multivector, mirror: Multivector) -> tuple[Multivector, Result]:
     """
     inverse, status = versor_inverse(mirror)
     image = mirror * x * inverse
-    return -image if _turns_points(mirror) else image, status
+    return -image if _reverses_points(mirror) else image, status
 
 
 def reflect_in_unit(x: Multivector, mirror: Multivector) -> Multivector:
@@ -76,10 +76,10 @@ def reflect_in_unit(x: Multivector, mirror: Multivector) -> Multivector:
     In a point pair of CGA it is -P x P, so that points keep a positive weight there too.
     """
     image = mirror * x * ~mirror
-    return -image if _turns_points(mirror) != (not x.algebra.is_degenerate) else image
+    return -image if _reverses_points(mirror) != (not x.algebra.is_degenerate) else image
 
 
-def _turns_points(mirror: Multivector) -> bool:
+def _reverses_points(mirror: Multivector) -> bool:
     """Return whether P x P^-1 changes the sign of points x of the mirror P: direct objects, or built from planes."""
     (k,) = mirror.grades
     p, q, r = mirror.algebra.signature

@@ -21,13 +21,13 @@ from ..products.outcome import epsilon
 ROUNDINGS = 1024
 
 
-def box_ray(origin: Multivector, direction: Multivector, reach: Multivector) -> tuple[Result, ...]:
+def box_ray(origin: Multivector, direction: Multivector, extent: Multivector) -> tuple[Result, ...]:
     """The origins from which near and far sides of boxes are seen, and one over the direction.
 
-    ``reach`` is the largest absolute coordinate of any box, more than 0. Where a component of the direction is zero,
+    ``extent`` is the largest absolute coordinate of any box, more than 0. Where a component of the direction is zero,
     one over it is infinite, of plus sign.
     """
-    size = reach
+    size = extent
     for x in coordinates(origin):
         size = _larger(absolute(x), size)
     margin = ROUNDINGS * (epsilon(origin) * size)
@@ -97,7 +97,7 @@ def circle_extents(square: Multivector, normal: Multivector) -> list[Multivector
     return [sqrt(share * part) for part in across]
 
 
-def circle_reach(center: Multivector, square: Multivector, normal: Multivector) -> Multivector:
+def circle_extent(center: Multivector, square: Multivector, normal: Multivector) -> Multivector:
     """Squared distance from the origin to a circle's farthest point.
 
     The point lies where the center's projection onto the plane points to: d^2 + r^2 + 2 r |d ^ n|.

@@ -29,8 +29,8 @@ class Sides(NamedTuple):
     ab: Multivector
 
 
-class Shares(NamedTuple):
-    """A number for each corner of a triangle."""
+class Barycentric(NamedTuple):
+    """Barycentric coordinates: a weight for each corner of a triangle."""
 
     a: Multivector
     b: Multivector
@@ -54,23 +54,23 @@ def facet_hit(
     origin: Multivector, direction: Multivector, a: Multivector, b: Multivector, c: Multivector,
     sides: Sides,
 ) -> tuple[Result, Result, Result]:  # fmt: skip
-    """Parameter t of the ray's point on the triangle, the shares of its corners, and the point relative to A.
+    """Parameter t of the ray's point on the triangle, its barycentric coordinates, and the point relative to A.
 
-    The sides over their sum are the shares; t is that mean of the corners' own, and cannot leave their range however
-    the ray grazes. NaN where all vanish: the ray lies in the plane of the triangle and meets no more of it. And where
+    These are the sides over their sum; t is that mean of the corners' own, and cannot leave their range however the ray
+    grazes. NaN where all vanish: the ray lies in the plane of the triangle and meets no more of it. And where
     one does that should not, so nearly does the ray lie in the plane: then that point is beside the ray.
     """
     total = sides[0] + sides[1] + sides[2]
-    shares = [side / total for side in sides]
-    seen = zero(a)
-    for share, corner in zip(shares, (a, b, c), strict=True):
-        seen = seen + share * (corner - origin)
-    t = seen["e3"] / direction["e3"]
-    beside, noise = seen - t * direction, BESIDE * epsilon(origin) * (size(origin) + size(a))
+    barycentric = [side / total for side in sides]
+    point = zero(a)
+    for weight, corner in zip(barycentric, (a, b, c), strict=True):
+        point = point + weight * (corner - origin)
+    t = point["e3"] / direction["e3"]
+    beside, noise = point - t * direction, BESIDE * epsilon(origin) * (size(origin) + size(a))
     inside = (absolute(sides[0]) > 0) & (absolute(sides[1]) > 0) & (absolute(sides[2]) > 0)
     t = where_or_nan(inside | (dot(beside, beside) <= noise * noise), t)
-    local = shares[1] * (b - a) + shares[2] * (c - a)
-    return row([t], "t"), row(shares, "shares"), named("local", local)
+    local = barycentric[1] * (b - a) + barycentric[2] * (c - a)
+    return row([t], "t"), row(barycentric, "barycentric"), named("local", local)
 
 
 def facet_normal(a: Multivector, b: Multivector, c: Multivector) -> Multivector:
@@ -82,14 +82,14 @@ def smooth_normal(
     direction: Multivector,
     a: Multivector, b: Multivector, c: Multivector,
     at_a: Multivector, at_b: Multivector, at_c: Multivector,
-    shares: Shares,
+    barycentric: Barycentric,
 ) -> Multivector:  # fmt: skip
     """Mean of the corners' normals, on that side of the ray on which the triangle's own normal is.
 
-    Near outlines the mean may look away from a ray that the triangle faces: its part along the ray is turned over.
+    Near outlines the mean may face away from a ray that meets the front: then its part along the ray is reflected.
     """
     flat = facet_normal(a, b, c)
-    mean = shares[0] * at_a + shares[1] * at_b + shares[2] * at_c
+    mean = barycentric[0] * at_a + barycentric[1] * at_b + barycentric[2] * at_c
     along = dot(mean, direction)
     agrees = dot(flat, direction) * along >= 0
     mirrored = mean - 2 * along / dot(direction, direction) * direction

@@ -24,7 +24,7 @@ def half_step(r: Multivector, x: Multivector, y: Multivector, sign: Multivector)
     motor next to it does not converge.
     """
     for p, q in zip(carriers(x, x.constant(1)), carriers(y, sign), strict=True):
-        r = _half_way(r, p, q)
+        r = _half_motor(r, p, q)
     return r
 
 
@@ -35,10 +35,10 @@ def half_step_of_two(r: Multivector, x: Multivector, y: Multivector, x2: Multive
     """
     ends = [(point(center(a)).grade(1), point(center(b)).grade(1)) for a, b in ((x, x2), (y, y2))]
     (p, along), (q, onto) = ((a, _line(a, b)) for a, b in ends)
-    return _half_way(_half_way(r, p, q), along, onto)
+    return _half_motor(_half_motor(r, p, q), along, onto)
 
 
-def _half_way(r: Multivector, p: Multivector, q: Multivector) -> Multivector:
+def _half_motor(r: Multivector, p: Multivector, q: Multivector) -> Multivector:
     """The square root of a motor with <R>_0 >= 0 is next to 1 + R, whose sum with it has no digits to lose."""
     moved = (r >> p).grade(*p.grades)
     whole = any_rotor(moved, q)

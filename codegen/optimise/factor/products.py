@@ -49,11 +49,11 @@ def common_products(system: System) -> Products:
                 node = tuple(literals)
                 uses[node] = uses.get(node, 0) + 1
     first_shared = len(system.packing.bits)
-    rests, shared = _share(list(uses), first_shared)
+    rests, shared = _extract_pairs(list(uses), first_shared)
     return Products(tuple(numbers), first_shared, tuple(shared), dict(zip(uses, rests, strict=True)), uses)
 
 
-def _share(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]]:
+def _extract_pairs(nodes: list[Node], first_shared: int) -> tuple[list[Node], list[Node]]:
     """Remainder of each node, and the shared pairs in order."""
     rests = list(nodes)
     shared: list[Node] = []

@@ -12,7 +12,7 @@ from typing import Any
 
 from .factor import Atom, Constant, Expr, Product, Sum
 
-#: {"form": name, "nodes": [...], "targets": [...]}; the written form has no nodes.
+#: {"variant": name, "nodes": [...], "targets": [...]}; the variant as written has no nodes.
 Record = Mapping[str, Any]
 
 

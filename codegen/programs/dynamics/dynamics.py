@@ -121,8 +121,8 @@ def _kernel_specs(needs: DynamicsConfig) -> list[KernelSpec]:
         add(flows.parts_of_momentum, "motor, numbers6")
         add(flows.momentum_row, "motor, position, position")
         add(flows.translate, "motor, position")
-        add(flows.central_turn, "motor, position, number")
-        add(flows.axial_turn, "motor, position, unit, number")
+        add(flows.central_flow, "motor, position, number")
+        add(flows.axial_flow, "motor, position, unit, number")
     if needs.layouts:
         add(mechanics.relative, "motor, motor")
         add(mechanics.adjoint, "motor")

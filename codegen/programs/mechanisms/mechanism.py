@@ -55,10 +55,10 @@ def _kernel_specs(needs: MechanismConfig, layouts: list[str]) -> list[KernelSpec
     for formula in (joints.compose, joints.relative):
         add(formula, "motor, motor")
     add(joints.move_by_twist, "twist, motor")
-    add(joints.carrying, "motor")
+    add(joints.adjoint_matrix, "motor")
     add(mechanics.adjoint, "motor")
     if any(x.rows == 6 for x in needs.targets):
-        add(joints.way, "motor, motor")
+        add(joints.twist_between, "motor, motor")
     if any(x.rows == 3 for x in needs.targets):
         add(joints.point_rates, "position")
         add(mechanics.moved_point, "motor, position")

@@ -59,7 +59,7 @@ def _half_step_specs(kinds: tuple[str, ...]) -> list[KernelSpec]:
 class DriverSpec:
     """Kernels of a driver, and the values that its template is filled with."""
 
-    declared: tuple[KernelSpec, ...]
+    specs: tuple[KernelSpec, ...]
     values: Mapping[str, object]
 
 
@@ -73,16 +73,16 @@ def driver_spec(wanted: tuple[str, ...]) -> DriverSpec:
         "motor_order": [blades.index(b) for b in registration.motor_blades(cga3d())],
         "pairs": [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs],
     }
-    declared = [KernelSpec(registration.near_motor, ("layout motor",), "near_motor")]
-    declared.append(KernelSpec(registration.step_motor, ("motor", "twist"), "stepped"))
-    declared.append(KernelSpec(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart"))
-    declared.append(KernelSpec(registration.unseen, ("motor", "position", "position"), "unseen"))
-    declared.append(KernelSpec(registration.unseen_twist, ("twist", "position"), "unseen_twist"))
+    specs = [KernelSpec(registration.near_motor, ("layout motor",), "near_motor")]
+    specs.append(KernelSpec(registration.step_motor, ("motor", "twist"), "stepped"))
+    specs.append(KernelSpec(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart"))
+    specs.append(KernelSpec(registration.unseen, ("motor", "position", "position"), "unseen"))
+    specs.append(KernelSpec(registration.unseen_twist, ("twist", "position"), "unseen_twist"))
     offs = dict.fromkeys(_OFF.get(kind, registration.off_position) for kind in wanted)
-    declared += [KernelSpec(formula, ("position", "numbers7")) for formula in offs]
-    declared += [d for kind in wanted for d in _kernel_specs(kind)]
-    declared += [KernelSpec(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
-    return DriverSpec(tuple(declared), values)
+    specs += [KernelSpec(formula, ("position", "numbers7")) for formula in offs]
+    specs += [d for kind in wanted for d in _kernel_specs(kind)]
+    specs += [KernelSpec(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
+    return DriverSpec(tuple(specs), values)
 
 
 @cache
@@ -97,8 +97,8 @@ def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
     wanted = in_order(kinds)
     made = driver_spec(wanted)
     name = "reform" if wanted == KINDS else "reform_" + "_".join(wanted)
-    declared = (*made.declared, *_half_step_specs(wanted))
-    return program(name, declared, "reform.c.j2", "reform_types.h", made.values)
+    specs = (*made.specs, *_half_step_specs(wanted))
+    return program(name, specs, "reform.c.j2", "reform_types.h", made.values)
 
 
 def in_order(kinds: Iterable[str]) -> tuple[str, ...]:

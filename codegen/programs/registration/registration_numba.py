@@ -48,5 +48,5 @@ def reform_numba(kinds: tuple[str, ...]) -> str:
 
 def _text(wanted: tuple[str, ...]) -> str:
     made = driver_spec(wanted)
-    functions = [row_function(as_written(trace_spec(each))) for each in made.declared]
+    functions = [row_function(as_written(trace_spec(each))) for each in made.specs]
     return render(_TEMPLATE, **made.values, functions=functions, epsilon=repr(EPSILON))

@@ -114,15 +114,15 @@ def needs(
 def scene_program(wanted: SceneNeeds) -> Program:
     """The program for these needs: its kernels and its driver's text."""
     kinds = [surface_kind(name) for name in wanted.kinds]
-    declared = [*_COMMON]
+    specs = [*_COMMON]
     if wanted.pictures:
-        declared += _PICTURE
+        specs += _PICTURE
     if wanted.reflection:
-        declared += _REFLECTION
+        specs += _REFLECTION
     boxed = wanted.tree or any("bound" in dict(kind.layout) for kind in kinds)
     if boxed:
-        declared += _BOXES
-    declared += [d for kind in kinds if not kind.is_apart for d in kind.kernels]
+        specs += _BOXES
+    specs += [d for kind in kinds if not kind.is_apart for d in kind.kernels]
     methods = [(method.upper(), int(method in wanted.methods)) for method in METHODS]
     features = {
         "PICTURES": wanted.pictures, "LAYERS": wanted.layers, "REFLECTION": wanted.reflection,
@@ -145,7 +145,7 @@ def scene_program(wanted: SceneNeeds) -> Program:
         for kind in sorted(kinds, key=lambda kind: -kind.roots)
         if kind.is_apart
     ]
-    return program("scene", declared, "scene.c.j2", "scene_types.h", values, QUICK, tuple(parts))
+    return program("scene", specs, "scene.c.j2", "scene_types.h", values, QUICK, tuple(parts))
 
 
 def _kind_part(kind: SurfaceKind, instance: Instance, methods: tuple[str, ...], values: Mapping[str, object]) -> Part:

@@ -157,7 +157,7 @@ def _evolved_circles(degree: int, free: bool = False) -> SurfaceKind:
                 kernel(surface_conditions.common_sphere_bound, f"numbers{norm}", "number", "number"),
             ),
         ),
-        ("companion", (kernel(surface_conditions.evolved_printed, *scalars), meet_square)),
+        ("companion", (kernel(surface_conditions.evolved_published_polynomial, *scalars), meet_square)),
         ("sampled", (meet_square,)),
     )
     layout = (
@@ -208,7 +208,7 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
             KernelSpec(constants, (f"numbers{controls}",), f"ribbon_constants_{word}{degree}"),
             kernel(ribbons.ribbon_ray, *_RAY, f"numbers{controls}", f"numbers{products}", "numbers4"),
             kernel(ribbons.ribbon_point, *_RAY, *pair),
-            kernel(ribbons.ribbon_place, "position", "position", *pair),
+            kernel(ribbons.ribbon_position, "position", "position", *pair),
             kernel(ribbons.ribbon_ends, *_RAY, *pair),
             kernel(ribbons.ribbon_polish, *_RAY, "number", *pair),
             kernel(ribbons.ribbon_normal, "position", *pair),
@@ -216,7 +216,7 @@ def _evolved_point_pairs(degree: int, free: bool = False) -> SurfaceKind:
         squares + 4 * degree,
         (
             ("isolate", isolate),
-            ("companion", (kernel(ribbons.ribbon_printed, *scalars), meet)),
+            ("companion", (kernel(ribbons.ribbon_published_polynomial, *scalars), meet)),
             ("sampled", (meet,)),
         ),
         layout,

@@ -18,11 +18,11 @@ K = np.float64
 
 # Angles of the arms for a position of the platform, from s_i towards e3 (7.7.2). 56 mul, 48 add, 80 other.
 def cga3d_delta_inverse_numbers3_numbers6_numbers3(
-    y_e1, y_e2, y_e3, robot_reach, robot_upper, robot_forearm, robot_unit, robot_length, robot_rest,
-    sides_arm1, sides_arm2, sides_arm3,
+    y_e1, y_e2, y_e3, robot_offset, robot_upper, robot_forearm, robot_unit, robot_length,
+    robot_rest, sides_arm1, sides_arm2, sides_arm3,
 ):
     t0 = y_e1 * robot_unit
-    t1 = t0 - robot_reach
+    t1 = t0 - robot_offset
     t2 = y_e3 * robot_unit
     t3 = t2 * t2
     t4 = np.sqrt(t1 * t1 + t3)
@@ -35,7 +35,7 @@ def cga3d_delta_inverse_numbers3_numbers6_numbers3(
     t11 = t5 - t10
     t12 = np.abs(t11)
     t13 = K(np.finfo(K).eps)
-    t14 = np.abs(robot_reach)
+    t14 = np.abs(robot_offset)
     t15 = t13 * (robot_upper + robot_forearm + t14)
     t16 = robot_upper + K(16.0) * t15
     t17 = t12 <= t16
@@ -48,9 +48,9 @@ def cga3d_delta_inverse_numbers3_numbers6_numbers3(
     t24 = t22 <= t23
     t25 = t21 & t24
     t26 = K(0.8660254037844386)
-    t27 = robot_reach * t26
+    t27 = robot_offset * t26
     t28 = t7 - t27
-    t29 = K(0.5) * robot_reach + t0
+    t29 = K(0.5) * robot_offset + t0
     t30 = t26 * t28 - K(0.5) * t29
     t31 = np.sqrt(t3 + t30 * t30)
     t32 = t31
@@ -177,20 +177,20 @@ def cga3d_delta_inverse_numbers3_numbers6_numbers3_batch(
 
 # Position of the platform for the angles of the arms (7.7.2). 72 mul, 47 add, 53 other.
 def cga3d_delta_forward_numbers3_numbers6_numbers2(
-    theta_arm1, theta_arm2, theta_arm3, robot_reach, robot_upper, robot_forearm, robot_unit,
+    theta_arm1, theta_arm2, theta_arm3, robot_offset, robot_upper, robot_forearm, robot_unit,
     robot_length, robot_rest, root_volume, root_height,
 ):
     t0 = K(np.finfo(K).eps)
-    t1 = np.abs(robot_reach)
+    t1 = np.abs(robot_offset)
     t2 = t1 + robot_upper
     t3 = cos(theta_arm3)
-    t4 = robot_reach + robot_upper * t3
+    t4 = robot_offset + robot_upper * t3
     t5 = K(0.8660254037844386)
     t6 = t4 * t5
     t7 = cos(theta_arm2)
-    t8 = robot_reach + robot_upper * t7
+    t8 = robot_offset + robot_upper * t7
     t9 = cos(theta_arm1)
-    t10 = robot_reach + robot_upper * t9
+    t10 = robot_offset + robot_upper * t9
     t11 = -K(0.5) * t8 - t10
     t12 = t8 * t5
     t13 = sin(theta_arm2)
@@ -381,11 +381,11 @@ def cga3d_two_product(a_s, b_s):
 
 # `inverse` with all digits next to singular poses, too, where it has half of them. 218 mul, 401 add, 640 other.
 def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
-    y_e1, y_e2, y_e3, robot_reach, robot_upper, robot_forearm, robot_unit, robot_length, robot_rest,
-    sides_arm1, sides_arm2, sides_arm3,
+    y_e1, y_e2, y_e3, robot_offset, robot_upper, robot_forearm, robot_unit, robot_length,
+    robot_rest, sides_arm1, sides_arm2, sides_arm3,
 ):
     t0 = y_e1 * robot_unit
-    t1 = t0 - robot_reach
+    t1 = t0 - robot_offset
     t2 = y_e3 * robot_unit
     t3 = t2 * t2
     t4 = np.sqrt(t1 * t1 + t3)
@@ -397,7 +397,7 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t10 = t5 - t9
     t11 = np.abs(t10)
     t12 = K(np.finfo(K).eps)
-    t13 = np.abs(robot_reach)
+    t13 = np.abs(robot_offset)
     t14 = t12 * ((robot_upper + robot_forearm) + t13)
     t15 = robot_upper + K(16.0) * t14
     t16 = t11 <= t15
@@ -409,9 +409,9 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t22 = robot_forearm + K(16.0) * t14
     t23 = t21 <= t22
     t24 = t20 & t23
-    t25 = t0 + K(0.5) * robot_reach
+    t25 = t0 + K(0.5) * robot_offset
     t26 = K(0.8660254037844386)
-    t27 = robot_reach * t26
+    t27 = robot_offset * t26
     t28 = t6 - t27
     t29 = t26 * t28 - K(0.5) * t25
     t30 = np.sqrt(t29 * t29 + t3)
@@ -469,7 +469,7 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t82 = t74 & t81
     t83 = K(4.0) * robot_upper
     c0_out, c0_out1 = cga3d_two_product(t83, robot_upper)
-    t84 = -robot_reach
+    t84 = -robot_offset
     c1_out, c1_out1 = cga3d_two_sum(t0, t84)
     c2_out, c2_out1 = cga3d_two_square(c1_out[0])
     c3_out, c3_out1 = cga3d_two_square(t2)
@@ -517,10 +517,10 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t115 = atan2(t2 * t114 - t1 * t112, t1 * t114 + t2 * t112)
     t116 = K(np.nan)
     t117 = select(t82, t115, t116)
-    t118 = K(0.5) * robot_reach
+    t118 = K(0.5) * robot_offset
     c15_out, c15_out1 = cga3d_two_sum(t0, t118)
     t119 = -K(0.5) * c15_out[0]
-    c16_out, c16_out1 = cga3d_two_product(robot_reach, K(0.8660254037844386))
+    c16_out, c16_out1 = cga3d_two_product(robot_offset, K(0.8660254037844386))
     t120 = -c16_out[0]
     c17_out, c17_out1 = cga3d_two_sum(t6, t120)
     c18_out, c18_out1 = cga3d_two_product(c17_out[0], K(0.8660254037844386))
@@ -540,7 +540,7 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t123 = c19_out1[0] - K(0.5) * t122
     t124 = K(5.0175421109034514e-17) * c17_out[0]
     t125 = c18_out1[0] + t124
-    t126 = K(5.0175421109034514e-17) * robot_reach
+    t126 = K(5.0175421109034514e-17) * robot_offset
     t127 = c16_out1[0] + t126
     t128 = K(0.8660254037844386) * robot_rest
     t129 = t127 + t128
@@ -578,7 +578,7 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t161 = t113 + t40 * t37
     t162 = atan2(t2 * t161 - t29 * t160, t29 * t161 + t2 * t160)
     t163 = select(t82, t162, t116)
-    c30_out, c30_out1 = cga3d_two_product(robot_reach, K(-0.8660254037844386))
+    c30_out, c30_out1 = cga3d_two_product(robot_offset, K(-0.8660254037844386))
     t164 = -c30_out[0]
     c31_out, c31_out1 = cga3d_two_sum(t6, t164)
     c32_out, c32_out1 = cga3d_two_product(c31_out[0], K(-0.8660254037844386))
@@ -596,7 +596,7 @@ def cga3d_delta_inverse_precise_numbers3_numbers6_numbers3(
     t166 = c33_out1[0] - K(0.5) * t122
     t167 = -K(5.0175421109034514e-17) * c31_out[0]
     t168 = c32_out1[0] + t167
-    t169 = -K(5.0175421109034514e-17) * robot_reach
+    t169 = -K(5.0175421109034514e-17) * robot_offset
     t170 = c30_out1[0] + t169
     t171 = -K(0.8660254037844386) * robot_rest
     t172 = t170 + t171
@@ -775,20 +775,20 @@ def cga3d_turned(x_s, sine_of_x_s, cosine_of_x_s):
 
 # `forward` with all digits next to singular poses, too, where it has half of them. 610 mul, 918 add, 1458 other.
 def cga3d_delta_forward_precise_numbers3_numbers6_numbers2(
-    theta_arm1, theta_arm2, theta_arm3, robot_reach, robot_upper, robot_forearm, robot_unit,
+    theta_arm1, theta_arm2, theta_arm3, robot_offset, robot_upper, robot_forearm, robot_unit,
     robot_length, robot_rest, root_volume, root_height,
 ):
     t0 = K(np.finfo(K).eps)
-    t1 = np.abs(robot_reach)
+    t1 = np.abs(robot_offset)
     t2 = t1 + robot_upper
     t3 = cos(theta_arm3)
-    t4 = robot_reach + robot_upper * t3
+    t4 = robot_offset + robot_upper * t3
     t5 = K(0.8660254037844386)
     t6 = t4 * t5
     t7 = cos(theta_arm2)
-    t8 = robot_reach + robot_upper * t7
+    t8 = robot_offset + robot_upper * t7
     t9 = cos(theta_arm1)
-    t10 = robot_reach + robot_upper * t9
+    t10 = robot_offset + robot_upper * t9
     t11 = -K(0.5) * t8 - t10
     t12 = t8 * t5
     t13 = sin(theta_arm2)
@@ -843,11 +843,11 @@ def cga3d_delta_forward_precise_numbers3_numbers6_numbers2(
     c0_out, c0_out1 = cga3d_two_square(robot_forearm)
     c1_out, c1_out1, c1_out2, c1_out3 = cga3d_turned(theta_arm1, t14, t9)
     c2_out, c2_out1 = cga3d_two_product(robot_upper, c1_out2[0])
-    c3_out, c3_out1 = cga3d_two_sum(robot_reach, c2_out[0])
+    c3_out, c3_out1 = cga3d_two_sum(robot_offset, c2_out[0])
     c4_out, c4_out1 = cga3d_two_square(c3_out[0])
     c5_out, c5_out1, c5_out2, c5_out3 = cga3d_turned(theta_arm2, t13, t7)
     c6_out, c6_out1 = cga3d_two_product(robot_upper, c5_out2[0])
-    c7_out, c7_out1 = cga3d_two_sum(robot_reach, c6_out[0])
+    c7_out, c7_out1 = cga3d_two_sum(robot_offset, c6_out[0])
     c8_out, c8_out1 = cga3d_two_square(c7_out[0])
     c9_out, c9_out1 = cga3d_two_sum(c4_out[0], c8_out[0])
     c10_out, c10_out1 = cga3d_two_product(c3_out[0], c7_out[0])
@@ -860,7 +860,7 @@ def cga3d_delta_forward_precise_numbers3_numbers6_numbers2(
     c16_out, c16_out1 = cga3d_two_sum(c11_out[0], c15_out[0])
     c17_out, c17_out1, c17_out2, c17_out3 = cga3d_turned(theta_arm3, t19, t3)
     c18_out, c18_out1 = cga3d_two_product(robot_upper, c17_out2[0])
-    c19_out, c19_out1 = cga3d_two_sum(robot_reach, c18_out[0])
+    c19_out, c19_out1 = cga3d_two_sum(robot_offset, c18_out[0])
     c20_out, c20_out1 = cga3d_two_square(c19_out[0])
     c21_out, c21_out1 = cga3d_two_sum(c8_out[0], c20_out[0])
     c22_out, c22_out1 = cga3d_two_product(c7_out[0], c19_out[0])
@@ -1041,8 +1041,8 @@ def cga3d_delta_forward_precise_numbers3_numbers6_numbers2_batch(
 
 # The status of each arm: OK, UNREACHABLE, SINGULAR (the wrist is on its motor's axis) or INVALID. 25 mul, 30 add, 62 other.
 def cga3d_delta_arm_codes_numbers3_numbers6_numbers3(
-    y_e1, y_e2, y_e3, robot_reach, robot_upper, robot_forearm, robot_unit, robot_length, robot_rest,
-    sides_arm1, sides_arm2, sides_arm3,
+    y_e1, y_e2, y_e3, robot_offset, robot_upper, robot_forearm, robot_unit, robot_length,
+    robot_rest, sides_arm1, sides_arm2, sides_arm3,
 ):
     t0 = y_e1
     t1 = y_e1 - t0
@@ -1053,7 +1053,7 @@ def cga3d_delta_arm_codes_numbers3_numbers6_numbers3(
     t6 = t1 + t3 + t5 <= K(0.0)
     t7 = np.logical_not(t6)
     t8 = y_e1 * robot_unit
-    t9 = t8 - robot_reach
+    t9 = t8 - robot_offset
     t10 = y_e3 * robot_unit
     t11 = t10 * t10
     t12 = np.sqrt(t9 * t9 + t11)
@@ -1065,7 +1065,7 @@ def cga3d_delta_arm_codes_numbers3_numbers6_numbers3(
     t18 = t17
     t19 = np.abs(t13 - t18)
     t20 = K(np.finfo(K).eps)
-    t21 = np.abs(robot_reach)
+    t21 = np.abs(robot_offset)
     t22 = t20 * (robot_upper + robot_forearm + t21)
     t23 = robot_upper + K(16.0) * t22
     t24 = t19 <= t23
@@ -1083,9 +1083,9 @@ def cga3d_delta_arm_codes_numbers3_numbers6_numbers3(
     t36 = select(t32, K(4.0), t35)
     t37 = select(t7, K(6.0), t36)
     t38 = K(0.8660254037844386)
-    t39 = robot_reach * t38
+    t39 = robot_offset * t38
     t40 = t15 - t39
-    t41 = K(0.5) * robot_reach + t8
+    t41 = K(0.5) * robot_offset + t8
     t42 = t38 * t40 - K(0.5) * t41
     t43 = np.sqrt(t11 + t42 * t42)
     t44 = t43

@@ -15,7 +15,7 @@ BS_INLINE void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(V *RESTR
   const V theta_arm1 = theta_in[0];
   const V theta_arm2 = theta_in[1];
   const V theta_arm3 = theta_in[2];
-  const V robot_reach = robot_in[0];
+  const V robot_offset = robot_in[0];
   const V robot_upper = robot_in[1];
   const V robot_forearm = robot_in[2];
   const V robot_unit = robot_in[3];
@@ -23,12 +23,12 @@ BS_INLINE void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(V *RESTR
   const V t1 = y_e1 * robot_unit;
   const V t2 = COS(theta_arm1);
   const V t3 = K(1.0) / robot_forearm;
-  const V t4 = (t1 - (robot_reach + robot_upper * t2)) * t3;
+  const V t4 = (t1 - (robot_offset + robot_upper * t2)) * t3;
   const V t5 = y_e3 * robot_unit;
   const V t6 = (t5 - robot_upper * t0) * t3;
   const V t7 = SIN(theta_arm2);
   const V t8 = COS(theta_arm2);
-  const V t9 = robot_reach + robot_upper * t8;
+  const V t9 = robot_offset + robot_upper * t8;
   const V t10 = t3 * (t1 + K(0.5) * t9);
   const V t11 = y_e2 * robot_unit;
   const V t12 = SPLAT(0.8660254037844386);
@@ -36,7 +36,7 @@ BS_INLINE void FN(cga3d_delta_singularities_numbers3_numbers3_numbers6)(V *RESTR
   const V t14 = t3 * (t5 - robot_upper * t7);
   const V t15 = SIN(theta_arm3);
   const V t16 = COS(theta_arm3);
-  const V t17 = robot_reach + robot_upper * t16;
+  const V t17 = robot_offset + robot_upper * t16;
   const V t18 = t3 * (t1 + K(0.5) * t17);
   const V t19 = t3 * (t11 + t17 * t12);
   const V t20 = t3 * (t5 - robot_upper * t15);

@@ -18,19 +18,19 @@ K = np.float64
 
 # Distance of a pose from singular ones: sines of the arms, the forearms' volume, and the forearms' directions. 43 mul, 21 add, 8 other.
 def cga3d_delta_singularities_numbers3_numbers3_numbers6(
-    y_e1, y_e2, y_e3, theta_arm1, theta_arm2, theta_arm3, robot_reach, robot_upper, robot_forearm,
+    y_e1, y_e2, y_e3, theta_arm1, theta_arm2, theta_arm3, robot_offset, robot_upper, robot_forearm,
     robot_unit, robot_length, robot_rest,
 ):
     t0 = sin(theta_arm1)
     t1 = y_e1 * robot_unit
     t2 = cos(theta_arm1)
     t3 = K(1.0) / robot_forearm
-    t4 = (t1 - (robot_reach + robot_upper * t2)) * t3
+    t4 = (t1 - (robot_offset + robot_upper * t2)) * t3
     t5 = y_e3 * robot_unit
     t6 = (t5 - robot_upper * t0) * t3
     t7 = sin(theta_arm2)
     t8 = cos(theta_arm2)
-    t9 = robot_reach + robot_upper * t8
+    t9 = robot_offset + robot_upper * t8
     t10 = t3 * (t1 + K(0.5) * t9)
     t11 = y_e2 * robot_unit
     t12 = K(0.8660254037844386)
@@ -38,7 +38,7 @@ def cga3d_delta_singularities_numbers3_numbers3_numbers6(
     t14 = t3 * (t5 - robot_upper * t7)
     t15 = sin(theta_arm3)
     t16 = cos(theta_arm3)
-    t17 = robot_reach + robot_upper * t16
+    t17 = robot_offset + robot_upper * t16
     t18 = t3 * (t1 + K(0.5) * t17)
     t19 = t3 * (t11 + t17 * t12)
     t20 = t3 * (t5 - robot_upper * t15)
@@ -101,7 +101,7 @@ def cga3d_delta_singularities_numbers3_numbers3_numbers6_batch(
 
 # Shoulders B_i, elbows W_i and wrists X_i, and the upper and lower ends of the six rods: rows of coordinates. 50 mul, 19 add, 7 other.
 def cga3d_delta_points_numbers3_numbers3_numbers6_numbers2(
-    y_e1, y_e2, y_e3, theta_arm1, theta_arm2, theta_arm3, robot_reach, robot_upper, robot_forearm,
+    y_e1, y_e2, y_e3, theta_arm1, theta_arm2, theta_arm3, robot_offset, robot_upper, robot_forearm,
     robot_unit, robot_length, robot_rest, plates_base, plates_platform,
 ):
     t0 = robot_length * plates_base
@@ -276,7 +276,7 @@ def cga3d_delta_points_numbers3_numbers3_numbers6_numbers2_batch(
 
 # Powers of the forces along the six rods on the platform's twists, (6, 6), and on the arms' unit twists, (6,). 92 mul, 72 add, 8 other.
 def cga3d_delta_rod_powers_numbers3_numbers3_numbers6_numbers2(
-    y_e1, y_e2, y_e3, theta_arm1, theta_arm2, theta_arm3, robot_reach, robot_upper, robot_forearm,
+    y_e1, y_e2, y_e3, theta_arm1, theta_arm2, theta_arm3, robot_offset, robot_upper, robot_forearm,
     robot_unit, robot_length, robot_rest, plates_base, plates_platform,
 ):
     t0 = y_e3 * robot_unit

@@ -78,7 +78,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const V y_e1 = y_in[0];
   const V y_e2 = y_in[1];
   const V y_e3 = y_in[2];
-  const V robot_reach = robot_in[0];
+  const V robot_offset = robot_in[0];
   const V robot_upper = robot_in[1];
   const V robot_forearm = robot_in[2];
   const V robot_unit = robot_in[3];
@@ -87,7 +87,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const V sides_arm2 = sides_in[1];
   const V sides_arm3 = sides_in[2];
   const V t0 = y_e1 * robot_unit;
-  const V t1 = t0 - robot_reach;
+  const V t1 = t0 - robot_offset;
   const V t2 = y_e3 * robot_unit;
   const V t3 = t2 * t2;
   const V t4 = SQRT(t1 * t1 + t3);
@@ -102,7 +102,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const V t13 = t5 - t12;
   const V t14 = ABS(t13);
   const V t15 = SPLAT(BS_EPSILON);
-  const V t16 = ABS(robot_reach);
+  const V t16 = ABS(robot_offset);
   const V t17 = t15 * (robot_upper + robot_forearm + t16);
   const V t18 = robot_upper + K(16.0) * t17;
   const M t19 = LE(t14, t18);
@@ -115,9 +115,9 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const M t26 = LE(t24, t25);
   const M t27 = AND(t23, t26);
   const V t28 = SPLAT(0.8660254037844386);
-  const V t29 = robot_reach * t28;
+  const V t29 = robot_offset * t28;
   const V t30 = t6 - t29;
-  const V t31 = K(0.5) * robot_reach + t0;
+  const V t31 = K(0.5) * robot_offset + t0;
   const V t32 = t28 * t30 - K(0.5) * t31;
   const V t33 = SQRT(t3 + t32 * t32);
   const V t34 = t33;
@@ -166,7 +166,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const V c0_a_in[1] = {t74};
   const V c0_b_in[1] = {robot_upper};
   FN(cga3d_two_product)(c0_out, c0_out1, c0_a_in, c0_b_in);
-  const V t75 = -robot_reach;
+  const V t75 = -robot_offset;
   V c1_out[1];
   V c1_out1[1];
   const V c1_a_in[1] = {t0};
@@ -263,7 +263,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const M t105 = LE(t5, t104);
   const M t106 = NOT(t105);
   const M t107 = AND(t103, t106);
-  const V t108 = K(0.5) * robot_reach;
+  const V t108 = K(0.5) * robot_offset;
   V c15_out[1];
   V c15_out1[1];
   const V c15_a_in[1] = {t0};
@@ -272,7 +272,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const V t109 = -K(0.5) * c15_out[0];
   V c16_out[1];
   V c16_out1[1];
-  const V c16_a_in[1] = {robot_reach};
+  const V c16_a_in[1] = {robot_offset};
   const V c16_b_in[1] = {SPLAT(0.8660254037844386)};
   FN(cga3d_two_product)(c16_out, c16_out1, c16_a_in, c16_b_in);
   const V t110 = -c16_out[0];
@@ -340,7 +340,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   FN(cga3d_two_sum)(c29_out, c29_out1, c29_a_in, c29_b_in);
   const V t112 = K(5.0175421109034514e-17) * c17_out[0];
   const V t113 = c18_out1[0] + t112;
-  const V t114 = K(5.0175421109034514e-17) * robot_reach;
+  const V t114 = K(5.0175421109034514e-17) * robot_offset;
   const V t115 = c16_out1[0] + t114;
   const V t116 = K(0.8660254037844386) * robot_rest;
   const V t117 = t115 + t116;
@@ -383,7 +383,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   const M t154 = AND(t107, t153);
   V c30_out[1];
   V c30_out1[1];
-  const V c30_a_in[1] = {robot_reach};
+  const V c30_a_in[1] = {robot_offset};
   const V c30_b_in[1] = {SPLAT(-0.8660254037844386)};
   FN(cga3d_two_product)(c30_out, c30_out1, c30_a_in, c30_b_in);
   const V t155 = -c30_out[0];
@@ -447,7 +447,7 @@ BS_INLINE void FN(cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3)(V *RE
   FN(cga3d_two_sum)(c42_out, c42_out1, c42_a_in, c42_b_in);
   const V t157 = -K(5.0175421109034514e-17) * c31_out[0];
   const V t158 = c32_out1[0] + t157;
-  const V t159 = -K(5.0175421109034514e-17) * robot_reach;
+  const V t159 = -K(5.0175421109034514e-17) * robot_offset;
   const V t160 = c30_out1[0] + t159;
   const V t161 = -K(0.8660254037844386) * robot_rest;
   const V t162 = t160 + t161;
@@ -808,7 +808,7 @@ BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RE
   const V theta_arm1 = theta_in[0];
   const V theta_arm2 = theta_in[1];
   const V theta_arm3 = theta_in[2];
-  const V robot_reach = robot_in[0];
+  const V robot_offset = robot_in[0];
   const V robot_upper = robot_in[1];
   const V robot_forearm = robot_in[2];
   const V robot_length = robot_in[4];
@@ -816,18 +816,18 @@ BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RE
   const V root_volume = root_in[0];
   const V root_height = root_in[1];
   const V t0 = SPLAT(BS_EPSILON);
-  const V t1 = ABS(robot_reach);
+  const V t1 = ABS(robot_offset);
   const V t2 = robot_upper + t1;
   const V t3 = COS(theta_arm1);
   const V t4 = robot_upper * t3;
-  const V t5 = robot_reach + t4;
+  const V t5 = robot_offset + t4;
   const V t6 = COS(theta_arm3);
   const V t7 = robot_upper * t6;
-  const V t8 = robot_reach + t7;
+  const V t8 = robot_offset + t7;
   const V t9 = -t5 - K(0.5) * t8;
   const V t10 = COS(theta_arm2);
   const V t11 = robot_upper * t10;
-  const V t12 = robot_reach + t11;
+  const V t12 = robot_offset + t11;
   const V t13 = SPLAT(0.8660254037844386);
   const V t14 = t12 * t13;
   const V t15 = -t5 - K(0.5) * t12;
@@ -889,7 +889,7 @@ BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RE
   FN(cga3d_two_product)(c1_out, c1_out1, c1_a_in, c1_b_in);
   V c2_out[1];
   V c2_out1[1];
-  const V c2_a_in[1] = {robot_reach};
+  const V c2_a_in[1] = {robot_offset};
   const V c2_b_in[1] = {c1_out[0]};
   FN(cga3d_two_sum)(c2_out, c2_out1, c2_a_in, c2_b_in);
   V c3_out[1];
@@ -911,7 +911,7 @@ BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RE
   FN(cga3d_two_product)(c5_out, c5_out1, c5_a_in, c5_b_in);
   V c6_out[1];
   V c6_out1[1];
-  const V c6_a_in[1] = {robot_reach};
+  const V c6_a_in[1] = {robot_offset};
   const V c6_b_in[1] = {c5_out[0]};
   FN(cga3d_two_sum)(c6_out, c6_out1, c6_a_in, c6_b_in);
   V c7_out[1];
@@ -973,7 +973,7 @@ BS_INLINE void FN(cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2)(V *RE
   FN(cga3d_two_product)(c17_out, c17_out1, c17_a_in, c17_b_in);
   V c18_out[1];
   V c18_out1[1];
-  const V c18_a_in[1] = {robot_reach};
+  const V c18_a_in[1] = {robot_offset};
   const V c18_b_in[1] = {c17_out[0]};
   FN(cga3d_two_sum)(c18_out, c18_out1, c18_a_in, c18_b_in);
   V c19_out[1];
@@ -1317,7 +1317,7 @@ BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers
   const V ddy_e1 = ddy_in[0];
   const V ddy_e2 = ddy_in[1];
   const V ddy_e3 = ddy_in[2];
-  const V robot_reach = robot_in[0];
+  const V robot_offset = robot_in[0];
   const V robot_upper = robot_in[1];
   const V robot_forearm = robot_in[2];
   const V robot_unit = robot_in[3];
@@ -1325,7 +1325,7 @@ BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers
   const V sides_arm2 = sides_in[1];
   const V sides_arm3 = sides_in[2];
   const V t0 = y_e1 * robot_unit;
-  const V t1 = t0 - robot_reach;
+  const V t1 = t0 - robot_offset;
   const V t2 = y_e3 * robot_unit;
   const V t3 = t2 * t2;
   const V t4 = SQRT(t1 * t1 + t3);
@@ -1340,7 +1340,7 @@ BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers
   const V t13 = t5 - t12;
   const V t14 = ABS(t13);
   const V t15 = SPLAT(BS_EPSILON);
-  const V t16 = ABS(robot_reach);
+  const V t16 = ABS(robot_offset);
   const V t17 = t15 * ((robot_upper + robot_forearm) + t16);
   const V t18 = robot_upper + K(16.0) * t17;
   const M t19 = LE(t14, t18);
@@ -1352,9 +1352,9 @@ BS_INLINE void FN(cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers
   const V t25 = robot_forearm + K(16.0) * t17;
   const M t26 = LE(t24, t25);
   const M t27 = AND(t23, t26);
-  const V t28 = t0 + K(0.5) * robot_reach;
+  const V t28 = t0 + K(0.5) * robot_offset;
   const V t29 = SPLAT(0.8660254037844386);
-  const V t30 = robot_reach * t29;
+  const V t30 = robot_offset * t29;
   const V t31 = t6 - t30;
   const V t32 = t29 * t31 - K(0.5) * t28;
   const V t33 = SQRT(t32 * t32 + t3);

@@ -94,11 +94,11 @@ def cga3d_two_product(a_s, b_s):
 
 # d theta_i/d y_j, row-major (7.7.5). SINGULAR: an arm is stretched or folded, or a wrist is on a motor's axis. 403 mul, 483 add, 667 other.
 def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
-    y_e1, y_e2, y_e3, robot_reach, robot_upper, robot_forearm, robot_unit, robot_length, robot_rest,
-    sides_arm1, sides_arm2, sides_arm3,
+    y_e1, y_e2, y_e3, robot_offset, robot_upper, robot_forearm, robot_unit, robot_length,
+    robot_rest, sides_arm1, sides_arm2, sides_arm3,
 ):
     t0 = y_e1 * robot_unit
-    t1 = t0 - robot_reach
+    t1 = t0 - robot_offset
     t2 = y_e3 * robot_unit
     t3 = t2 * t2
     t4 = np.sqrt(t1 * t1 + t3)
@@ -113,7 +113,7 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     t13 = t5 - t12
     t14 = np.abs(t13)
     t15 = K(np.finfo(K).eps)
-    t16 = np.abs(robot_reach)
+    t16 = np.abs(robot_offset)
     t17 = t15 * (robot_upper + robot_forearm + t16)
     t18 = robot_upper + K(16.0) * t17
     t19 = t14 <= t18
@@ -126,9 +126,9 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     t26 = t24 <= t25
     t27 = t23 & t26
     t28 = K(0.8660254037844386)
-    t29 = robot_reach * t28
+    t29 = robot_offset * t28
     t30 = t6 - t29
-    t31 = K(0.5) * robot_reach + t0
+    t31 = K(0.5) * robot_offset + t0
     t32 = t28 * t30 - K(0.5) * t31
     t33 = np.sqrt(t3 + t32 * t32)
     t34 = t33
@@ -173,7 +173,7 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     t73 = t52 & t72
     t74 = K(4.0) * robot_upper
     c0_out, c0_out1 = cga3d_two_product(t74, robot_upper)
-    t75 = -robot_reach
+    t75 = -robot_offset
     c1_out, c1_out1 = cga3d_two_sum(t0, t75)
     c2_out, c2_out1 = cga3d_two_square(c1_out[0])
     c3_out, c3_out1 = cga3d_two_square(t2)
@@ -220,10 +220,10 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     t105 = t5 <= t104
     t106 = np.logical_not(t105)
     t107 = t103 & t106
-    t108 = K(0.5) * robot_reach
+    t108 = K(0.5) * robot_offset
     c15_out, c15_out1 = cga3d_two_sum(t0, t108)
     t109 = -K(0.5) * c15_out[0]
-    c16_out, c16_out1 = cga3d_two_product(robot_reach, K(0.8660254037844386))
+    c16_out, c16_out1 = cga3d_two_product(robot_offset, K(0.8660254037844386))
     t110 = -c16_out[0]
     c17_out, c17_out1 = cga3d_two_sum(t6, t110)
     c18_out, c18_out1 = cga3d_two_product(c17_out[0], K(0.8660254037844386))
@@ -241,7 +241,7 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     c29_out, c29_out1 = cga3d_two_sum(c22_out[0], t111)
     t112 = K(5.0175421109034514e-17) * c17_out[0]
     t113 = c18_out1[0] + t112
-    t114 = K(5.0175421109034514e-17) * robot_reach
+    t114 = K(5.0175421109034514e-17) * robot_offset
     t115 = c16_out1[0] + t114
     t116 = K(0.8660254037844386) * robot_rest
     t117 = t115 + t116
@@ -282,7 +282,7 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     t152 = np.logical_not(t151)
     t153 = t150 & t152
     t154 = t107 & t153
-    c30_out, c30_out1 = cga3d_two_product(robot_reach, K(-0.8660254037844386))
+    c30_out, c30_out1 = cga3d_two_product(robot_offset, K(-0.8660254037844386))
     t155 = -c30_out[0]
     c31_out, c31_out1 = cga3d_two_sum(t6, t155)
     c32_out, c32_out1 = cga3d_two_product(c31_out[0], K(-0.8660254037844386))
@@ -299,7 +299,7 @@ def cga3d_delta_inverse_jacobian_numbers3_numbers6_numbers3(
     c42_out, c42_out1 = cga3d_two_sum(c36_out[0], t156)
     t157 = -K(5.0175421109034514e-17) * c31_out[0]
     t158 = c32_out1[0] + t157
-    t159 = -K(5.0175421109034514e-17) * robot_reach
+    t159 = -K(5.0175421109034514e-17) * robot_offset
     t160 = c30_out1[0] + t159
     t161 = -K(0.8660254037844386) * robot_rest
     t162 = t160 + t161
@@ -625,22 +625,22 @@ def cga3d_turned(x_s, sine_of_x_s, cosine_of_x_s):
 
 # d y_i/d theta_j, row-major (7.7.5). SINGULAR: the forearms lie in one plane, or two start at one point. 856 mul, 1012 add, 1470 other.
 def cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2(
-    theta_arm1, theta_arm2, theta_arm3, robot_reach, robot_upper, robot_forearm, robot_unit,
+    theta_arm1, theta_arm2, theta_arm3, robot_offset, robot_upper, robot_forearm, robot_unit,
     robot_length, robot_rest, root_volume, root_height,
 ):
     t0 = K(np.finfo(K).eps)
-    t1 = np.abs(robot_reach)
+    t1 = np.abs(robot_offset)
     t2 = robot_upper + t1
     t3 = cos(theta_arm1)
     t4 = robot_upper * t3
-    t5 = robot_reach + t4
+    t5 = robot_offset + t4
     t6 = cos(theta_arm3)
     t7 = robot_upper * t6
-    t8 = robot_reach + t7
+    t8 = robot_offset + t7
     t9 = -t5 - K(0.5) * t8
     t10 = cos(theta_arm2)
     t11 = robot_upper * t10
-    t12 = robot_reach + t11
+    t12 = robot_offset + t11
     t13 = K(0.8660254037844386)
     t14 = t12 * t13
     t15 = -t5 - K(0.5) * t12
@@ -689,11 +689,11 @@ def cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2(
     t58 = np.logical_not(t57)
     c0_out, c0_out1, c0_out2, c0_out3 = cga3d_turned(theta_arm1, t18, t3)
     c1_out, c1_out1 = cga3d_two_product(robot_upper, c0_out2[0])
-    c2_out, c2_out1 = cga3d_two_sum(robot_reach, c1_out[0])
+    c2_out, c2_out1 = cga3d_two_sum(robot_offset, c1_out[0])
     c3_out, c3_out1 = cga3d_two_square(c2_out[0])
     c4_out, c4_out1, c4_out2, c4_out3 = cga3d_turned(theta_arm2, t16, t10)
     c5_out, c5_out1 = cga3d_two_product(robot_upper, c4_out2[0])
-    c6_out, c6_out1 = cga3d_two_sum(robot_reach, c5_out[0])
+    c6_out, c6_out1 = cga3d_two_sum(robot_offset, c5_out[0])
     c7_out, c7_out1 = cga3d_two_square(c6_out[0])
     c8_out, c8_out1 = cga3d_two_sum(c3_out[0], c7_out[0])
     c9_out, c9_out1 = cga3d_two_product(c2_out[0], c6_out[0])
@@ -706,7 +706,7 @@ def cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2(
     c15_out, c15_out1 = cga3d_two_sum(c10_out[0], c14_out[0])
     c16_out, c16_out1, c16_out2, c16_out3 = cga3d_turned(theta_arm3, t23, t6)
     c17_out, c17_out1 = cga3d_two_product(robot_upper, c16_out2[0])
-    c18_out, c18_out1 = cga3d_two_sum(robot_reach, c17_out[0])
+    c18_out, c18_out1 = cga3d_two_sum(robot_offset, c17_out[0])
     c19_out, c19_out1 = cga3d_two_square(c18_out[0])
     c20_out, c20_out1 = cga3d_two_sum(c7_out[0], c19_out[0])
     c21_out, c21_out1 = cga3d_two_product(c6_out[0], c18_out[0])
@@ -985,11 +985,11 @@ def cga3d_delta_forward_jacobian_numbers3_numbers6_numbers2_batch(
 
 # Angles, speeds and accelerations of the arms for a motion of the platform. 397 mul, 283 add, 150 other.
 def cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3(
-    y_e1, y_e2, y_e3, dy_e1, dy_e2, dy_e3, ddy_e1, ddy_e2, ddy_e3, robot_reach, robot_upper,
+    y_e1, y_e2, y_e3, dy_e1, dy_e2, dy_e3, ddy_e1, ddy_e2, ddy_e3, robot_offset, robot_upper,
     robot_forearm, robot_unit, robot_length, robot_rest, sides_arm1, sides_arm2, sides_arm3,
 ):
     t0 = y_e1 * robot_unit
-    t1 = t0 - robot_reach
+    t1 = t0 - robot_offset
     t2 = y_e3 * robot_unit
     t3 = t2 * t2
     t4 = np.sqrt(t1 * t1 + t3)
@@ -1004,7 +1004,7 @@ def cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3(
     t13 = t5 - t12
     t14 = np.abs(t13)
     t15 = K(np.finfo(K).eps)
-    t16 = np.abs(robot_reach)
+    t16 = np.abs(robot_offset)
     t17 = t15 * ((robot_upper + robot_forearm) + t16)
     t18 = robot_upper + K(16.0) * t17
     t19 = t14 <= t18
@@ -1016,9 +1016,9 @@ def cga3d_delta_motion_numbers3_numbers3_numbers3_numbers6_numbers3(
     t25 = robot_forearm + K(16.0) * t17
     t26 = t24 <= t25
     t27 = t23 & t26
-    t28 = t0 + K(0.5) * robot_reach
+    t28 = t0 + K(0.5) * robot_offset
     t29 = K(0.8660254037844386)
-    t30 = robot_reach * t29
+    t30 = robot_offset * t29
     t31 = t6 - t30
     t32 = t29 * t31 - K(0.5) * t28
     t33 = np.sqrt(t32 * t32 + t3)

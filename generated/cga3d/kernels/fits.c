@@ -275,8 +275,8 @@ BS_INLINE void FN(cga3d_placed_circle_vector_vector_euclidean_number)(V *RESTRIC
   status[0] = t93; /* 1 */
 }
 
-/* cga3d_moved_vector_euclidean: A dual sphere, moved from the origin to a position. 11 mul, 9 add. */
-BS_INLINE void FN(cga3d_moved_vector_euclidean)(V *RESTRICT out, const V *RESTRICT s_in, const V *RESTRICT position_in)
+/* cga3d_translate_sphere_vector_euclidean: A dual sphere, moved from the origin to a position. 11 mul, 9 add. */
+BS_INLINE void FN(cga3d_translate_sphere_vector_euclidean)(V *RESTRICT out, const V *RESTRICT s_in, const V *RESTRICT position_in)
 {
   const V s_e1 = s_in[0];
   const V s_e2 = s_in[1];
@@ -508,7 +508,7 @@ static void FN(cga3d_placed_circle_vector_vector_euclidean_number_batch)(ptrdiff
   }
 }
 
-static void FN(cga3d_moved_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_translate_sphere_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const s_rows = (const S *)ins[0];
@@ -531,7 +531,7 @@ static void FN(cga3d_moved_vector_euclidean_batch)(ptrdiff_t begin, ptrdiff_t en
       if (s_stride) FN(load_tail)(s_in, s_rows + i * 5, 5, rows);
       if (position_stride) FN(load_tail)(position_in, position_rows + i * 3, 3, rows);
     }
-    FN(cga3d_moved_vector_euclidean)(out, s_in, position_in);
+    FN(cga3d_translate_sphere_vector_euclidean)(out, s_in, position_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else {
@@ -546,7 +546,7 @@ static const bs_batch FN(bs_loops)[] = {
   FN(cga3d_placed_plane_vector_euclidean_number_batch),
   FN(cga3d_placed_sphere_vector_euclidean_number_batch),
   FN(cga3d_placed_circle_vector_vector_euclidean_number_batch),
-  FN(cga3d_moved_vector_euclidean_batch),
+  FN(cga3d_translate_sphere_vector_euclidean_batch),
 };
 
 BS_HIDDEN const bs_unit FN(bs_fits) = {"fits", BS_INSTANCE, BS_SOURCE_HASH, 6, FN(bs_loops)};

@@ -406,7 +406,7 @@ def cga3d_placed_circle_vector_vector_euclidean_number_batch(
 
 
 # A dual sphere, moved from the origin to a position. 11 mul, 9 add.
-def cga3d_moved_vector_euclidean(s_e1, s_e2, s_e3, s_no, s_ni, position_e1, position_e2, position_e3):
+def cga3d_translate_sphere_vector_euclidean(s_e1, s_e2, s_e3, s_no, s_ni, position_e1, position_e2, position_e3):
     t0 = position_e1 * position_e1 + position_e2 * position_e2 + position_e3 * position_e3
     t1 = s_e1 * position_e1 + s_e2 * position_e2 + s_e3 * position_e3 + s_ni + K(0.5) * (s_no * t0)
     return (
@@ -418,7 +418,7 @@ def cga3d_moved_vector_euclidean(s_e1, s_e2, s_e3, s_no, s_ni, position_e1, posi
     )
 
 
-def cga3d_moved_vector_euclidean_batch(begin, end, out_rows, s_rows, s_step, position_rows, position_step):
+def cga3d_translate_sphere_vector_euclidean_batch(begin, end, out_rows, s_rows, s_step, position_rows, position_step):
     s_columns = np.empty((5, BLOCK), K)
     position_columns = np.empty((3, BLOCK), K)
     out_columns = np.empty((5, BLOCK), K)
@@ -430,7 +430,7 @@ def cga3d_moved_vector_euclidean_batch(begin, end, out_rows, s_rows, s_step, pos
             (
                 out_columns[0, i], out_columns[1, i], out_columns[2, i], out_columns[3, i],
                 out_columns[4, i],
-            ) = cga3d_moved_vector_euclidean(
+            ) = cga3d_translate_sphere_vector_euclidean(
                 s_columns[0, i], s_columns[1, i], s_columns[2, i], s_columns[3, i], s_columns[4, i],
                 position_columns[0, i], position_columns[1, i], position_columns[2, i],
             )

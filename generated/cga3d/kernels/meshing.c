@@ -5,33 +5,33 @@
  * A loop holds its kernel once, for whole vectors and the tail alike: a second copy would double the code. */
 #include "unit.h"
 
-/* cga3d_placed_euclidean_number_rotor_euclidean: c + r R x ~R: where T(c) D(r) R takes a point of the unit circle. 21 mul, 15 add. */
-BS_INLINE void FN(cga3d_placed_euclidean_number_rotor_euclidean)(V *RESTRICT out, const V *RESTRICT center_in, const V *RESTRICT radius_in, const V *RESTRICT turn_in, const V *RESTRICT spoke_in)
+/* cga3d_point_on_circle_euclidean_number_rotor_euclidean: c + r R x ~R: where T(c) D(r) R takes a point of the unit circle. 21 mul, 15 add. */
+BS_INLINE void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean)(V *RESTRICT out, const V *RESTRICT center_in, const V *RESTRICT radius_in, const V *RESTRICT rotor_in, const V *RESTRICT spoke_in)
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
   const V center_e3 = center_in[2];
   const V radius_s = radius_in[0];
-  const V turn_s = turn_in[0];
-  const V turn_e12 = turn_in[1];
-  const V turn_e13 = turn_in[2];
-  const V turn_e23 = turn_in[3];
+  const V rotor_s = rotor_in[0];
+  const V rotor_e12 = rotor_in[1];
+  const V rotor_e13 = rotor_in[2];
+  const V rotor_e23 = rotor_in[3];
   const V spoke_e1 = spoke_in[0];
   const V spoke_e2 = spoke_in[1];
   const V spoke_e3 = spoke_in[2];
-  const V t0 = turn_e12 * spoke_e1 - turn_s * spoke_e2 - turn_e23 * spoke_e3;
-  const V t1 = turn_e13 * spoke_e1 + turn_e23 * spoke_e2 - turn_s * spoke_e3;
-  const V t2 = center_e1 + radius_s * (spoke_e1 - K(2.0) * (turn_e12 * t0 + turn_e13 * t1));
-  const V t3 = turn_s * spoke_e1 + turn_e12 * spoke_e2 + turn_e13 * spoke_e3;
-  const V t4 = center_e2 + radius_s * (spoke_e2 - K(2.0) * (turn_e12 * t3 + turn_e23 * t1));
-  const V t5 = center_e3 + radius_s * (spoke_e3 + K(2.0) * (turn_e23 * t0 - turn_e13 * t3));
+  const V t0 = rotor_e12 * spoke_e1 - rotor_s * spoke_e2 - rotor_e23 * spoke_e3;
+  const V t1 = rotor_e13 * spoke_e1 + rotor_e23 * spoke_e2 - rotor_s * spoke_e3;
+  const V t2 = center_e1 + radius_s * (spoke_e1 - K(2.0) * (rotor_e12 * t0 + rotor_e13 * t1));
+  const V t3 = rotor_s * spoke_e1 + rotor_e12 * spoke_e2 + rotor_e13 * spoke_e3;
+  const V t4 = center_e2 + radius_s * (spoke_e2 - K(2.0) * (rotor_e12 * t3 + rotor_e23 * t1));
+  const V t5 = center_e3 + radius_s * (spoke_e3 + K(2.0) * (rotor_e23 * t0 - rotor_e13 * t3));
   out[0] = t2; /* e1 */
   out[1] = t4; /* e2 */
   out[2] = t5; /* e3 */
 }
 
-/* cga3d_between_euclidean_euclidean_number: The position from a (share 0) to b (share 1). 3 mul, 6 add. */
-BS_INLINE void FN(cga3d_between_euclidean_euclidean_number)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT share_in)
+/* cga3d_interpolate_position_euclidean_euclidean_number: The position from a (fraction 0) to b (fraction 1). 3 mul, 6 add. */
+BS_INLINE void FN(cga3d_interpolate_position_euclidean_euclidean_number)(V *RESTRICT out, const V *RESTRICT a_in, const V *RESTRICT b_in, const V *RESTRICT fraction_in)
 {
   const V a_e1 = a_in[0];
   const V a_e2 = a_in[1];
@@ -39,10 +39,10 @@ BS_INLINE void FN(cga3d_between_euclidean_euclidean_number)(V *RESTRICT out, con
   const V b_e1 = b_in[0];
   const V b_e2 = b_in[1];
   const V b_e3 = b_in[2];
-  const V share_s = share_in[0];
-  out[0] = a_e1 + share_s * (b_e1 - a_e1); /* e1 */
-  out[1] = a_e2 + share_s * (b_e2 - a_e2); /* e2 */
-  out[2] = a_e3 + share_s * (b_e3 - a_e3); /* e3 */
+  const V fraction_s = fraction_in[0];
+  out[0] = a_e1 + fraction_s * (b_e1 - a_e1); /* e1 */
+  out[1] = a_e2 + fraction_s * (b_e2 - a_e2); /* e2 */
+  out[2] = a_e3 + fraction_s * (b_e3 - a_e3); /* e3 */
 }
 
 /* cga3d_swept_normal_euclidean_circle_any_circle: Unit normal at a position on the surface that a circle or line C sweeps at the rate dC (4.17 to 4.25). 116 mul, 102 add, 37 other. */
@@ -214,7 +214,7 @@ BS_INLINE void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair)(V *R
   out[2] = -t47 * t49; /* e3 */
 }
 
-static void FN(cga3d_placed_euclidean_number_rotor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const center_rows = (const S *)ins[0];
@@ -223,9 +223,9 @@ static void FN(cga3d_placed_euclidean_number_rotor_euclidean_batch)(ptrdiff_t be
   const S *const radius_rows = (const S *)ins[1];
   const ptrdiff_t radius_stride = strides[1];
   V radius_in[1];
-  const S *const turn_rows = (const S *)ins[2];
-  const ptrdiff_t turn_stride = strides[2];
-  V turn_in[4];
+  const S *const rotor_rows = (const S *)ins[2];
+  const ptrdiff_t rotor_stride = strides[2];
+  V rotor_in[4];
   const S *const spoke_rows = (const S *)ins[3];
   const ptrdiff_t spoke_stride = strides[3];
   V spoke_in[3];
@@ -234,22 +234,22 @@ static void FN(cga3d_placed_euclidean_number_rotor_euclidean_batch)(ptrdiff_t be
   if (begin >= end) return;
   FN(load_broadcast)(center_in, center_rows, 3);
   FN(load_broadcast)(radius_in, radius_rows, 1);
-  FN(load_broadcast)(turn_in, turn_rows, 4);
+  FN(load_broadcast)(rotor_in, rotor_rows, 4);
   FN(load_broadcast)(spoke_in, spoke_rows, 3);
   for (ptrdiff_t i = begin; i < end; i += W) {
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (center_stride) FN(load_rows)(center_in, center_rows + i * 3, 3);
       if (radius_stride) FN(load_rows)(radius_in, radius_rows + i * 1, 1);
-      if (turn_stride) FN(load_rows)(turn_in, turn_rows + i * 4, 4);
+      if (rotor_stride) FN(load_rows)(rotor_in, rotor_rows + i * 4, 4);
       if (spoke_stride) FN(load_rows)(spoke_in, spoke_rows + i * 3, 3);
     } else {
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (radius_stride) FN(load_tail)(radius_in, radius_rows + i * 1, 1, rows);
-      if (turn_stride) FN(load_tail)(turn_in, turn_rows + i * 4, 4, rows);
+      if (rotor_stride) FN(load_tail)(rotor_in, rotor_rows + i * 4, 4, rows);
       if (spoke_stride) FN(load_tail)(spoke_in, spoke_rows + i * 3, 3, rows);
     }
-    FN(cga3d_placed_euclidean_number_rotor_euclidean)(out, center_in, radius_in, turn_in, spoke_in);
+    FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean)(out, center_in, radius_in, rotor_in, spoke_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else {
@@ -258,7 +258,7 @@ static void FN(cga3d_placed_euclidean_number_rotor_euclidean_batch)(ptrdiff_t be
   }
 }
 
-static void FN(cga3d_between_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_interpolate_position_euclidean_euclidean_number_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const a_rows = (const S *)ins[0];
@@ -267,27 +267,27 @@ static void FN(cga3d_between_euclidean_euclidean_number_batch)(ptrdiff_t begin, 
   const S *const b_rows = (const S *)ins[1];
   const ptrdiff_t b_stride = strides[1];
   V b_in[3];
-  const S *const share_rows = (const S *)ins[2];
-  const ptrdiff_t share_stride = strides[2];
-  V share_in[1];
+  const S *const fraction_rows = (const S *)ins[2];
+  const ptrdiff_t fraction_stride = strides[2];
+  V fraction_in[1];
   S *const out_rows = (S *)outs[0];
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(a_in, a_rows, 3);
   FN(load_broadcast)(b_in, b_rows, 3);
-  FN(load_broadcast)(share_in, share_rows, 1);
+  FN(load_broadcast)(fraction_in, fraction_rows, 1);
   for (ptrdiff_t i = begin; i < end; i += W) {
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (a_stride) FN(load_rows)(a_in, a_rows + i * 3, 3);
       if (b_stride) FN(load_rows)(b_in, b_rows + i * 3, 3);
-      if (share_stride) FN(load_rows)(share_in, share_rows + i * 1, 1);
+      if (fraction_stride) FN(load_rows)(fraction_in, fraction_rows + i * 1, 1);
     } else {
       if (a_stride) FN(load_tail)(a_in, a_rows + i * 3, 3, rows);
       if (b_stride) FN(load_tail)(b_in, b_rows + i * 3, 3, rows);
-      if (share_stride) FN(load_tail)(share_in, share_rows + i * 1, 1, rows);
+      if (fraction_stride) FN(load_tail)(fraction_in, fraction_rows + i * 1, 1, rows);
     }
-    FN(cga3d_between_euclidean_euclidean_number)(out, a_in, b_in, share_in);
+    FN(cga3d_interpolate_position_euclidean_euclidean_number)(out, a_in, b_in, fraction_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else {
@@ -373,8 +373,8 @@ static void FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair_batch)(p
 }
 
 static const bs_batch FN(bs_loops)[] = {
-  FN(cga3d_placed_euclidean_number_rotor_euclidean_batch),
-  FN(cga3d_between_euclidean_euclidean_number_batch),
+  FN(cga3d_point_on_circle_euclidean_number_rotor_euclidean_batch),
+  FN(cga3d_interpolate_position_euclidean_euclidean_number_batch),
   FN(cga3d_swept_normal_euclidean_circle_any_circle_batch),
   FN(cga3d_segment_normal_euclidean_point_pair_any_point_pair_batch),
 };

@@ -16,16 +16,16 @@ K = np.float64
 
 
 # c + r R x ~R: where T(c) D(r) R takes a point of the unit circle. 21 mul, 15 add.
-def cga3d_placed_euclidean_number_rotor_euclidean(
-    center_e1, center_e2, center_e3, radius_s, turn_s, turn_e12, turn_e13, turn_e23, spoke_e1,
+def cga3d_point_on_circle_euclidean_number_rotor_euclidean(
+    center_e1, center_e2, center_e3, radius_s, rotor_s, rotor_e12, rotor_e13, rotor_e23, spoke_e1,
     spoke_e2, spoke_e3,
 ):
-    t0 = turn_e12 * spoke_e1 - turn_s * spoke_e2 - turn_e23 * spoke_e3
-    t1 = turn_e13 * spoke_e1 + turn_e23 * spoke_e2 - turn_s * spoke_e3
-    t2 = center_e1 + radius_s * (spoke_e1 - K(2.0) * (turn_e12 * t0 + turn_e13 * t1))
-    t3 = turn_s * spoke_e1 + turn_e12 * spoke_e2 + turn_e13 * spoke_e3
-    t4 = center_e2 + radius_s * (spoke_e2 - K(2.0) * (turn_e12 * t3 + turn_e23 * t1))
-    t5 = center_e3 + radius_s * (spoke_e3 + K(2.0) * (turn_e23 * t0 - turn_e13 * t3))
+    t0 = rotor_e12 * spoke_e1 - rotor_s * spoke_e2 - rotor_e23 * spoke_e3
+    t1 = rotor_e13 * spoke_e1 + rotor_e23 * spoke_e2 - rotor_s * spoke_e3
+    t2 = center_e1 + radius_s * (spoke_e1 - K(2.0) * (rotor_e12 * t0 + rotor_e13 * t1))
+    t3 = rotor_s * spoke_e1 + rotor_e12 * spoke_e2 + rotor_e13 * spoke_e3
+    t4 = center_e2 + radius_s * (spoke_e2 - K(2.0) * (rotor_e12 * t3 + rotor_e23 * t1))
+    t5 = center_e3 + radius_s * (spoke_e3 + K(2.0) * (rotor_e23 * t0 - rotor_e13 * t3))
     return (
         t2,  # e1
         t4,  # e2
@@ -33,55 +33,55 @@ def cga3d_placed_euclidean_number_rotor_euclidean(
     )
 
 
-def cga3d_placed_euclidean_number_rotor_euclidean_batch(
-    begin, end, out_rows, center_rows, center_step, radius_rows, radius_step, turn_rows, turn_step,
-    spoke_rows, spoke_step,
+def cga3d_point_on_circle_euclidean_number_rotor_euclidean_batch(
+    begin, end, out_rows, center_rows, center_step, radius_rows, radius_step, rotor_rows,
+    rotor_step, spoke_rows, spoke_step,
 ):
     center_columns = np.empty((3, BLOCK), K)
     radius_columns = np.empty((1, BLOCK), K)
-    turn_columns = np.empty((4, BLOCK), K)
+    rotor_columns = np.empty((4, BLOCK), K)
     spoke_columns = np.empty((3, BLOCK), K)
     out_columns = np.empty((3, BLOCK), K)
     for first in range(begin, end, BLOCK):
         count = min(BLOCK, end - first)
         load(center_columns, center_rows, first, count, center_step)
         load(radius_columns, radius_rows, first, count, radius_step)
-        load(turn_columns, turn_rows, first, count, turn_step)
+        load(rotor_columns, rotor_rows, first, count, rotor_step)
         load(spoke_columns, spoke_rows, first, count, spoke_step)
         for i in range(count):
-            (out_columns[0, i], out_columns[1, i], out_columns[2, i]) = cga3d_placed_euclidean_number_rotor_euclidean(
+            (out_columns[0, i], out_columns[1, i], out_columns[2, i]) = cga3d_point_on_circle_euclidean_number_rotor_euclidean(
                 center_columns[0, i], center_columns[1, i], center_columns[2, i], radius_columns[0,
-                i], turn_columns[0, i], turn_columns[1, i], turn_columns[2, i], turn_columns[3, i],
-                spoke_columns[0, i], spoke_columns[1, i], spoke_columns[2, i],
+                i], rotor_columns[0, i], rotor_columns[1, i], rotor_columns[2, i], rotor_columns[3,
+                i], spoke_columns[0, i], spoke_columns[1, i], spoke_columns[2, i],
             )
         store(out_rows, out_columns, first, count)
 
 
-# The position from a (share 0) to b (share 1). 3 mul, 6 add.
-def cga3d_between_euclidean_euclidean_number(a_e1, a_e2, a_e3, b_e1, b_e2, b_e3, share_s):
+# The position from a (fraction 0) to b (fraction 1). 3 mul, 6 add.
+def cga3d_interpolate_position_euclidean_euclidean_number(a_e1, a_e2, a_e3, b_e1, b_e2, b_e3, fraction_s):
     return (
-        a_e1 + share_s * (b_e1 - a_e1),  # e1
-        a_e2 + share_s * (b_e2 - a_e2),  # e2
-        a_e3 + share_s * (b_e3 - a_e3),  # e3
+        a_e1 + fraction_s * (b_e1 - a_e1),  # e1
+        a_e2 + fraction_s * (b_e2 - a_e2),  # e2
+        a_e3 + fraction_s * (b_e3 - a_e3),  # e3
     )
 
 
-def cga3d_between_euclidean_euclidean_number_batch(
-    begin, end, out_rows, a_rows, a_step, b_rows, b_step, share_rows, share_step,
+def cga3d_interpolate_position_euclidean_euclidean_number_batch(
+    begin, end, out_rows, a_rows, a_step, b_rows, b_step, fraction_rows, fraction_step,
 ):
     a_columns = np.empty((3, BLOCK), K)
     b_columns = np.empty((3, BLOCK), K)
-    share_columns = np.empty((1, BLOCK), K)
+    fraction_columns = np.empty((1, BLOCK), K)
     out_columns = np.empty((3, BLOCK), K)
     for first in range(begin, end, BLOCK):
         count = min(BLOCK, end - first)
         load(a_columns, a_rows, first, count, a_step)
         load(b_columns, b_rows, first, count, b_step)
-        load(share_columns, share_rows, first, count, share_step)
+        load(fraction_columns, fraction_rows, first, count, fraction_step)
         for i in range(count):
-            (out_columns[0, i], out_columns[1, i], out_columns[2, i]) = cga3d_between_euclidean_euclidean_number(
+            (out_columns[0, i], out_columns[1, i], out_columns[2, i]) = cga3d_interpolate_position_euclidean_euclidean_number(
                 a_columns[0, i], a_columns[1, i], a_columns[2, i], b_columns[0, i], b_columns[1, i],
-                b_columns[2, i], share_columns[0, i],
+                b_columns[2, i], fraction_columns[0, i],
             )
         store(out_rows, out_columns, first, count)
 

@@ -5,8 +5,8 @@
  * A loop holds its kernel once, for whole vectors and the tail alike: a second copy would double the code. */
 #include "unit.h"
 
-/* cga3d_located_point_pair: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 27 mul, 10 add, 20 other. */
-BS_INLINE void FN(cga3d_located_point_pair)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
+/* cga3d_center_axis_curvature_point_pair: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 27 mul, 10 add, 20 other. */
+BS_INLINE void FN(cga3d_center_axis_curvature_point_pair)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
 {
   const V x_e12 = x_in[0];
   const V x_e13 = x_in[1];
@@ -48,8 +48,8 @@ BS_INLINE void FN(cga3d_located_point_pair)(V *RESTRICT center, V *RESTRICT axis
   curvature[0] = t20; /* 1 */
 }
 
-/* cga3d_located_circle: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 13 add, 16 other. */
-BS_INLINE void FN(cga3d_located_circle)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
+/* cga3d_center_axis_curvature_circle: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 13 add, 16 other. */
+BS_INLINE void FN(cga3d_center_axis_curvature_circle)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
 {
   const V x_e123 = x_in[0];
   const V x_e12no = x_in[1];
@@ -88,8 +88,8 @@ BS_INLINE void FN(cga3d_located_circle)(V *RESTRICT center, V *RESTRICT axis, V 
   curvature[0] = t17; /* 1 */
 }
 
-/* cga3d_located_sphere: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 15 mul, 1 add, 16 other. */
-BS_INLINE void FN(cga3d_located_sphere)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
+/* cga3d_center_axis_curvature_sphere: Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 15 mul, 1 add, 16 other. */
+BS_INLINE void FN(cga3d_center_axis_curvature_sphere)(V *RESTRICT center, V *RESTRICT axis, V *RESTRICT curvature, const V *RESTRICT x_in)
 {
   const V x_e123no = x_in[0];
   const V x_e123ni = x_in[1];
@@ -123,8 +123,8 @@ BS_INLINE void FN(cga3d_located_sphere)(V *RESTRICT center, V *RESTRICT axis, V 
   curvature[0] = t17; /* 1 */
 }
 
-/* cga3d_turns_euclidean_euclidean: Half a turn that takes the object there to its negative, and half of that. 43 mul, 21 add, 21 other. */
-BS_INLINE void FN(cga3d_turns_euclidean_euclidean)(V *RESTRICT half, V *RESTRICT quarter, const V *RESTRICT center_in, const V *RESTRICT axis_in)
+/* cga3d_half_rotations_euclidean_euclidean: Half a turn that takes the object there to its negative, and half of that. 43 mul, 21 add, 21 other. */
+BS_INLINE void FN(cga3d_half_rotations_euclidean_euclidean)(V *RESTRICT half, V *RESTRICT quarter, const V *RESTRICT center_in, const V *RESTRICT axis_in)
 {
   const V center_e1 = center_in[0];
   const V center_e2 = center_in[1];
@@ -328,7 +328,7 @@ BS_INLINE void FN(store_status)(unsigned char *dst, const V *src, int rows)
   for (int l = 0; l < rows; l++) dst[l] = (unsigned char)lanes[l];
 }
 
-static void FN(cga3d_located_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_center_axis_curvature_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const x_rows = (const S *)ins[0];
@@ -349,7 +349,7 @@ static void FN(cga3d_located_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, v
     } else {
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
-    FN(cga3d_located_point_pair)(center, axis, curvature, x_in);
+    FN(cga3d_center_axis_curvature_point_pair)(center, axis, curvature, x_in);
     if (rows == W) {
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(axis_rows + i * 3, axis, 3);
@@ -362,7 +362,7 @@ static void FN(cga3d_located_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, v
   }
 }
 
-static void FN(cga3d_located_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_center_axis_curvature_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const x_rows = (const S *)ins[0];
@@ -383,7 +383,7 @@ static void FN(cga3d_located_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     } else {
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
-    FN(cga3d_located_circle)(center, axis, curvature, x_in);
+    FN(cga3d_center_axis_curvature_circle)(center, axis, curvature, x_in);
     if (rows == W) {
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(axis_rows + i * 3, axis, 3);
@@ -396,7 +396,7 @@ static void FN(cga3d_located_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   }
 }
 
-static void FN(cga3d_located_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_center_axis_curvature_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const x_rows = (const S *)ins[0];
@@ -417,7 +417,7 @@ static void FN(cga3d_located_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void 
     } else {
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
-    FN(cga3d_located_sphere)(center, axis, curvature, x_in);
+    FN(cga3d_center_axis_curvature_sphere)(center, axis, curvature, x_in);
     if (rows == W) {
       FN(store_rows)(center_rows + i * 3, center, 3);
       FN(store_rows)(axis_rows + i * 3, axis, 3);
@@ -430,7 +430,7 @@ static void FN(cga3d_located_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void 
   }
 }
 
-static void FN(cga3d_turns_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_half_rotations_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const center_rows = (const S *)ins[0];
@@ -455,7 +455,7 @@ static void FN(cga3d_turns_euclidean_euclidean_batch)(ptrdiff_t begin, ptrdiff_t
       if (center_stride) FN(load_tail)(center_in, center_rows + i * 3, 3, rows);
       if (axis_stride) FN(load_tail)(axis_in, axis_rows + i * 3, 3, rows);
     }
-    FN(cga3d_turns_euclidean_euclidean)(half, quarter, center_in, axis_in);
+    FN(cga3d_half_rotations_euclidean_euclidean)(half, quarter, center_in, axis_in);
     if (rows == W) {
       FN(store_rows)(half_rows + i * 8, half, 8);
       FN(store_rows)(quarter_rows + i * 9, quarter, 9);
@@ -526,10 +526,10 @@ static void FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_n
 }
 
 static const bs_batch FN(bs_loops)[] = {
-  FN(cga3d_located_point_pair_batch),
-  FN(cga3d_located_circle_batch),
-  FN(cga3d_located_sphere_batch),
-  FN(cga3d_turns_euclidean_euclidean_batch),
+  FN(cga3d_center_axis_curvature_point_pair_batch),
+  FN(cga3d_center_axis_curvature_circle_batch),
+  FN(cga3d_center_axis_curvature_sphere_batch),
+  FN(cga3d_half_rotations_euclidean_euclidean_batch),
   FN(cga3d_similarity_euclidean_euclidean_number_euclidean_euclidean_number_batch),
 };
 

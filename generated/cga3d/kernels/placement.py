@@ -16,7 +16,7 @@ K = np.float64
 
 
 # Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 27 mul, 10 add, 20 other.
-def cga3d_located_point_pair(
+def cga3d_center_axis_curvature_point_pair(
     x_e12, x_e13, x_e1no, x_e1ni, x_e23, x_e2no, x_e2ni, x_e3no, x_e3ni, x_noni,
 ):
     t0 = K(np.finfo(K).eps)
@@ -57,7 +57,7 @@ def cga3d_located_point_pair(
     )
 
 
-def cga3d_located_point_pair_batch(begin, end, center_rows, axis_rows, curvature_rows, x_rows, x_step):
+def cga3d_center_axis_curvature_point_pair_batch(begin, end, center_rows, axis_rows, curvature_rows, x_rows, x_step):
     x_columns = np.empty((10, BLOCK), K)
     center_columns = np.empty((3, BLOCK), K)
     axis_columns = np.empty((3, BLOCK), K)
@@ -68,7 +68,7 @@ def cga3d_located_point_pair_batch(begin, end, center_rows, axis_rows, curvature
         for i in range(count):
             (
                 center_columns[0, i], center_columns[1, i], center_columns[2, i],
-            ), (axis_columns[0, i], axis_columns[1, i], axis_columns[2, i]), (curvature_columns[0, i],) = cga3d_located_point_pair(
+            ), (axis_columns[0, i], axis_columns[1, i], axis_columns[2, i]), (curvature_columns[0, i],) = cga3d_center_axis_curvature_point_pair(
                 x_columns[0, i], x_columns[1, i], x_columns[2, i], x_columns[3, i], x_columns[4, i],
                 x_columns[5, i], x_columns[6, i], x_columns[7, i], x_columns[8, i], x_columns[9, i],
             )
@@ -78,7 +78,7 @@ def cga3d_located_point_pair_batch(begin, end, center_rows, axis_rows, curvature
 
 
 # Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 30 mul, 13 add, 16 other.
-def cga3d_located_circle(
+def cga3d_center_axis_curvature_circle(
     x_e123, x_e12no, x_e12ni, x_e13no, x_e13ni, x_e1noni, x_e23no, x_e23ni, x_e2noni, x_e3noni,
 ):
     t0 = K(np.finfo(K).eps)
@@ -116,7 +116,7 @@ def cga3d_located_circle(
     )
 
 
-def cga3d_located_circle_batch(begin, end, center_rows, axis_rows, curvature_rows, x_rows, x_step):
+def cga3d_center_axis_curvature_circle_batch(begin, end, center_rows, axis_rows, curvature_rows, x_rows, x_step):
     x_columns = np.empty((10, BLOCK), K)
     center_columns = np.empty((3, BLOCK), K)
     axis_columns = np.empty((3, BLOCK), K)
@@ -127,7 +127,7 @@ def cga3d_located_circle_batch(begin, end, center_rows, axis_rows, curvature_row
         for i in range(count):
             (
                 center_columns[0, i], center_columns[1, i], center_columns[2, i],
-            ), (axis_columns[0, i], axis_columns[1, i], axis_columns[2, i]), (curvature_columns[0, i],) = cga3d_located_circle(
+            ), (axis_columns[0, i], axis_columns[1, i], axis_columns[2, i]), (curvature_columns[0, i],) = cga3d_center_axis_curvature_circle(
                 x_columns[0, i], x_columns[1, i], x_columns[2, i], x_columns[3, i], x_columns[4, i],
                 x_columns[5, i], x_columns[6, i], x_columns[7, i], x_columns[8, i], x_columns[9, i],
             )
@@ -137,7 +137,7 @@ def cga3d_located_circle_batch(begin, end, center_rows, axis_rows, curvature_row
 
 
 # Center (of a flat the point nearest the origin), unit axis, and 1/radius (of a flat 0) of an object. 15 mul, 1 add, 16 other.
-def cga3d_located_sphere(x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni):
+def cga3d_center_axis_curvature_sphere(x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni):
     t0 = K(np.finfo(K).eps)
     t1 = K(1.0) - K(2.0) * (x_e123no * x_e123ni)
     t2 = K(4096.0) * (t0 * t0 * t1) < x_e123no * x_e123no
@@ -173,7 +173,7 @@ def cga3d_located_sphere(x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni):
     )
 
 
-def cga3d_located_sphere_batch(begin, end, center_rows, axis_rows, curvature_rows, x_rows, x_step):
+def cga3d_center_axis_curvature_sphere_batch(begin, end, center_rows, axis_rows, curvature_rows, x_rows, x_step):
     x_columns = np.empty((5, BLOCK), K)
     center_columns = np.empty((3, BLOCK), K)
     axis_columns = np.empty((3, BLOCK), K)
@@ -184,7 +184,7 @@ def cga3d_located_sphere_batch(begin, end, center_rows, axis_rows, curvature_row
         for i in range(count):
             (
                 center_columns[0, i], center_columns[1, i], center_columns[2, i],
-            ), (axis_columns[0, i], axis_columns[1, i], axis_columns[2, i]), (curvature_columns[0, i],) = cga3d_located_sphere(
+            ), (axis_columns[0, i], axis_columns[1, i], axis_columns[2, i]), (curvature_columns[0, i],) = cga3d_center_axis_curvature_sphere(
                 x_columns[0, i], x_columns[1, i], x_columns[2, i], x_columns[3, i], x_columns[4, i],
             )
         store(center_rows, center_columns, first, count)
@@ -193,7 +193,7 @@ def cga3d_located_sphere_batch(begin, end, center_rows, axis_rows, curvature_row
 
 
 # Half a turn that takes the object there to its negative, and half of that. 43 mul, 21 add, 21 other.
-def cga3d_turns_euclidean_euclidean(center_e1, center_e2, center_e3, axis_e1, axis_e2, axis_e3):
+def cga3d_half_rotations_euclidean_euclidean(center_e1, center_e2, center_e3, axis_e1, axis_e2, axis_e3):
     t0 = axis_e1 * axis_e1 + axis_e2 * axis_e2 + axis_e3 * axis_e3
     t1 = K(0.0) < t0
     t2 = np.abs(axis_e3)
@@ -250,7 +250,7 @@ def cga3d_turns_euclidean_euclidean(center_e1, center_e2, center_e3, axis_e1, ax
     )
 
 
-def cga3d_turns_euclidean_euclidean_batch(
+def cga3d_half_rotations_euclidean_euclidean_batch(
     begin, end, half_rows, quarter_rows, center_rows, center_step, axis_rows, axis_step,
 ):
     center_columns = np.empty((3, BLOCK), K)
@@ -269,7 +269,7 @@ def cga3d_turns_euclidean_euclidean_batch(
                 quarter_columns[0, i], quarter_columns[1, i], quarter_columns[2, i],
                 quarter_columns[3, i], quarter_columns[4, i], quarter_columns[5, i],
                 quarter_columns[6, i], quarter_columns[7, i], quarter_columns[8, i],
-            ) = cga3d_turns_euclidean_euclidean(
+            ) = cga3d_half_rotations_euclidean_euclidean(
                 center_columns[0, i], center_columns[1, i], center_columns[2, i], axis_columns[0,
                 i], axis_columns[1, i], axis_columns[2, i],
             )

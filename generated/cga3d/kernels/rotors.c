@@ -1294,8 +1294,8 @@ BS_INLINE void FN(cga3d_unit_rotor_even)(V *RESTRICT out, const V *RESTRICT r_in
   out[15] = t46; /* e23noni */
 }
 
-/* cga3d_led_even_point_pair: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add. */
-BS_INLINE void FN(cga3d_led_even_point_pair)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+/* cga3d_transform_object_even_point_pair: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add. */
+BS_INLINE void FN(cga3d_transform_object_even_point_pair)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1385,8 +1385,8 @@ BS_INLINE void FN(cga3d_led_even_point_pair)(V *RESTRICT out, const V *RESTRICT 
   out[9] = t49; /* noni */
 }
 
-/* cga3d_led_even_circle: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add. */
-BS_INLINE void FN(cga3d_led_even_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+/* cga3d_transform_object_even_circle: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add. */
+BS_INLINE void FN(cga3d_transform_object_even_circle)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1476,8 +1476,8 @@ BS_INLINE void FN(cga3d_led_even_circle)(V *RESTRICT out, const V *RESTRICT r_in
   out[9] = t49; /* e3noni */
 }
 
-/* cga3d_led_even_sphere: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 123 mul, 119 add. */
-BS_INLINE void FN(cga3d_led_even_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
+/* cga3d_transform_object_even_sphere: r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 123 mul, 119 add. */
+BS_INLINE void FN(cga3d_transform_object_even_sphere)(V *RESTRICT out, const V *RESTRICT r_in, const V *RESTRICT x_in)
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -1558,8 +1558,8 @@ BS_INLINE void FN(cga3d_led_even_sphere)(V *RESTRICT out, const V *RESTRICT r_in
   out[4] = r_e123ni * t49 + K(2.0) * t50 - r_e2ni * t35 - x_e23noni * (t47 + t48); /* e23noni */
 }
 
-/* cga3d_signed_even: r or -r: <r>_0 >= 0, or the first coefficient that is not zero is positive. 16 mul, 0 add, 64 other. */
-BS_INLINE void FN(cga3d_signed_even)(V *RESTRICT out, const V *RESTRICT r_in)
+/* cga3d_canonicalize_sign_even: r or -r: <r>_0 >= 0, or the first coefficient that is not zero is positive. 16 mul, 0 add, 64 other. */
+BS_INLINE void FN(cga3d_canonicalize_sign_even)(V *RESTRICT out, const V *RESTRICT r_in)
 {
   const V r_s = r_in[0];
   const V r_e12 = r_in[1];
@@ -2166,7 +2166,7 @@ static void FN(cga3d_unit_rotor_even_batch)(ptrdiff_t begin, ptrdiff_t end, void
   }
 }
 
-static void FN(cga3d_led_even_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_transform_object_even_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const r_rows = (const S *)ins[0];
@@ -2189,7 +2189,7 @@ static void FN(cga3d_led_even_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, 
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
-    FN(cga3d_led_even_point_pair)(out, r_in, x_in);
+    FN(cga3d_transform_object_even_point_pair)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else {
@@ -2198,7 +2198,7 @@ static void FN(cga3d_led_even_point_pair_batch)(ptrdiff_t begin, ptrdiff_t end, 
   }
 }
 
-static void FN(cga3d_led_even_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_transform_object_even_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const r_rows = (const S *)ins[0];
@@ -2221,7 +2221,7 @@ static void FN(cga3d_led_even_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 10, 10, rows);
     }
-    FN(cga3d_led_even_circle)(out, r_in, x_in);
+    FN(cga3d_transform_object_even_circle)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 10, out, 10);
     } else {
@@ -2230,7 +2230,7 @@ static void FN(cga3d_led_even_circle_batch)(ptrdiff_t begin, ptrdiff_t end, void
   }
 }
 
-static void FN(cga3d_led_even_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_transform_object_even_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const r_rows = (const S *)ins[0];
@@ -2253,7 +2253,7 @@ static void FN(cga3d_led_even_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
       if (x_stride) FN(load_tail)(x_in, x_rows + i * 5, 5, rows);
     }
-    FN(cga3d_led_even_sphere)(out, r_in, x_in);
+    FN(cga3d_transform_object_even_sphere)(out, r_in, x_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 5, out, 5);
     } else {
@@ -2262,7 +2262,7 @@ static void FN(cga3d_led_even_sphere_batch)(ptrdiff_t begin, ptrdiff_t end, void
   }
 }
 
-static void FN(cga3d_signed_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
+static void FN(cga3d_canonicalize_sign_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *const *outs, const void *const *ins,
     const ptrdiff_t *strides)
 {
   const S *const r_rows = (const S *)ins[0];
@@ -2279,7 +2279,7 @@ static void FN(cga3d_signed_even_batch)(ptrdiff_t begin, ptrdiff_t end, void *co
     } else {
       if (r_stride) FN(load_tail)(r_in, r_rows + i * 16, 16, rows);
     }
-    FN(cga3d_signed_even)(out, r_in);
+    FN(cga3d_canonicalize_sign_even)(out, r_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 16, out, 16);
     } else {
@@ -2303,10 +2303,10 @@ static const bs_batch FN(bs_loops)[] = {
   FN(cga3d_mirror_between_sphere_sphere_batch),
   FN(cga3d_translation_between_point_point_batch),
   FN(cga3d_unit_rotor_even_batch),
-  FN(cga3d_led_even_point_pair_batch),
-  FN(cga3d_led_even_circle_batch),
-  FN(cga3d_led_even_sphere_batch),
-  FN(cga3d_signed_even_batch),
+  FN(cga3d_transform_object_even_point_pair_batch),
+  FN(cga3d_transform_object_even_circle_batch),
+  FN(cga3d_transform_object_even_sphere_batch),
+  FN(cga3d_canonicalize_sign_even_batch),
 };
 
 BS_HIDDEN const bs_unit FN(bs_rotors) = {"rotors", BS_INSTANCE, BS_SOURCE_HASH, 18, FN(bs_loops)};

@@ -1573,7 +1573,7 @@ def cga3d_unit_rotor_even_batch(begin, end, out_rows, r_rows, r_step):
 
 
 # r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add.
-def cga3d_led_even_point_pair(
+def cga3d_transform_object_even_point_pair(
     r_s, r_e12, r_e13, r_e1no, r_e1ni, r_e23, r_e2no, r_e2ni, r_e3no, r_e3ni, r_noni, r_e123no,
     r_e123ni, r_e12noni, r_e13noni, r_e23noni, x_e12, x_e13, x_e1no, x_e1ni, x_e23, x_e2no, x_e2ni,
     x_e3no, x_e3ni, x_noni,
@@ -1642,7 +1642,7 @@ def cga3d_led_even_point_pair(
     )
 
 
-def cga3d_led_even_point_pair_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_step):
+def cga3d_transform_object_even_point_pair_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_step):
     r_columns = np.empty((16, BLOCK), K)
     x_columns = np.empty((10, BLOCK), K)
     out_columns = np.empty((10, BLOCK), K)
@@ -1655,7 +1655,7 @@ def cga3d_led_even_point_pair_batch(begin, end, out_rows, r_rows, r_step, x_rows
                 out_columns[0, i], out_columns[1, i], out_columns[2, i], out_columns[3, i],
                 out_columns[4, i], out_columns[5, i], out_columns[6, i], out_columns[7, i],
                 out_columns[8, i], out_columns[9, i],
-            ) = cga3d_led_even_point_pair(
+            ) = cga3d_transform_object_even_point_pair(
                 r_columns[0, i], r_columns[1, i], r_columns[2, i], r_columns[3, i], r_columns[4, i],
                 r_columns[5, i], r_columns[6, i], r_columns[7, i], r_columns[8, i], r_columns[9, i],
                 r_columns[10, i], r_columns[11, i], r_columns[12, i], r_columns[13, i],
@@ -1667,7 +1667,7 @@ def cga3d_led_even_point_pair_batch(begin, end, out_rows, r_rows, r_step, x_rows
 
 
 # r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 224 mul, 222 add.
-def cga3d_led_even_circle(
+def cga3d_transform_object_even_circle(
     r_s, r_e12, r_e13, r_e1no, r_e1ni, r_e23, r_e2no, r_e2ni, r_e3no, r_e3ni, r_noni, r_e123no,
     r_e123ni, r_e12noni, r_e13noni, r_e23noni, x_e123, x_e12no, x_e12ni, x_e13no, x_e13ni, x_e1noni,
     x_e23no, x_e23ni, x_e2noni, x_e3noni,
@@ -1736,7 +1736,7 @@ def cga3d_led_even_circle(
     )
 
 
-def cga3d_led_even_circle_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_step):
+def cga3d_transform_object_even_circle_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_step):
     r_columns = np.empty((16, BLOCK), K)
     x_columns = np.empty((10, BLOCK), K)
     out_columns = np.empty((10, BLOCK), K)
@@ -1749,7 +1749,7 @@ def cga3d_led_even_circle_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_
                 out_columns[0, i], out_columns[1, i], out_columns[2, i], out_columns[3, i],
                 out_columns[4, i], out_columns[5, i], out_columns[6, i], out_columns[7, i],
                 out_columns[8, i], out_columns[9, i],
-            ) = cga3d_led_even_circle(
+            ) = cga3d_transform_object_even_circle(
                 r_columns[0, i], r_columns[1, i], r_columns[2, i], r_columns[3, i], r_columns[4, i],
                 r_columns[5, i], r_columns[6, i], r_columns[7, i], r_columns[8, i], r_columns[9, i],
                 r_columns[10, i], r_columns[11, i], r_columns[12, i], r_columns[13, i],
@@ -1761,7 +1761,7 @@ def cga3d_led_even_circle_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_
 
 
 # r x ~r on the blades of objects: by its own blades alone r could be more than a rotor. 123 mul, 119 add.
-def cga3d_led_even_sphere(
+def cga3d_transform_object_even_sphere(
     r_s, r_e12, r_e13, r_e1no, r_e1ni, r_e23, r_e2no, r_e2ni, r_e3no, r_e3ni, r_noni, r_e123no,
     r_e123ni, r_e12noni, r_e13noni, r_e23noni, x_e123no, x_e123ni, x_e12noni, x_e13noni, x_e23noni,
 ):
@@ -1825,7 +1825,7 @@ def cga3d_led_even_sphere(
     )
 
 
-def cga3d_led_even_sphere_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_step):
+def cga3d_transform_object_even_sphere_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_step):
     r_columns = np.empty((16, BLOCK), K)
     x_columns = np.empty((5, BLOCK), K)
     out_columns = np.empty((5, BLOCK), K)
@@ -1837,7 +1837,7 @@ def cga3d_led_even_sphere_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_
             (
                 out_columns[0, i], out_columns[1, i], out_columns[2, i], out_columns[3, i],
                 out_columns[4, i],
-            ) = cga3d_led_even_sphere(
+            ) = cga3d_transform_object_even_sphere(
                 r_columns[0, i], r_columns[1, i], r_columns[2, i], r_columns[3, i], r_columns[4, i],
                 r_columns[5, i], r_columns[6, i], r_columns[7, i], r_columns[8, i], r_columns[9, i],
                 r_columns[10, i], r_columns[11, i], r_columns[12, i], r_columns[13, i],
@@ -1848,7 +1848,7 @@ def cga3d_led_even_sphere_batch(begin, end, out_rows, r_rows, r_step, x_rows, x_
 
 
 # r or -r: <r>_0 >= 0, or the first coefficient that is not zero is positive. 16 mul, 0 add, 64 other.
-def cga3d_signed_even(
+def cga3d_canonicalize_sign_even(
     r_s, r_e12, r_e13, r_e1no, r_e1ni, r_e23, r_e2no, r_e2ni, r_e3no, r_e3ni, r_noni, r_e123no,
     r_e123ni, r_e12noni, r_e13noni, r_e23noni,
 ):
@@ -1936,7 +1936,7 @@ def cga3d_signed_even(
     )
 
 
-def cga3d_signed_even_batch(begin, end, out_rows, r_rows, r_step):
+def cga3d_canonicalize_sign_even_batch(begin, end, out_rows, r_rows, r_step):
     r_columns = np.empty((16, BLOCK), K)
     out_columns = np.empty((16, BLOCK), K)
     for first in range(begin, end, BLOCK):
@@ -1948,7 +1948,7 @@ def cga3d_signed_even_batch(begin, end, out_rows, r_rows, r_step):
                 out_columns[4, i], out_columns[5, i], out_columns[6, i], out_columns[7, i],
                 out_columns[8, i], out_columns[9, i], out_columns[10, i], out_columns[11, i],
                 out_columns[12, i], out_columns[13, i], out_columns[14, i], out_columns[15, i],
-            ) = cga3d_signed_even(
+            ) = cga3d_canonicalize_sign_even(
                 r_columns[0, i], r_columns[1, i], r_columns[2, i], r_columns[3, i], r_columns[4, i],
                 r_columns[5, i], r_columns[6, i], r_columns[7, i], r_columns[8, i], r_columns[9, i],
                 r_columns[10, i], r_columns[11, i], r_columns[12, i], r_columns[13, i],

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 /* pga3d_moment_about_twist_euclidean: tau - p x f: the moment about a point. 6 mul, 6 add. */
-BS_INLINE void FN(pga3d_moment_about_twist_euclidean)(V *RESTRICT out, const V *RESTRICT wrench_in, const V *RESTRICT place_in)
+BS_INLINE void FN(pga3d_moment_about_twist_euclidean)(V *RESTRICT out, const V *RESTRICT wrench_in, const V *RESTRICT point_in)
 {
   const V wrench_e01 = wrench_in[0];
   const V wrench_e02 = wrench_in[1];
@@ -14,12 +14,12 @@ BS_INLINE void FN(pga3d_moment_about_twist_euclidean)(V *RESTRICT out, const V *
   const V wrench_e12 = wrench_in[3];
   const V wrench_e13 = wrench_in[4];
   const V wrench_e23 = wrench_in[5];
-  const V place_e1 = place_in[0];
-  const V place_e2 = place_in[1];
-  const V place_e3 = place_in[2];
-  out[0] = -wrench_e01 - (wrench_e12 * place_e2 + wrench_e13 * place_e3); /* e1 */
-  out[1] = (wrench_e12 * place_e1 - wrench_e23 * place_e3) - wrench_e02; /* e2 */
-  out[2] = -wrench_e03 - (-wrench_e13 * place_e1 - wrench_e23 * place_e2); /* e3 */
+  const V point_e1 = point_in[0];
+  const V point_e2 = point_in[1];
+  const V point_e3 = point_in[2];
+  out[0] = -wrench_e01 - (wrench_e12 * point_e2 + wrench_e13 * point_e3); /* e1 */
+  out[1] = (wrench_e12 * point_e1 - wrench_e23 * point_e3) - wrench_e02; /* e2 */
+  out[2] = -wrench_e03 - (-wrench_e13 * point_e1 - wrench_e23 * point_e2); /* e3 */
 }
 
 /* pga3d_screw_cross_twist_twist: (A x C, A x D + B x C) of screws (A, B) and (C, D): less their commutator (6.2.3). 18 mul, 12 add. */
@@ -85,24 +85,24 @@ static void FN(pga3d_moment_about_twist_euclidean_batch)(ptrdiff_t begin, ptrdif
   const S *const wrench_rows = (const S *)ins[0];
   const ptrdiff_t wrench_stride = strides[0];
   V wrench_in[6];
-  const S *const place_rows = (const S *)ins[1];
-  const ptrdiff_t place_stride = strides[1];
-  V place_in[3];
+  const S *const point_rows = (const S *)ins[1];
+  const ptrdiff_t point_stride = strides[1];
+  V point_in[3];
   S *const out_rows = (S *)outs[0];
   V out[3];
   if (begin >= end) return;
   FN(load_broadcast)(wrench_in, wrench_rows, 6);
-  FN(load_broadcast)(place_in, place_rows, 3);
+  FN(load_broadcast)(point_in, point_rows, 3);
   for (ptrdiff_t i = begin; i < end; i += W) {
     const int rows = end - i < W ? (int)(end - i) : W;
     if (rows == W) {
       if (wrench_stride) FN(load_rows)(wrench_in, wrench_rows + i * 6, 6);
-      if (place_stride) FN(load_rows)(place_in, place_rows + i * 3, 3);
+      if (point_stride) FN(load_rows)(point_in, point_rows + i * 3, 3);
     } else {
       if (wrench_stride) FN(load_tail)(wrench_in, wrench_rows + i * 6, 6, rows);
-      if (place_stride) FN(load_tail)(place_in, place_rows + i * 3, 3, rows);
+      if (point_stride) FN(load_tail)(point_in, point_rows + i * 3, 3, rows);
     }
-    FN(pga3d_moment_about_twist_euclidean)(out, wrench_in, place_in);
+    FN(pga3d_moment_about_twist_euclidean)(out, wrench_in, point_in);
     if (rows == W) {
       FN(store_rows)(out_rows + i * 3, out, 3);
     } else {

@@ -17,29 +17,29 @@ K = np.float64
 
 # tau - p x f: the moment about a point. 6 mul, 6 add.
 def pga3d_moment_about_twist_euclidean(
-    wrench_e01, wrench_e02, wrench_e03, wrench_e12, wrench_e13, wrench_e23, place_e1, place_e2,
-    place_e3,
+    wrench_e01, wrench_e02, wrench_e03, wrench_e12, wrench_e13, wrench_e23, point_e1, point_e2,
+    point_e3,
 ):
     return (
-        -wrench_e01 - (wrench_e12 * place_e2 + wrench_e13 * place_e3),  # e1
-        (wrench_e12 * place_e1 - wrench_e23 * place_e3) - wrench_e02,  # e2
-        -wrench_e03 - (-wrench_e13 * place_e1 - wrench_e23 * place_e2),  # e3
+        -wrench_e01 - (wrench_e12 * point_e2 + wrench_e13 * point_e3),  # e1
+        (wrench_e12 * point_e1 - wrench_e23 * point_e3) - wrench_e02,  # e2
+        -wrench_e03 - (-wrench_e13 * point_e1 - wrench_e23 * point_e2),  # e3
     )
 
 
-def pga3d_moment_about_twist_euclidean_batch(begin, end, out_rows, wrench_rows, wrench_step, place_rows, place_step):
+def pga3d_moment_about_twist_euclidean_batch(begin, end, out_rows, wrench_rows, wrench_step, point_rows, point_step):
     wrench_columns = np.empty((6, BLOCK), K)
-    place_columns = np.empty((3, BLOCK), K)
+    point_columns = np.empty((3, BLOCK), K)
     out_columns = np.empty((3, BLOCK), K)
     for first in range(begin, end, BLOCK):
         count = min(BLOCK, end - first)
         load(wrench_columns, wrench_rows, first, count, wrench_step)
-        load(place_columns, place_rows, first, count, place_step)
+        load(point_columns, point_rows, first, count, point_step)
         for i in range(count):
             (out_columns[0, i], out_columns[1, i], out_columns[2, i]) = pga3d_moment_about_twist_euclidean(
                 wrench_columns[0, i], wrench_columns[1, i], wrench_columns[2, i], wrench_columns[3,
-                i], wrench_columns[4, i], wrench_columns[5, i], place_columns[0, i],
-                place_columns[1, i], place_columns[2, i],
+                i], wrench_columns[4, i], wrench_columns[5, i], point_columns[0, i],
+                point_columns[1, i], point_columns[2, i],
             )
         store(out_rows, out_columns, first, count)
 

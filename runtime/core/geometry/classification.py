@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import AlgebraMismatchError, InputError
+from ...codegen.errors import AlgebraMismatchError
 from ...dispatch.coefficients import embed, normalize_exponents
 from ...dispatch.formulas import evaluate
+from ...dispatch.multivector_data import check_multivector
 from ..kind_constraints import tolerance
 
 if TYPE_CHECKING:
@@ -51,8 +52,7 @@ def projective(algebra: Algebra, x: Multivector) -> str | NDArray[np.str_]:
 
 
 def _by_grade(algebra: Algebra, x: Multivector, named: Any) -> str | NDArray[np.str_]:
-    if not hasattr(x, "algebra"):
-        raise InputError(f"classify takes multivectors, not a {type(x).__name__}.")
+    check_multivector(x, "the argument of classify")
     if x.algebra is not algebra:
         raise AlgebraMismatchError(f"x belongs to {x.algebra.name}, not to {algebra.name}.")
     own = x.reshape(-1)

@@ -21,7 +21,7 @@ from ...dispatch.formulas import (
     merge_statuses,
     raise_first,
 )
-from ...dispatch.multivector_data import statuses
+from ...dispatch.multivector_data import check_multivector, statuses
 from ...status import Status
 from ..multivector import Algebra, Multivector
 from .parameters import P, Parameters, parameters_class
@@ -127,6 +127,7 @@ class EuclideanAlgebra(Algebra):
 
     def as_motor(self, x: Multivector) -> Multivector:
         """x as a unit motor, its constraints checked."""
+        check_multivector(x)
         if x.algebra is not self or 0 not in x.grades:
             raise KindError(f"a {x.kind.name} of {x.algebra.name} is not a motor of {self.name}.")
         names = [n for n in ("rotor", "translator", "motor") if n in self.kinds and self.kind(n) == x.kind]
@@ -187,6 +188,7 @@ class EuclideanAlgebra(Algebra):
         KindError
             If x is of no kind that has parameters.
         """
+        check_multivector(x)
         if x.algebra is not self:
             raise InputError(f"x belongs to {x.algebra.name}; ask that algebra for its parameters.")
         name = next((n for n in self.readers if self.kind(n) == x.kind), None)

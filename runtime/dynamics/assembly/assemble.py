@@ -82,7 +82,7 @@ def _shape(bodies: Sequence[RigidBody], loads: Sequence[Any]) -> tuple[int, ...]
     try:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
-        raise ShapeError(f"bodies and loads have batches {sorted(set(shapes))} that do not go together.") from None
+        raise ShapeError(f"bodies and loads have batches {sorted(set(shapes))} that do not broadcast.") from None
     if len(shape) > 1:
         raise ShapeError(f"bodies and loads have shape {shape}; one simulation, or a batch (n,), is meant.")
     if shape == (0,):

@@ -76,14 +76,14 @@ def relative_pose(assembly: Assembly, body: int, other: int) -> Multivector:
     return pose if other < 0 else ~assembly.frames[other].pose * pose
 
 
-def moved_near(given: Multivector, exact: Multivector) -> Multivector:
+def moved_near(object_: Multivector, exact: Multivector) -> Multivector:
     """The exact object if the given one equals it up to rounding, else the given one.
 
     Far from the origin the coefficients of what users give have lost digits of the position.
     """
-    difference = (given - exact).values
-    size = np.abs(given.values).max()
-    return exact if np.abs(difference).max(initial=0) <= SAME * size else given
+    difference = (object_ - exact).values
+    size = np.abs(object_.values).max()
+    return exact if np.abs(difference).max(initial=0) <= SAME * size else object_
 
 
 def _check_shape(x: Multivector, what: str, size: int = 1) -> Multivector:
@@ -102,9 +102,9 @@ def _pack_pin(assembly: Assembly, pin: Pin, body: int, other: int) -> None:
     layout = layout_of([local], pin.label)
     pinned = relative_pose(assembly, body, other) >> local
     if pin.world_object is not None:
-        given = multivector_of(pin.world_object, assembly.algebra, "the world's object")
-        given = _check_shape(given, "the world's object", assembly.size)
-        pinned = moved_near(~assembly.frame_motor(other) >> given, pinned)
+        world_object = multivector_of(pin.world_object, assembly.algebra, "the world's object")
+        world_object = _check_shape(world_object, "the world's object", assembly.size)
+        pinned = moved_near(~assembly.frame_motor(other) >> world_object, pinned)
     packed = DriverConstraint(pin, layout, body, other, assembly.algebra.kind(layout).size)
     packed.object_offset = assembly.append(on_layout(pinned, layout))
     packed.target_offset = assembly.append(on_layout(local, layout))
@@ -194,8 +194,8 @@ def _path(value: Any, assembly: Assembly, what: str, frame: Multivector, blades:
     """Function of time that expresses an object and its derivatives in a frame; ``blades`` rebuilds the object."""
 
     def at(t: float) -> list[Multivector]:
-        given = value(t) if callable(value) else value
-        parts = given if isinstance(given, tuple) else (given,)
+        values = value(t) if callable(value) else value
+        parts = values if isinstance(values, tuple) else (values,)
         local = [~frame >> _check_shape(multivector_of(x, assembly.algebra, what), what, assembly.size) for x in parts]
         return [_rebuilt_blade(local[0]), *local[1:]] if blades else local
 

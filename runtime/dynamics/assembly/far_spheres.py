@@ -22,11 +22,11 @@ KNOWN = 1e-14
 ROUNDINGS = 8.0
 
 
-def unknown_of(given: Multivector) -> float:
+def unknown_of(sphere: Multivector) -> float:
     """Length by which the radius of a sphere is not known; 0 for what is known well, and for other objects."""
-    if given.kind.name != "sphere":
+    if sphere.kind.name != "sphere":
         return 0.0
-    center, radius = _exact_parameters(given)
+    center, radius = _exact_parameters(sphere)
     unknown = _unknown(center, radius)
     return float(unknown.max()) if (unknown > KNOWN * radius).any() else 0.0
 
@@ -37,22 +37,22 @@ def _unknown(center: Array, radius: Array) -> Array:
     return np.asarray(square / np.maximum(np.maximum(radius, np.sqrt(square)), TINY))
 
 
-def far_sphere(given: Multivector, frame: Multivector, point: Multivector) -> tuple[Multivector, float] | None:
+def far_sphere(sphere: Multivector, frame: Multivector, point: Multivector) -> tuple[Multivector, float] | None:
     """A sphere of the world as a frame sees it, and by how much its radius is not known; None if it is known well.
 
     Parameters
     ----------
-    given : Multivector
+    sphere : Multivector
         In the world.
     frame : Multivector
         Motor of the frame.
     point : Multivector
         What is held, at the start, as the frame sees it.
     """
-    if not unknown_of(given):
+    if not unknown_of(sphere):
         return None
-    center, radius = _exact_parameters(given)
-    unknown, algebra, moved = _unknown(center, radius), given.algebra, ~frame >> given
+    center, radius = _exact_parameters(sphere)
+    unknown, algebra, moved = _unknown(center, radius), sphere.algebra, ~frame >> sphere
     place = (~frame >> algebra.point(center)).parameters().xyz
     gap = np.linalg.norm(point.parameters().xyz - place, axis=-1)
     near = (np.abs(gap - radius) <= ROUNDINGS * unknown) & (gap > 0)

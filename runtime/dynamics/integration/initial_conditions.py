@@ -35,7 +35,7 @@ def check_start(run: driver.Run, projected: bool) -> None:
         where = None if len(run.start) == 1 else f"simulation {worst}"
         if projected:
             raise ConstraintError(
-                f"the constraints contradict each other: {what}{label} stays violated, by {error:.3g} {unit}.",
+                f"the constraints contradict each other: {what}{label} keeps a residual of {error:.3g} {unit}.",
                 where=where,
                 remedy="Leave it out, or one of the others",
             )
@@ -51,7 +51,7 @@ def contradiction(run: driver.Run, item: int) -> str:
     label, unit = _label(assembly, int(row)), "of the body's size, or in radians"
     if _constraint_of(assembly, int(row)).power:
         label, unit = f"the rate of {label}", "of the bodies' velocity"
-    return f"the constraints contradict each other: {label} stays violated, by {error:.3g} {unit}"
+    return f"the constraints contradict each other: {label} keeps a residual of {error:.3g} {unit}"
 
 
 def _rounding(assembly: Assembly) -> Array:

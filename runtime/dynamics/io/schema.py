@@ -18,8 +18,8 @@ from ...mechanics.io.fields import (
     Place,
     Positive,
     Vector,
+    at_most_one,
     exactly_one,
-    one_at_most,
     present_keys,
 )
 from ...mechanics.io.geometry import OrientationTable, UnitsTable
@@ -106,7 +106,7 @@ class BodyTable(Table):
     @model_validator(mode="after")
     def _inertia(self) -> BodyTable:
         exactly_one(self, "mass", "density")
-        one_at_most(self, "moments", "tensor")
+        at_most_one(self, "moments", "tensor")
         if not present_keys(self, "moments", "tensor", "shape"):
             raise ValueError("has neither moments nor tensor nor shape; one of them gives its inertia")
         if self.density is not None and (self.shape is None or present_keys(self, "moments", "tensor")):
@@ -136,8 +136,8 @@ class SimulationTable(Table):
 
     @model_validator(mode="after")
     def _once(self) -> SimulationTable:
-        one_at_most(self, "interval", "times")
-        one_at_most(self, "stabilization", "stabilisation")
+        at_most_one(self, "interval", "times")
+        at_most_one(self, "stabilization", "stabilisation")
         if self.baumgarte is not None and "baumgarte" not in (self.stabilization, self.stabilisation):
             raise ValueError('the rate baumgarte goes with stabilization = "baumgarte"')
         return self

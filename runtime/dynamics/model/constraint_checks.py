@@ -33,17 +33,17 @@ def check_moving(x: Any, what: str) -> None:
         )
 
 
-def check_alike(own: Multivector, world: Multivector) -> None:
+def check_alike(body: Multivector, world: Multivector) -> None:
     """Check that two objects have a grade in common; other differences are errors of the constraint."""
-    if own.algebra is not world.algebra:
+    if body.algebra is not world.algebra:
         raise AlgebraMismatchError(
-            f"the body's object belongs to {own.algebra.name}, the world's to {world.algebra.name}."
+            f"the body's object belongs to {body.algebra.name}, the world's to {world.algebra.name}."
         )
     used = [{b.bit_count() for b, v in zip(x.kind.blades, np.moveaxis(x.values, -1, 0), strict=True) if np.any(v)}
-            for x in (own, world)]  # fmt: skip
+            for x in (body, world)]  # fmt: skip
     if not used[0] & used[1]:
         raise GradeError(
-            f"the body's object is a {own.kind.name}, the world's a {world.kind.name}: no motion makes them one."
+            f"the body's object is a {body.kind.name}, the world's a {world.kind.name}: no motion makes them one."
         )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...mechanics.screws import moment_about, wrench_parts
 from ...plot import axes_setup, matplotlib_import, palette
-from ...plot.style import check_suffix, dress_panel, plain, save, show_curve_names
+from ...plot.style import check_suffix, dress_panel, plain, show_curve_names
 from ..results.figure_spec import Sketch
 from ..results.trajectory_data import TrajectoryData, TrajectorySource, data_of
 
@@ -70,8 +70,7 @@ def plot(
         If matplotlib is not installed (extra `plot`).
     """
     record = single(data_of(trajectory, sketch))
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     names = _panels(show, record)
     curves = [curve for name in names for curve in _curves(name, record)]
     columns = COLUMNS.get(len(curves), 2)
@@ -90,7 +89,7 @@ def plot(
     if record.sketch.title:
         figure.suptitle(plain(record.sketch.title), color=palette.INK, fontsize=12)
     if path is not None:
-        save(path, figure, dpi)
+        axes_setup.save(path, figure, dpi)
     return figure
 
 

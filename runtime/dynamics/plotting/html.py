@@ -32,10 +32,9 @@ AXES = 0.12
 
 def page_text(record: TrajectoryData, speed: float, view: tuple[float, float]) -> str:
     """Text of the page."""
-    folder = f"{__package__}.data"
     title = record.sketch.title or "A motion"
     note = "drag to turn, scroll to zoom, space to play"
-    return render_page(folder, "motion", title, note, page_json(contents(record, speed, view)))
+    return render_page("motion", title, note, page_json(contents(record, speed, view)))
 
 
 def contents(record: TrajectoryData, speed: float, view: tuple[float, float]) -> dict[str, Any]:

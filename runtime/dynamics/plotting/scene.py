@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from ... import plot as drawn
 from ...errors import InputError
 from ...mechanics.shapes import Shape
-from ...plot import axes_setup, drawing, matplotlib_import, palette
+from ...plot import axes_setup, drawing, palette
 from ...plot.glyphs import Drawable, Faces
 from ...plot.input_groups import group_items
-from ...plot.style import check_suffix, plain, save, show_title, surface, uniform_rows
+from ...plot.style import check_suffix, finish_picture, surface, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
 from ..results.figure_spec import Sketch
@@ -95,8 +95,7 @@ def picture(
         If matplotlib is not installed (extra `plot`).
     """
     record = single(data_of(trajectory, sketch))
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     if not len(record):
         raise InputError("a trajectory without states has no picture.")
     ax = drawn.axes(record.sketch.view if view is None else view, size, frame)
@@ -108,19 +107,11 @@ def picture(
             _draw_body(ax, body, name, number, SOLID if last else FAINT)
     if record.sketch.objects:
         drawn.draw(*record.sketch.objects, ax=ax, color=palette.GREY, size=OBJECT)
-    for i, (label, color, points) in enumerate(paths(record)):
+    traces = paths(record)
+    for i, (_, color, points) in enumerate(traces):
         drawn.paths(points[:: max(1, -(-len(points) // MAX_STATES))], ax, color, TRACE, None if i else box)
         drawn.draw(points[-1:], ax=ax, color=color, size=TRACE)
-        if label:
-            drawing.picture_of(ax).handles.append(
-                matplotlib_import.line_class()([], [], color=color, label=plain(label))
-            )
-    if drawing.picture_of(ax).handles:
-        axes_setup.show_legend(ax, drawing.picture_of(ax).handles)
-    if record.sketch.title:
-        show_title(ax, record.sketch.title)
-    if path is not None:
-        save(path, ax, dpi)
+    finish_picture(ax, [(label, color) for label, color, _ in traces if label], record.sketch.title, path, dpi)
     return ax
 
 
@@ -162,8 +153,8 @@ def view_bounds(record: TrajectoryData) -> Box:
         parts += [body.position - reach, body.position + reach] if shape is None else [_swept_bounds(body, shape)]
     points = np.concatenate([x.reshape(-1, 3) for x in parts])
     points = points[np.isfinite(points).all(1)]
-    for shown_object in record.sketch.objects:
-        points = np.concatenate([points, _object_bounds(shown_object)])
+    for drawn_object in record.sketch.objects:
+        points = np.concatenate([points, _object_bounds(drawn_object)])
     least = max(LEAST_VIEW * float(np.abs(points).max(initial=0)), 1e-3 * LEAST_VIEW)
     return surrounding_box(points, MARGIN, MIN_SIDE, least)
 
@@ -176,10 +167,10 @@ def _swept_bounds(body: TrajectoryData, shape: Shape) -> Array:
     return np.stack([corners.min(1), corners.max(1)], 1)
 
 
-def _object_bounds(shown_object: Any) -> Array:
+def _object_bounds(drawn_object: Any) -> Array:
     """Positions that bound an object, if it is finite."""
-    groups = group_items(shown_object, None).groups
-    reaches = [Drawable(group, np.zeros((1, 4))).reach() for group in groups]
+    groups = group_items(drawn_object, None).groups
+    reaches = [Drawable(group, np.zeros((1, 4))).bounding_points() for group in groups]
     return np.concatenate([np.empty((0, 3)), *(x.reshape(-1, 3) for x in reaches)])
 
 

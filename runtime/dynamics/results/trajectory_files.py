@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.data_files import FORMATS, csv_text, made_by, npz_bytes, read_npz
+from ...common.data_files import FORMATS, csv_text, npz_bytes, producer_versions, read_npz
 from ...common.deprecation import reordered
 from ...common.files import output_path, write_file
 from ...core.registry import stock_algebra
@@ -87,7 +87,7 @@ def _header(record: TrajectoryData) -> dict[str, Any]:
         "format": "trajectory", "version": VERSION, "algebra": record.algebra, "blades": blades,
         "names": list(record.rows), "integrator": record.integrator, "message": record.message,
         "status": np.asarray(record.ending).tolist(), "steps": np.asarray(record.steps).tolist(),
-        "made_by": made_by(),
+        "made_by": producer_versions(),
         "units": {"length": sketch.units.length, "mass": sketch.units.mass, "time": sketch.units.time},
         "title": sketch.title, "view": list(sketch.view), "shown": sketch.shown, "colors": dict(sketch.colors),
         "traces": [

@@ -37,7 +37,7 @@ def check_exclusive(**options: bool) -> None:
     """Raise `InputError` for options of a run that do not go with sensitivities."""
     if excluded := [name for name, value in options.items() if value]:
         raise InputError(
-            f"sensitivities do not go together with {' and '.join(excluded)}: they are those of a start that obeys its "
+            f"sensitivities cannot be combined with {' and '.join(excluded)}: they are those of a start that obeys its "
             "constraints, at fixed times, computed in this process.",
             remedy=f"Leave out {' and '.join(f'{name}=' for name in excluded)}",
         )
@@ -78,7 +78,7 @@ def _part(name: str, by_name: Mapping[str, Callable[[], Directions]]) -> Directi
         if j < part.count:
             return part.component(j)
         count = f"{part.count} components, from 0" if part.count > 1 else "one component, 0"
-        raise InputError(f"{match[1]} has {count}: {name!r} is none of them.")
+        raise InputError(f"{match[1]} has {count}: {name!r} is not among them.")
     raise InputError(
         f"{name!r} is not a parameter of this simulation.{suggest(name, by_name)}",
         remedy=f"There are: {', '.join(by_name)}",

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ... import plot as drawn
 from ...codegen.errors import InputError, SingularError
-from ...common.validation import as_choice
+from ...common.validation import as_choice, check_shape, finite_array
 from ...plot import axes_setup, matplotlib_import, palette
-from ...plot.style import add_plate, check_suffix, dress_panel, save, show_curve_names, uniform_rows
+from ...plot.style import add_plate, check_suffix, dress_panel, show_curve_names, uniform_rows
 from ...plot.view_box import surrounding_box
 
 if TYPE_CHECKING:
@@ -102,8 +102,7 @@ def picture(
     """
     if (theta is None) == (y is None):
         raise InputError("a picture is of angles or of positions.", remedy="Give theta, or y=")
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     pose = robot.pose(theta, root) if y is None else robot.pose_at(y, elbow)
     rows = [np.reshape(x, (-1, *x.shape[pose.position.ndim - 1 :])) for x in pose]
     valid = [i for i in range(len(rows[0])) if all(np.isfinite(x[i]).all() for x in rows)]
@@ -123,7 +122,7 @@ def picture(
     ax.set_zlim3d(float(high[2]), float(low[2]))
     axes_setup.fill_page(ax)
     if path is not None:
-        save(path, ax, dpi)
+        axes_setup.save(path, ax, dpi)
     return ax
 
 
@@ -178,8 +177,7 @@ def slices(
     """
     words, logarithmic, ends = MEASURES[as_choice(show, "show", tuple(MEASURES))]
     axis = "xyz".index(as_choice(across, "across", ("x", "y", "z")))
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     numbers = _slice_numbers(workspace, axis, at)
     columns = min(len(numbers), 3)
     rows = -(-len(numbers) // columns)
@@ -203,7 +201,7 @@ def slices(
     bar.ax.tick_params(labelsize=8, colors=palette.GREY)
     bar.outline.set_visible(False)
     if path is not None:
-        save(path, figure, dpi)
+        axes_setup.save(path, figure, dpi)
     return figure
 
 
@@ -216,9 +214,10 @@ def _slice_numbers(workspace: Workspace | WorkspaceGrid, axis: int, at: Sequence
         raise InputError("nothing of this workspace is reached.", remedy="Sample another box: bounds=")
     if at is None:
         return sorted({int(i) for i in np.linspace(reached[0], reached[-1], 8).round()[1:-1]})
-    values = np.atleast_1d(np.asarray(at, float))
-    if values.ndim != 1 or not 1 <= len(values) <= MOST_SLICES or not np.isfinite(values).all():
-        raise InputError(f"at is {at!r}; it has from 1 to {MOST_SLICES} numbers.")
+    values = np.atleast_1d(finite_array(at, "at"))
+    check_shape(values, "at", ("n",))
+    if not 1 <= len(values) <= MOST_SLICES:
+        raise InputError(f"at has {len(values)} numbers; from 1 to {MOST_SLICES} are needed.")
     return [int(np.abs(samples - v).argmin()) for v in values]
 
 
@@ -244,8 +243,7 @@ def _slice(
 
 def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: float = axes_setup.DOTS_PER_INCH) -> Any:
     """Angles, speeds and accelerations of the motors over time; a `Figure` of matplotlib."""
-    if path is not None:
-        check_suffix(path)
+    check_suffix(path)
     panels = (
         ("angles of the motors [rad]", motion.theta),
         ("speeds [rad per time]", motion.speed),
@@ -259,7 +257,7 @@ def curves(motion: Motion, path: str | PathLike[str] | None = None, *, dpi: floa
     show_curve_names(figure.axes[0])
     figure.axes[-1].set_xlabel("t", color=palette.GREY, fontsize=9)
     if path is not None:
-        save(path, figure, dpi)
+        axes_setup.save(path, figure, dpi)
     return figure
 
 

@@ -6,10 +6,12 @@ The formulas are in `codegen.formulas`: `delta`, `delta_rates` and `delta_frame`
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import NDArray
 
+from ...common.progress import ProgressOption
 from ...common.validation import as_bool, as_choice, real_array
 from ...core.multivector import Multivector
 from ...dispatch.multivector_data import Statuses
@@ -302,10 +304,38 @@ class DeltaRobot(DeltaGeometry):
         return singularity(self, self.inverse(y, elbow), real_array(y, "y", (..., 3)))
 
     def workspace(
-        self, bounds: Any = None, points: Any = 41, elbow: Any = "outer", threads: int | None = None
-    ) -> Workspace:
-        """Samples of a box: reachable positions and their conditioning; see `Workspace`."""
-        return workspace(self, bounds, points, elbow, threads)
+        self, bounds: Any = None, points: Any = 41, elbow: Any = "outer", threads: int | None = None, *,
+        progress: ProgressOption = False, executor: Executor | None = None,
+    ) -> Workspace:  # fmt: skip
+        """Samples of a box: reachable positions and their conditioning; see `Workspace`.
+
+        Parameters
+        ----------
+        bounds : array (3, 2), optional
+            Least and greatest coordinate along e1, e2, e3. Default: the box that the arms might reach on the e3 side of
+            the base.
+        points : int, or three of them
+            Samples along each side.
+        elbow
+            As of `inverse`.
+        threads : int, optional
+            Default: the package's (`bladesmith.set_threads`). Workers of an executor use one each.
+        progress : bool or callable
+            True: a bar on standard error. A callable gets a `bladesmith.Progress` of positions.
+        executor : concurrent.futures.Executor, optional
+            Evaluates parts of the box on its workers; the results have the same bits.
+
+        Raises
+        ------
+        InputError, ShapeError
+            For bounds that are not a box, or numbers of samples that are not positive or too large.
+        ExecutorError
+            If workers of the executor fail or end, and do so again.
+        Interrupted
+            On an interrupt. As that of an `ExecutorError`, its ``partial`` is the samples so far: not reachable, NaN
+            and INVALID where none was taken.
+        """
+        return workspace(self, bounds, points, elbow, threads, progress, executor)
 
     def trajectory(self, path: Any, times: Any, elbow: Any = "outer") -> Motion:
         """Angles, speeds and accelerations of the motors for a path of the platform; see `Motion`."""

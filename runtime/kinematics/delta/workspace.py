@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError, ShapeError
-from ...common.validation import as_int, finite_array, real_array
+from ...codegen.interrupts import keep_partial
+from ...common import parallel
+from ...common.executors import Task, fill_parts
+from ...common.progress import ProgressOption, open_progress
+from ...common.validation import as_int, finite_array
 from ...status import Status
 from . import solutions
 from .geometry import DeltaGeometry
@@ -20,6 +25,10 @@ Array = NDArray[Any]
 MOST = 2001
 #: Positions in all, at most: some 2 GB.
 MOST_IN_ALL = 20_000_000
+#: Positions that are evaluated at once: enough for all threads.
+CHUNK = 1 << 16
+#: Positions that are worth a call of an executor: some ten milliseconds of work.
+POSITIONS_PER_CALL = 1 << 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,42 +93,63 @@ class Workspace:
         return f"<Workspace of {self.robot!r}: {' x '.join(map(str, self.reachable.shape))}, {fraction:.1%} reached>"
 
 
-def workspace(robot: DeltaGeometry, bounds: Any, points: Any, elbow: Any, threads: int | None) -> Workspace:
-    """Sample a box.
+def workspace(
+    robot: DeltaGeometry, bounds: Any, points: Any, elbow: Any, threads: int | None, progress: ProgressOption,
+    executor: Executor | None,
+) -> Workspace:  # fmt: skip
+    """Sample a box: see `DeltaRobot.workspace`."""
+    x, y, z = axes = _axes(robot, bounds, _counts(points))
+    positions = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    n, shape = len(positions), tuple(map(len, axes))
+    arrays: dict[str, Array] = {
+        "reachable": np.zeros(n, bool), **{name: np.full(n, np.nan) for name in ("condition", "inverse", "forward")},
+        "arms": np.full((n, 3), Status.INVALID, np.uint8),
+    }  # fmt: skip
+    count = parallel.thread_count(threads)
+    task = _WorkspaceTask(robot, solutions.elbow_signs(elbow), count if executor is None else 1)
 
-    Parameters
-    ----------
-    bounds : array (3, 2), optional
-        Least and greatest coordinate along e1, e2, e3. Default: the box that the arms might reach on the e3 side of the
-        base.
-    points : int, or three of them
-        Samples along each side.
-    elbow, threads
-        As of `DeltaRobot.inverse`.
+    def samples() -> Workspace:
+        return Workspace(robot, x, y, z, **{name: a.reshape(shape + a.shape[1:]) for name, a in arrays.items()})
 
-    Raises
-    ------
-    InputError, ShapeError
-        For bounds that are not a box, or numbers of samples that are not positive or too large.
-    """
-    counts = _counts(points)
-    low, high = _box(robot, bounds)
-    axes = [
-        np.linspace(a, b, n) if n > 1 else np.array([(a + b) / 2]) for a, b, n in zip(low, high, counts, strict=True)
-    ]
-    positions = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
-    elbows = solutions.elbow_signs(elbow)
-    operands = [real_array(positions, "y", (..., 3)), robot.parameters, elbows]
-    jacobian, codes = solutions.jacobians("delta_rates.inverse_jacobian", operands, threads)
-    measures = singularity(robot, solutions.inverse(robot, positions, elbows)[0], positions)
+    with open_progress(progress, "workspace", "positions", n) as report, keep_partial(samples):
+        grain = CHUNK if executor is None else POSITIONS_PER_CALL
+        fill_parts(executor, task, _sample, (positions,), "positions", arrays, report, grain)
+    return samples()
+
+
+@dataclass(frozen=True, eq=False)
+class _WorkspaceTask(Task):
+    """A robot and the postures of its arms."""
+
+    robot: DeltaGeometry
+    elbows: Array
+    threads: int
+
+    def prepare(self) -> _WorkspaceTask:
+        return self
+
+
+def _sample(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
+    """Samples at positions (n, 3)."""
+    robot, elbows = task.robot, task.elbows
+    operands = [positions, robot.parameters, elbows]
+    jacobian, codes = solutions.jacobians("delta_rates.inverse_jacobian", operands, task.threads)
+    measures = singularity(robot, solutions.inverse(robot, positions, elbows, threads=task.threads)[0], positions)
     reachable = (codes == Status.OK) | (codes == Status.SINGULAR)
     regular = codes == Status.OK
     condition = np.where(reachable, np.inf, np.nan)
     condition[regular] = np.linalg.cond(jacobian[regular]) if regular.any() else 0.0
-    least, volume = np.abs(measures.sines).min(-1), np.abs(measures.volume)
-    arms = solutions.arm_codes(robot, positions, elbows)
-    x, y, z = axes
-    return Workspace(robot, x, y, z, reachable, condition, least, volume, arms)
+    return {
+        "reachable": reachable, "condition": condition, "inverse": np.abs(measures.sines).min(-1),
+        "forward": np.abs(measures.volume), "arms": solutions.arm_codes(robot, positions, elbows),
+    }  # fmt: skip
+
+
+def _axes(robot: DeltaGeometry, bounds: Any, counts: tuple[int, int, int]) -> list[Array]:
+    low, high = _box(robot, bounds)
+    return [
+        np.linspace(a, b, n) if n > 1 else np.array([(a + b) / 2]) for a, b, n in zip(low, high, counts, strict=True)
+    ]
 
 
 def _counts(points: Any) -> tuple[int, int, int]:

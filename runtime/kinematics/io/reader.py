@@ -112,7 +112,7 @@ class _Reader(MechanicsReader[schema.FileTable]):
             view = (20.0 if look.elevation is None else look.elevation, -60.0 if look.azimuth is None else look.azimuth)
         units = Units(table.units.length, table.units.mass, table.units.time)
         return Setup(
-            model, self._stand(model), self._box(model), self._way(model),
+            model, self._stand(model), self._box(model), self._tool_path(model),
             ViewOptions(look.title or "", view, look.poses, look.legend), units, self.document.name,
         )  # fmt: skip
 
@@ -137,124 +137,130 @@ class _Reader(MechanicsReader[schema.FileTable]):
             return self._chain(table.urdf)
         return self._mechanism()
 
-    def _chain(self, own: schema.UrdfTable) -> ChainModel:
+    def _chain(self, spec: schema.UrdfTable) -> ChainModel:
         from ..urdf.robot import load_urdf, urdf_example
 
-        file = self.folder / own.path if own.path is not None else urdf_example(str(own.example))
-        robot = self.document.build(("urdf", "path"), partial(load_urdf, file, mimic=own.mimic, ignore=own.ignore))
-        for key, name in (("tip", own.tip), ("root", own.root)):
+        file = self.folder / spec.path if spec.path is not None else urdf_example(str(spec.example))
+        robot = self.document.build(("urdf", "path"), partial(load_urdf, file, mimic=spec.mimic, ignore=spec.ignore))
+        for key, name in (("tip", spec.tip), ("root", spec.root)):
             if name is not None:
                 self.one_of(name, robot.links, ("urdf", key), "a link")
-        return self.document.build(("urdf",), partial(chain_model, robot, self.tip or own.tip, self.root or own.root))
+        return self.document.build(("urdf",), partial(chain_model, robot, self.tip or spec.tip, self.root or spec.root))
 
     def _mechanism(self) -> MechanismModel:
-        own = self.table.mechanism
-        assert own is not None
+        spec = self.table.mechanism
+        assert spec is not None
         path: KeyPath = ("mechanism",)
-        for i, name in enumerate(own.bodies):
-            if name in own.bodies[:i]:
+        for i, name in enumerate(spec.bodies):
+            if name in spec.bodies[:i]:
                 raise self.document.error((*path, "bodies", i), f"is {name!r}, a duplicate body name")
-        fixed = own.bodies[0] if own.fixed is None else self.one_of(own.fixed, own.bodies, (*path, "fixed"), "a body")
+        fixed = (
+            spec.bodies[0] if spec.fixed is None else self.one_of(spec.fixed, spec.bodies, (*path, "fixed"), "a body")
+        )
         if not self.table.joints:
             raise self.document.error(path, "has no joints", "Describe them under [[joints]]")
-        mechanism = Mechanism(own.bodies, fixed)
-        taken = {name: i for i, name in enumerate(own.bodies)}
+        mechanism = Mechanism(spec.bodies, fixed)
+        index_of = {name: i for i, name in enumerate(spec.bodies)}
         for i, table in enumerate(self.table.joints):
-            joint = self.joint(table, ("joints", i), own.bodies)
-            name = table.name if table.name is not None else _free(f"{table.a}-{table.b}", taken)
-            if name in taken:
+            joint = self.joint(table, ("joints", i), spec.bodies)
+            name = table.name if table.name is not None else _free(f"{table.a}-{table.b}", index_of)
+            if name in index_of:
                 raise self.document.error(
                     ("joints", i, "name"), f"is {name!r}, a duplicate name; names of joints and bodies are distinct"
                 )
-            taken[name] = i
+            index_of[name] = i
             self.document.build(("joints", i), partial(mechanism.add, joint, name))
             self.document.build(("joints", i), partial(relations, self.algebra, [joint]))  # checks its mobility
-        for i, name in enumerate(own.inputs):
+        for i, name in enumerate(spec.inputs):
             self.one_of(name, mechanism.joint_names, (*path, "inputs", i), "a joint")
-            if name in own.inputs[:i]:
+            if name in spec.inputs[:i]:
                 raise self.document.error((*path, "inputs", i), f"is {name!r}, a duplicate input")
         self.document.build(("joints",), mechanism.mobility)  # checks that joints connect all bodies
-        limits = self._limits(own)
-        if own.tool is None:
-            return self.document.build((*path, "inputs"), partial(MechanismModel, mechanism, own.inputs, limits=limits))
+        limits = self._limits(spec)
+        if spec.tool is None:
+            return self.document.build(
+                (*path, "inputs"), partial(MechanismModel, mechanism, spec.inputs, limits=limits)
+            )
         where = (*path, "tool")
-        body = self.one_of(own.tool.body, [x for x in own.bodies if x != fixed], (*where, "body"), "a moving body")
-        point = self.position(own.tool.point, (*where, "point"))
+        body = self.one_of(spec.tool.body, [x for x in spec.bodies if x != fixed], (*where, "body"), "a moving body")
+        point = self.position(spec.tool.point, (*where, "point"))
         return self.document.build(
-            (*path, "inputs"), partial(MechanismModel, mechanism, own.inputs, body, point, limits)
+            (*path, "inputs"), partial(MechanismModel, mechanism, spec.inputs, body, point, limits)
         )
 
-    def _limits(self, own: schema.MechanismTable) -> dict[str, tuple[float, float]]:
-        for name, (low, high) in own.limits.items():
+    def _limits(self, spec: schema.MechanismTable) -> dict[str, tuple[float, float]]:
+        for name, (low, high) in spec.limits.items():
             path: KeyPath = ("mechanism", "limits", name)
-            self.one_of(name, own.inputs, path, "an input")
+            self.one_of(name, spec.inputs, path, "an input")
             if not low <= high:
                 raise self.document.error(path, f"goes from {low:g} to {high:g}; the least is first")
-        return own.limits
+        return spec.limits
 
     # -- tasks -----------------------------------------------------------------------------------------
 
     def _stand(self, model: AnyModel) -> PoseQuery:
-        own = self.table.pose
+        spec = self.table.pose
         values = {}
-        for name, value in own.joints.items():
+        for name, value in spec.joints.items():
             self.one_of(name, model.inputs, ("pose", "joints", name), "an actuated joint")
             turns = bool(model.is_revolute[model.inputs.index(name)])
-            values[name] = math.radians(value) if own.degrees and turns else value
-        position = None if own.position is None else self.position(own.position, ("pose", "position"))
+            values[name] = math.radians(value) if spec.degrees and turns else value
+        position = None if spec.position is None else self.position(spec.position, ("pose", "position"))
         rotor = None
-        if own.orientation is not None:
+        if spec.orientation is not None:
             if position is None:
                 raise self.document.error(("pose", "orientation"), "goes with a position")
-            rotor = self.rotor(own.orientation, ("pose", "orientation"))
+            rotor = self.rotor(spec.orientation, ("pose", "orientation"))
         return PoseQuery(values, position, rotor)
 
     def _box(self, model: AnyModel) -> WorkspaceQuery | None:
-        own = self.table.workspace
-        if own is None:
+        spec = self.table.workspace
+        if spec is None:
             return None
-        for i, (low, high) in enumerate(own.box or ()):
+        for i, (low, high) in enumerate(spec.box or ()):
             if low > high:
                 raise self.document.error(("workspace", "box", i), f"goes from {low:g} to {high:g}; the least is first")
-        if own.show != "condition" and not isinstance(model, DeltaModel):
-            raise self.document.error(("workspace", "show"), f"is {own.show!r}, a measure of Delta robots only")
-        return WorkspaceQuery(own.box, own.samples, own.show, own.across, own.at)
+        if spec.show != "condition" and not isinstance(model, DeltaModel):
+            raise self.document.error(("workspace", "show"), f"is {spec.show!r}, a measure of Delta robots only")
+        return WorkspaceQuery(spec.box, spec.samples, spec.show, spec.across, spec.at)
 
-    def _way(self, model: AnyModel) -> ToolPath | None:
-        own = self.table.path
-        if own is None:
+    def _tool_path(self, model: AnyModel) -> ToolPath | None:
+        spec = self.table.path
+        if spec is None:
             return None
         path: KeyPath = ("path",)
-        rest = (own.duration, own.samples, own.timing == "smooth")
-        if own.joints is not None:
+        rest = (spec.duration, spec.samples, spec.timing == "smooth")
+        if spec.joints is not None:
             ends = {}
-            for name, pair in own.joints.items():
+            for name, pair in spec.joints.items():
                 self.one_of(name, model.inputs, (*path, "joints", name), "an actuated joint")
                 turns = bool(model.is_revolute[model.inputs.index(name)])
-                ends[name] = tuple(math.radians(x) if own.degrees and turns else x for x in pair)
+                ends[name] = tuple(math.radians(x) if spec.degrees and turns else x for x in pair)
             return ToolPath("joints", ends, *rest)
         if not model.tool:
             raise self.document.error(
                 path, "is a path of a tool, and the mechanism has none", "Name it: mechanism.tool"
             )
-        if own.line is not None:
-            start = None if own.line.start is None else self.position(own.line.start, (*path, "line", "start"))
-            return ToolPath("line", {"start": start, "end": self.position(own.line.end, (*path, "line", "end"))}, *rest)
-        if own.circle is not None:
-            center = self.position(own.circle.center, (*path, "circle", "center"))
-            circle = {"center": center, "normal": own.circle.normal, "radius": own.circle.radius}
-            return ToolPath("circle", {**circle, "turns": own.circle.turns}, *rest)
-        points = [self.position(x, (*path, "points", i)) for i, x in enumerate(own.points or ())]
+        if spec.line is not None:
+            start = None if spec.line.start is None else self.position(spec.line.start, (*path, "line", "start"))
+            return ToolPath(
+                "line", {"start": start, "end": self.position(spec.line.end, (*path, "line", "end"))}, *rest
+            )
+        if spec.circle is not None:
+            center = self.position(spec.circle.center, (*path, "circle", "center"))
+            circle = {"center": center, "normal": spec.circle.normal, "radius": spec.circle.radius}
+            return ToolPath("circle", {**circle, "turns": spec.circle.turns}, *rest)
+        points = [self.position(x, (*path, "points", i)) for i, x in enumerate(spec.points or ())]
         for i in range(1, len(points)):
             if np.array_equal(points[i], points[i - 1]):
                 raise self.document.error((*path, "points", i), f"equals path.points[{i - 1}]")
         return ToolPath("points", {"points": points}, *rest)
 
 
-def _free(name: str, taken: Any) -> str:
+def _free(name: str, used_names: Any) -> str:
     """The name, with a number if it is taken."""
     candidate, number = name, 2
-    while candidate in taken:
+    while candidate in used_names:
         candidate, number = f"{name} {number}", number + 1
     return candidate
 

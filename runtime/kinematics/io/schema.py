@@ -134,7 +134,7 @@ class PathTable(Table):
     timing: Literal["smooth", "uniform"] = "smooth"
 
     @model_validator(mode="after")
-    def _one_way(self) -> PathTable:
+    def _check_one_kind(self) -> PathTable:
         exactly_one(self, "line", "circle", "points", "joints")
         return self
 

@@ -185,37 +185,49 @@ class Driver:
         parallel.run(lambda a, b: lib.bs_mechanism_links(source, target, a, b), len(motors), threads)
         return links
 
-    def _run(self, part: Callable[[Any, int, int], None], n: int, threads: int | None) -> None:
+    def _run(
+        self, part: Callable[[Any, int, int], None], n: int, threads: int | None,
+        progress: Callable[[int], None] | None = None,
+    ) -> None:  # fmt: skip
         """Run parts of a batch over threads, each with a workspace."""
         size = int(self._module.lib.bs_mechanism_workspace())
         check_workspace(size, min(n, parallel.thread_count(threads)), f"a mechanism of {len(self._needs.links)} bodies")
-        parallel.run(lambda a, b: part(self._module.ffi.from_buffer(np.empty(size // 8 + 1)), a, b), n, threads)
+        new = self._module.ffi.from_buffer
+        parallel.run(lambda a, b: part(new(np.empty(size // 8 + 1)), a, b), n, threads, progress=progress)
 
     @property
     def order(self) -> list[int]:
         """The body of each link."""
         return self._tree.order
 
-    def poses(
-        self, links: Array, driven: Array, targets: Array, threads: int | None = None, steps: int = 1
-    ) -> tuple[Array, Array, Array]:
-        """Solve for poses with given displacements of driven coordinates and targets of bodies.
+    def blank_poses(self, paths: int, steps: int) -> dict[str, Array]:
+        """Motors (paths, steps, bodies, 8), largest remaining errors and codes (paths, steps): nothing is found yet."""
+        shape = (paths, steps)
+        return {
+            "motors": np.full((*shape, len(self.order), 8), np.nan), "residual": np.full(shape, np.nan),
+            "status": np.full(shape, LATE, np.int32),
+        }  # fmt: skip
 
-        Returns motors (items, bodies, 8), the largest remaining error (items,) and codes (items,); links are changed in
-        place. Each ``steps`` items in a row are a path, where each starts from the one before it.
+    def poses(
+        self, links: Array, driven: Array, targets: Array, results: dict[str, Array], threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> None:  # fmt: skip
+        """Solve for poses with given displacements of driven coordinates and targets of bodies, into `blank_poses`.
+
+        Arguments have axes (paths, steps, ...): each step of a path starts from the one before it. Links are changed in
+        place; progress is in paths.
         """
-        ffi, lib, n = self._module.ffi, self._module.lib, len(links)
-        motors, residual, status = np.empty_like(links), np.empty(n), np.empty(n, np.int32)
+        ffi, lib, (paths, steps) = self._module.ffi, self._module.lib, links.shape[:2]
         model, numbers = self._model()
         poses = ffi.new("bs_poses *")
-        arrays = {"links": links, "driven": driven, "targets": targets, "motors": motors, "residual": residual}
+        arrays = {"links": links, "driven": driven, "targets": targets, **results}
+        codes = arrays.pop("status")
         buffers = [ffi.from_buffer("double[]", x if x.size else np.zeros(1)) for x in arrays.values()]
         for name, buffer in zip(arrays, buffers, strict=True):
             setattr(poses, name, buffer)
-        poses.status, poses.steps = ffi.from_buffer("int32_t[]", status), steps
-        self._run(lambda w, a, b: lib.bs_mechanism_poses(model, poses, w, a, b), n // steps, threads)
+        poses.status, poses.steps = ffi.from_buffer("int32_t[]", codes), steps
+        self._run(lambda w, a, b: lib.bs_mechanism_poses(model, poses, w, a, b), paths, threads, progress)
         del numbers
-        return motors, residual, status
 
     def jacobians(self, links: Array, general: bool = False, threads: int | None = None) -> tuple[Array, Array, Array]:
         """Jacobians (items, outputs, inputs) in the mechanism's frame, the largest closure errors, and codes."""

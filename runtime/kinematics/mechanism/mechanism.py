@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from functools import cached_property
 from typing import Any, Literal, overload
 
@@ -12,6 +13,7 @@ from scipy import sparse
 
 from ...codegen.errors import ConstraintError, InputError
 from ...common.deprecation import renamed_attribute, renamed_keywords
+from ...common.progress import ProgressOption
 from ...common.validation import as_instance, check_shape, short_repr
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate, raise_first
@@ -205,12 +207,13 @@ class Mechanism(Assembly):
         """The Jacobian with its defects: speeds not allowed, undetermined or lost directions, singular values."""
         return analyze(self, inputs, outputs)
 
-    def solve(self, known: Mapping[Any, Any], strict: bool = True) -> dict[str, Multivector]:
+    @renamed_keywords(known="velocities")
+    def solve(self, velocities: Mapping[Any, Any], strict: bool = True) -> dict[str, Multivector]:
         """Twists of all bodies for those of some, or for the speeds of joints (7.24).
 
         Parameters
         ----------
-        known : mapping
+        velocities : mapping
             Twists in the world by body, speeds by joint or its name.
         strict : bool
             False: the nearest twists that the joints allow.
@@ -225,18 +228,18 @@ class Mechanism(Assembly):
         ConstraintError
             If the joints do not allow the known speeds.
         """
-        if not isinstance(known, Mapping) or not known:
+        if not isinstance(velocities, Mapping) or not velocities:
             raise InputError("solve takes a mapping of bodies to twists, or of joints to speeds.")
-        velocities = KnownVelocities(self)
-        for x, value in known.items():
+        system = KnownVelocities(self)
+        for x, value in velocities.items():
             joint = self.find_joint(x)
             if value is None or (joint is None and isinstance(value, Multivector) and value.shape):
                 raise InputError(f"one speed or twist is needed for {x!r}; it is given {short_repr(value)}.")
             if joint is not None:
-                velocities.add_joint(joint, value)
+                system.add_joint(joint, value)
             else:
-                velocities.add_body(x, value)
-        solution = velocities.solve(together=True)
+                system.add_body(x, value)
+        solution = system.solve(together=True)
         if strict and solution.residual[0] > self.velocity_tol:
             raise ConstraintError(
                 f"the known speeds violate the joint constraints (relative residual {solution.residual[0]:.3g}).",
@@ -251,7 +254,8 @@ class Mechanism(Assembly):
 
     def solve_pose(
         self, driven: Mapping[Any, Any] | None = None, targets: Mapping[Any, Any] | None = None, start: Any = None,
-        path: bool = False, threads: int | None = None, strict: bool = False,
+        path: bool = False, threads: int | None = None, strict: bool = False, *, progress: ProgressOption = False,
+        executor: Executor | None = None,
     ) -> Poses:  # fmt: skip
         """Poses where joints have given coordinates and bodies are at their targets, by Newton's method (compiled).
 
@@ -270,17 +274,30 @@ class Mechanism(Assembly):
         path : bool
             The last axis is a path: each pose starts from the one before it.
         threads : int, optional
-            Default: the package's (`bladesmith.set_threads`).
+            Default: the package's (`bladesmith.set_threads`); with an executor those of each call, one by default.
         strict : bool
             Raise for the first pose that is not found.
+        progress : bool or callable
+            True: a bar on standard error. A callable gets a `bladesmith.Progress` of poses.
+        executor : concurrent.futures.Executor, optional
+            Solves parts of a batch, whole paths each, on its workers; the results have the same bits.
 
         Returns
         -------
         Poses (...)
+
+        Raises
+        ------
+        ExecutorError
+            If workers of the executor fail or end, and do so again.
+        Interrupted
+            On an interrupt. As that of an `ExecutorError`, its ``partial`` is the poses so far: NaN, and NOT_CONVERGED
+            where nothing is proved, for those that were not looked at.
         """
         return solve_poses(
-            self, {} if driven is None else driven, {} if targets is None else targets, start, path, threads, strict
-        )
+            self, {} if driven is None else driven, {} if targets is None else targets, start, path, threads, strict,
+            progress, executor,
+        )  # fmt: skip
 
     def at(self, motors: Mapping[str, Multivector]) -> Mechanism:
         """The mechanism at another pose.

@@ -33,7 +33,7 @@ class _Output(NamedTuple):
     first: int
     joint: int | None
     body: str
-    place: Array | None
+    point: Array | None
 
 
 def jacobians(
@@ -97,17 +97,17 @@ def _inputs(mechanism: Assembly, inputs: Any) -> tuple[list[int], tuple[int, Arr
 
 def _outputs(mechanism: Assembly, outputs: Any) -> tuple[list[int], list[int], list[_Output]]:
     """Bodies and joints of the outputs in the driver's order, all twists, then all speeds; and each output."""
-    asked = [(mechanism.find_joint(x), x) for x in as_list(outputs)]
-    if not asked:
+    requested = [(mechanism.find_joint(x), x) for x in as_list(outputs)]
+    if not requested:
         raise InputError("there are no outputs; a joint or a body is needed.")
-    named = {k: body_and_value(x, "point") for k, (joint, x) in enumerate(asked) if joint is None}
+    named = {k: body_and_value(x, "point") for k, (joint, x) in enumerate(requested) if joint is None}
     for name, _ in named.values():
         if mechanism.body_index(name) < 0:
             raise InputError(f"{name!r} is fixed, and not an output.")
     bodies = list(dict.fromkeys(mechanism.body_index(name) for name, _ in named.values()))
     joints: list[int] = []
     found, row = [], 6 * len(bodies)
-    for k, (joint, _) in enumerate(asked):
+    for k, (joint, _) in enumerate(requested):
         if joint is not None:
             check_coordinates(mechanism, joint)
             joints.append(joint)
@@ -115,21 +115,21 @@ def _outputs(mechanism: Assembly, outputs: Any) -> tuple[list[int], list[int], l
             row += len(mechanism.loops.relations[joint].speeds)
             continue
         name, point = named[k]
-        place = None if point is None else position_of(point, f"the point of {name!r}")
-        found.append(_Output(6 * bodies.index(mechanism.body_index(name)), None, name, place))
+        point = None if point is None else position_of(point, f"the point of {name!r}")
+        found.append(_Output(6 * bodies.index(mechanism.body_index(name)), None, name, point))
     return bodies, joints, found
 
 
-def _read(mechanism: Assembly, at: Poses, raw: Array, asked: _Output) -> Array:
+def _read(mechanism: Assembly, at: Poses, raw: Array, output: _Output) -> Array:
     """One output (items, rows, inputs) in the world's units."""
-    first, joint, name, place = asked
+    first, joint, name, point = output
     if joint is not None:
         speeds = mechanism.loops.relations[joint].speeds
         return np.asarray(raw[:, first : first + len(speeds)] * speeds[:, None])
     twists = np.einsum("ij,njk->nik", mechanism.to_world, raw[:, first : first + 6])
-    if place is None:
+    if point is None:
         return np.asarray(twists)
-    moved = (at[name] >> mechanism.algebra.point(place)).parameters().xyz.reshape(-1, 1, 3)
+    moved = (at[name] >> mechanism.algebra.point(point)).parameters().xyz.reshape(-1, 1, 3)
     algebra = mechanism.algebra
     columns = algebra.wrap(algebra.kind("twist"), np.ascontiguousarray(np.swapaxes(twists, -1, -2)))
     return np.swapaxes(velocity_at(columns, moved), -1, -2)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError, ShapeError, suggest
-from ...common.validation import as_instance, broadcast_shapes, check_shape, real_array
+from ...codegen.interrupts import keep_partial
+from ...common.executors import Task, fill_parts
+from ...common.progress import ProgressOption, open_progress
+from ...common.validation import as_bool, as_instance, broadcast_shapes, check_shape, real_array
 from ...core.multivector import Multivector
 from ...dispatch.formulas import raise_first
 from ...status import Status
@@ -24,17 +29,21 @@ Array = NDArray[Any]
 _OF_POSES = {DONE: Status.OK, STUCK: Status.NOT_CONVERGED, LATE: Status.NOT_CONVERGED, NOT_FINITE: Status.INVALID}
 #: The same by code.
 _POSES = np.array([_OF_POSES[code] for code in sorted(_OF_POSES)], np.uint8)
+#: Poses that are worth a call of an executor: some ten milliseconds of work.
+POSES_PER_CALL = 256
 
 
 def solve_poses(
     mechanism: Assembly, driven: Mapping[Any, Any], targets: Mapping[Any, Any], start: Any, path: bool,
-    threads: int | None, strict: bool,
+    threads: int | None, strict: bool, progress: ProgressOption, executor: Executor | None,
 ) -> Poses:  # fmt: skip
     """See `Mechanism.solve_pose`."""
     joints, aims = _driven(mechanism, driven), _targets(mechanism, targets)
-    driver = driver_of(
-        mechanism, driven=tuple(joints), targets=tuple((body, None if p is None else tuple(p)) for body, p, _ in aims)
-    )
+    raises = as_bool(strict, "strict")
+    request = {
+        "driven": tuple(joints), "targets": tuple((body, None if p is None else tuple(p)) for body, p, _ in aims)
+    }  # fmt: skip
+    driver = driver_of(mechanism, **request)
     begin = None if start is None else poses_of(mechanism, start, "start")
     shape = broadcast_shapes(
         {} if begin is None else {"start": begin.shape},
@@ -52,23 +61,58 @@ def solve_poses(
     order = sorted(ways, key=lambda j: driver.order.index(mechanism.tree.child_of[j]))
     to_go = np.concatenate([np.zeros((*shape, 0)), *(ways[j] for j in order)], -1)
     wanted = np.concatenate([np.zeros((*shape, 0)), *given[len(joints) :]], -1)
-    rows = [np.array(x.reshape(count, x.shape[-1]), order="C") for x in (to_go, wanted)]
-    motors, residual, code = driver.poses(links, rows[0], rows[1], threads, shape[-1] if path and count else 1)
-    status = _POSES[code].reshape(shape)
-    missed = np.flatnonzero(status == Status.NOT_CONVERGED)
-    if len(missed):
-        rows = [v.reshape(count, v.shape[-1])[missed] for v in given]
-        aimed = [(body, at, v) for (body, at, _), v in zip(aims, rows[len(joints) :], strict=True)]
-        far = is_too_far(mechanism, dict(zip(joints, rows, strict=False)), aimed, len(missed))
-        status.flat[missed[far]] = Status.UNREACHABLE
-    found = np.empty((count, len(mechanism.moving), 8))
-    found[:, driver.order] = motors
-    found[(code != DONE) | bad.ravel()] = np.nan
-    status[bad], residual[bad.ravel()] = Status.INVALID, np.nan
-    poses = Poses(mechanism, found.reshape(*shape, *found.shape[1:]), residual.reshape(shape), status)
-    if strict:
-        raise_first(status, "pose")
-    return poses
+    steps = shape[-1] if path and count else 1
+    paths = count // steps
+    first = links.reshape(paths, steps, *links.shape[1:])
+    to_go, wanted = (np.array(x.reshape(paths, steps, x.shape[-1]), order="C") for x in (to_go, wanted))
+    results = driver.blank_poses(paths, steps)
+
+    def poses() -> Poses:
+        motors, residual, code = (results[name].reshape(count, *results[name].shape[2:]) for name in results)
+        status = _POSES[code].reshape(shape)
+        missed = np.flatnonzero(status == Status.NOT_CONVERGED)
+        if len(missed):
+            rows = [v.reshape(count, v.shape[-1])[missed] for v in given]
+            aimed = [(body, at, v) for (body, at, _), v in zip(aims, rows[len(joints) :], strict=True)]
+            far = is_too_far(mechanism, dict(zip(joints, rows, strict=False)), aimed, len(missed))
+            status.flat[missed[far]] = Status.UNREACHABLE
+        own = np.empty((count, len(mechanism.moving), 8))
+        own[:, driver.order] = motors
+        own[(code != DONE) | bad.ravel()] = np.nan
+        status[bad], residual[bad.ravel()] = Status.INVALID, np.nan
+        return Poses(mechanism, own.reshape(*shape, *own.shape[1:]), residual.reshape(shape), status)
+
+    with open_progress(progress, "poses", "poses", count) as report, keep_partial(poses):
+        if executor is None:
+            tell = None if progress is False else lambda n: report(n * steps)
+            driver.poses(first, to_go, wanted, results, threads, tell)
+        else:
+            task, grain = _PoseTask(mechanism, request, threads), max(1, POSES_PER_CALL // steps)
+            columns = (first, to_go, wanted)
+            fill_parts(executor, task, _solve_part, columns, "poses", results, lambda n: report(n * steps), grain)
+    solved = poses()
+    if raises:
+        raise_first(np.asarray(solved.status, np.uint8), "pose")
+    return solved
+
+
+@dataclass(frozen=True, eq=False)
+class _PoseTask(Task):
+    """A mechanism, and which of its joints are driven and which bodies have targets."""
+
+    mechanism: Assembly
+    request: dict[str, Any]
+    threads: int | None
+
+    def prepare(self) -> tuple[Driver, int]:
+        return driver_of(self.mechanism, **self.request), 1 if self.threads is None else self.threads
+
+
+def _solve_part(state: tuple[Driver, int], links: Array, driven: Array, targets: Array) -> dict[str, Array]:
+    driver, threads = state
+    results = driver.blank_poses(*links.shape[:2])
+    driver.poses(np.array(links), driven, targets, results, threads)  # links are changed, and may be the caller's
+    return results
 
 
 def _driven(mechanism: Assembly, driven: Mapping[Any, Any]) -> dict[int, Array]:

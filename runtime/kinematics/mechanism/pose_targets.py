@@ -55,7 +55,7 @@ def joint_displacement(mechanism: Assembly, joint: int, begin: Poses | None, val
     return np.asarray(displacements)
 
 
-def _screw_displacements(mechanism: Assembly, free: Array, own: Array, first: Array, path: bool) -> Array:
+def _screw_displacements(mechanism: Assembly, free: Array, motors_now: Array, first: Array, path: bool) -> Array:
     """Coordinates (..., f) of the screws from each pose of a joint to the next."""
     algebra = mechanism.algebra
     kinds = algebra.kind("motor"), algebra.kind("twist")
@@ -70,8 +70,8 @@ def _screw_displacements(mechanism: Assembly, free: Array, own: Array, first: Ar
         ).value
         return moved
 
-    before = np.broadcast_to(first, own.shape).copy()
+    before = np.broadcast_to(first, motors_now.shape).copy()
     if path:
-        before[..., 1:, :] = own[..., :-1, :]
-    twists = evaluate(algebra, "joints.way", motors(before), motors(own)).value
+        before[..., 1:, :] = motors_now[..., :-1, :]
+    twists = evaluate(algebra, "joints.twist_between", motors(before), motors(motors_now)).value
     return np.asarray(twists.values @ np.linalg.pinv(free).T)

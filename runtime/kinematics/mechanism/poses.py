@@ -80,7 +80,7 @@ class Poses(Mapping[str, Multivector]):
         one = np.zeros_like(relative)
         one[..., algebra.kind("motor").blades.index(0)] = 1
         kind = algebra.kind("motor")
-        twist = evaluate(algebra, "joints.way", algebra.wrap(kind, one), algebra.wrap(kind, relative)).value
+        twist = evaluate(algebra, "joints.twist_between", algebra.wrap(kind, one), algebra.wrap(kind, relative)).value
         coordinates: Array = twist.values @ np.linalg.pinv(relation.free).T * relation.speeds
         return coordinates
 

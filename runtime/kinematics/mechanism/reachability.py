@@ -33,33 +33,33 @@ def is_too_far(
 
     Targets are (body, point or None, numbers (count, 8 or 3)), in the mechanism's frame.
     """
-    known = _known_motors(mechanism, driven, aims, count)
+    known = _prescribed_motors(mechanism, driven, aims, count)
     fixed: list[tuple[int, Array]] = []  # nodes, and places (count, 3) where they must be
-    own: dict[int, list[tuple[int, Array]]] = {}  # nodes of the other bodies, and their places at the start
+    points_of: dict[int, list[tuple[int, Array]]] = {}  # nodes of the other bodies, and their places at the start
     for node, joint in enumerate(mechanism.joints):
-        for name, place in zip((joint.a, joint.b), _shared_point(mechanism, joint), strict=False):
+        for name, position in zip((joint.a, joint.b), _shared_point(mechanism, joint), strict=False):
             body = mechanism.body_index(name)
             if body in known:
-                point = mechanism.algebra.point(place)
+                point = mechanism.algebra.point(position)
                 fixed.append((node, np.asarray((known[body] >> point).parameters().xyz)))
             else:
-                own.setdefault(body, []).append((node, place))
-    for node, (body, at, place) in enumerate(aims, len(mechanism.joints)):
+                points_of.setdefault(body, []).append((node, position))
+    for node, (body, at, position) in enumerate(aims, len(mechanism.joints)):
         if at is not None and body not in known:
-            fixed.append((node, place))
-            own.setdefault(body, []).append((node, _in_frame(mechanism, at)))
-    paths = _shortest(own, len(mechanism.joints) + len(aims))
+            fixed.append((node, position))
+            points_of.setdefault(body, []).append((node, _in_frame(mechanism, at)))
+    paths = _shortest(points_of, len(mechanism.joints) + len(aims))
     found = np.zeros(count, bool)
-    nodes, places = [node for node, _ in fixed], np.array([place for _, place in fixed]).reshape(-1, count, 3)
-    for node, place in fixed:
-        apart, most = np.linalg.norm(places - place, axis=-1), paths[node, nodes][:, None]
-        sizes = np.linalg.norm(places, axis=-1) + np.linalg.norm(place, axis=-1)
+    nodes, positions = [node for node, _ in fixed], np.array([position for _, position in fixed]).reshape(-1, count, 3)
+    for node, position in fixed:
+        apart, most = np.linalg.norm(positions - position, axis=-1), paths[node, nodes][:, None]
+        sizes = np.linalg.norm(positions, axis=-1) + np.linalg.norm(position, axis=-1)
         found |= (apart > most + REACH_MARGIN * (1 + most + sizes)).any(0)
     return found
 
 
-def _in_frame(mechanism: Assembly, place: Any) -> Array:
-    return np.asarray((np.asarray(place, float) - mechanism.frame.center) / mechanism.frame.unit)
+def _in_frame(mechanism: Assembly, position: Any) -> Array:
+    return np.asarray((np.asarray(position, float) - mechanism.frame.center) / mechanism.frame.unit)
 
 
 def _shared_point(mechanism: Assembly, joint: Joint) -> list[Array]:
@@ -68,8 +68,8 @@ def _shared_point(mechanism: Assembly, joint: Joint) -> list[Array]:
         return []
     for condition in joint.conditions():
         found = [_center(x) for x in (condition.x, condition.y)]
-        if all(place is not None and np.isfinite(place).all() for place in found):
-            return [_in_frame(mechanism, place) for place in found]
+        if all(position is not None and np.isfinite(position).all() for position in found):
+            return [_in_frame(mechanism, position) for position in found]
     return []
 
 
@@ -81,7 +81,7 @@ def _center(x: Multivector) -> Any:
     return None
 
 
-def _known_motors(
+def _prescribed_motors(
     mechanism: Assembly, driven: Mapping[int, Array], aims: Sequence[tuple[int, Any, Array]], count: int
 ) -> dict[int, Multivector]:
     """Motors (count,) of bodies, in the mechanism's frame, that follow from coordinates and targets."""
@@ -102,11 +102,11 @@ def _known_motors(
     return known
 
 
-def _shortest(own: Mapping[int, list[tuple[int, Array]]], size: int) -> Array:
+def _shortest(points_of: Mapping[int, list[tuple[int, Array]]], size: int) -> Array:
     """Lengths (size, size) of the shortest paths between nodes, through bodies; infinite where there is none."""
     edges = [
         (i, j, max(LEAST, float(np.linalg.norm(p - q))))
-        for nodes in own.values()
+        for nodes in points_of.values()
         for k, (i, p) in enumerate(nodes)
         for j, q in nodes[:k]
     ]

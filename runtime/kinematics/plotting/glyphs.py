@@ -34,14 +34,14 @@ class Mark:
     ----------
     name, kind : str
         The kind in lower case: "revolute".
-    place : array (3,)
+    position : array (3,)
     axes : array (m, 3)
         Unit vectors: along which it slides or about which it turns, or the normal; of a universal joint both.
     """
 
     name: str
     kind: str
-    place: Array
+    position: Array
     axes: Array
 
 
@@ -69,14 +69,14 @@ class Sketch:
         return side if side > 0 else 1.0
 
 
-def mechanism_sketch(mechanism: Mechanism, tool: str = "", place: Any = None) -> Sketch:
+def mechanism_sketch(mechanism: Mechanism, tool: str = "", position: Any = None) -> Sketch:
     """Positions and axes of the joints of a mechanism.
 
     Parameters
     ----------
     mechanism : Mechanism
     tool : str, optional
-        A body, and ``place`` (3,) a point of it in the world, the end of its stick.
+        A body, and ``position`` (3,) a point of it in the world, the end of its stick.
     """
     parts = [_location(joint) for joint in mechanism.joints]
     corners: dict[str, list[Array]] = {name: [] for name in mechanism.bodies}
@@ -84,8 +84,8 @@ def mechanism_sketch(mechanism: Mechanism, tool: str = "", place: Any = None) ->
         if at is not None:
             corners[joint.a].append(at)
             corners[joint.b].append(at)
-    if tool and place is not None:
-        corners[tool].append(np.asarray(place, float))
+    if tool and position is not None:
+        corners[tool].append(np.asarray(position, float))
     every = [x for points in corners.values() for x in points]
     middle = np.mean(every, 0) if every else np.zeros(3)
     marks = []
@@ -110,9 +110,9 @@ def _location(joint: Joint) -> tuple[Array | None, list[tuple[Array, Array]]]:
     flats = []
     for c in joint.conditions():
         for x in (c.x, c.y):
-            place, flat = _where(x)
-            if place is not None:
-                return place, []
+            position, flat = _where(x)
+            if position is not None:
+                return position, []
             flats += [] if flat is None else [flat]
     return None, flats
 
@@ -137,12 +137,12 @@ def _where(x: Multivector) -> tuple[Array | None, tuple[Array, Array] | None]:
     return None, (np.asarray(p.point), np.outer(p.direction, p.direction)) if hasattr(p, "point") else None
 
 
-def _nearest(place: Array, flats: Sequence[tuple[Array, Array]]) -> Array:
+def _nearest(position: Array, flats: Sequence[tuple[Array, Array]]) -> Array:
     """The point of the first line or plane that is nearest to a position."""
     if not flats:
-        return place
+        return position
     point, along = flats[0]
-    return np.asarray(point + along @ (place - point))
+    return np.asarray(point + along @ (position - point))
 
 
 def _axes(joint: Joint) -> Array:

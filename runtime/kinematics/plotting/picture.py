@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from ... import plot as drawn
+from ...common.deprecation import renamed_keywords
 from ...errors import InputError
-from ...plot import axes_setup, drawing, matplotlib_import, palette
-from ...plot.style import add_plate, add_surface, check_suffix, plain, save, show_title, uniform_rows
+from ...plot import axes_setup, palette
+from ...plot.style import add_plate, add_surface, check_suffix, finish_picture, uniform_rows
 from ...plot.tessellation import Box
 from ...plot.view_box import surrounding_box
 from .glyphs import Mark, Sketch, mechanism_sketch
@@ -68,12 +69,13 @@ LEAST_SIDE = 0.22
 FLAT = 1e-6
 
 
+@renamed_keywords(place="position")
 def picture(
     mechanism: Mechanism | Sequence[Mechanism],
     path: str | PathLike[str] | None = None,
     *,
     tool: str = "",
-    place: Any = None,
+    position: Any = None,
     trace: Any = None,
     view: tuple[float, float] = (20.0, -60.0),
     size: tuple[float, float] = PAGE,
@@ -91,7 +93,7 @@ def picture(
     path : optional
         File to save it to; the suffix is the format.
     tool : str, optional
-        A body whose point ``place`` (3,), or (n, 3) for several poses, is drawn, too.
+        A body whose point ``position`` (3,), or (n, 3) for several poses, is drawn, too.
     trace : array (m, 3), optional
         The path of that point.
     view : (elevation, azimuth)
@@ -120,10 +122,11 @@ def picture(
     several = list(mechanism) if isinstance(mechanism, Sequence) else [mechanism]
     if not several:
         raise InputError("a picture shows at least one pose.")
-    if path is not None:
-        check_suffix(path)
-    places: list[Any] = [None] * len(several) if place is None else list(np.asarray(place, float).reshape(-1, 3))
-    poses = [mechanism_sketch(m, tool, p) for m, p in zip(several, places, strict=True)]
+    check_suffix(path)
+    positions: list[Any] = (
+        [None] * len(several) if position is None else list(np.asarray(position, float).reshape(-1, 3))
+    )
+    poses = [mechanism_sketch(m, tool, p) for m, p in zip(several, positions, strict=True)]
     line = np.zeros((0, 3)) if trace is None else np.asarray(trace, float)
     box, span = _bounding_box(poses, line)
     ax = drawn.axes(view, size, frame)
@@ -136,21 +139,13 @@ def picture(
             _marks(ax, pose.marks, span, box)
     if len(line):
         drawn.paths(line, ax, palette.GREEN, PATH, box)
-    if tool and place is not None:
-        drawn.draw(places[-1][None], ax=ax, color=palette.GREEN, size=SPOT, extent=box)
+    if tool and position is not None:
+        drawn.draw(positions[-1][None], ax=ax, color=palette.GREEN, size=SPOT, extent=box)
     drawn.paths(np.zeros((0, 2, 3)), ax, palette.INK, THIN, box)
     if frame:
         _axes(ax, box, span)
-    if legend and len(colors) <= MOST_NAMES:
-        new = matplotlib_import.line_class()
-        drawing.picture_of(ax).handles.extend(
-            new([], [], color=color, linewidth=STICK, label=plain(name)) for name, color in colors.items()
-        )
-        axes_setup.show_legend(ax, drawing.picture_of(ax).handles)
-    if title:
-        show_title(ax, title)
-    if path is not None:
-        save(path, ax, dpi)
+    names = colors.items() if legend and len(colors) <= MOST_NAMES else ()
+    finish_picture(ax, names, title, path, dpi, STICK)
     return ax
 
 
@@ -193,11 +188,11 @@ def _ground(ax: Any, pose: Sketch, span: float) -> None:
     """A tile for a fixed body with a single joint, which has neither stick nor plate."""
     if len(outline(pose.bodies[pose.fixed])[0]) != 1:
         return
-    place = pose.bodies[pose.fixed][0]
-    ways = [m.axes[0] for m in pose.marks if len(m.axes) and np.array_equal(m.place, place)]
-    one, two = _across(ways[0] if ways else np.array([0.0, 0.0, 1.0]))
+    position = pose.bodies[pose.fixed][0]
+    directions = [m.axes[0] for m in pose.marks if len(m.axes) and np.array_equal(m.position, position)]
+    one, two = _perpendicular_pair(directions[0] if directions else np.array([0.0, 0.0, 1.0]))
     side = GROUND * RING * span
-    corners = np.array([place + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))])
+    corners = np.array([position + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))])
     add_surface(ax, np.stack([corners[[0, 1, 2]], corners[[0, 2, 3]]]), palette.GREY, PLATE)
 
 
@@ -212,10 +207,10 @@ def outline(points: Array) -> tuple[Array, bool]:
     if len(corners) < 3:
         return corners, False
     away = corners - corners.mean(0)
-    _, sizes, ways = np.linalg.svd(away, full_matrices=False)
+    _, sizes, directions = np.linalg.svd(away, full_matrices=False)
     if sizes[1] <= FLAT * sizes[0]:
-        return corners[np.argsort(away @ ways[0])], False
-    return corners[ConvexHull(away @ ways[:2].T).vertices], True
+        return corners[np.argsort(away @ directions[0])], False
+    return corners[ConvexHull(away @ directions[:2].T).vertices], True
 
 
 # -- marks -----------------------------------------------------------------------------------------------------
@@ -227,7 +222,7 @@ def _marks(ax: Any, marks: Sequence[Mark], span: float, box: tuple[Array, Array]
     if lines:
         rows = np.stack([np.concatenate([x, np.full((longest - len(x), 3), np.nan)]) for x in lines])
         drawn.paths(rows, ax, palette.INK, THIN, box)
-    balls = [m.place for m in marks if m.kind in ("spherical", "universal", "bilinear")]
+    balls = [m.position for m in marks if m.kind in ("spherical", "universal", "bilinear")]
     if balls:
         drawn.draw(np.array(balls), ax=ax, color=palette.INK, size=BALL, extent=box)
 
@@ -237,33 +232,35 @@ def mark_lines(mark: Mark, span: float) -> list[Array]:
     ring, axis = RING * span, AXIS * span
     if not len(mark.axes) or mark.kind in ("spherical", "rigid", "bilinear"):
         return []
-    way = mark.axes[0]
-    one, two = _across(way)
+    direction = mark.axes[0]
+    one, two = _perpendicular_pair(direction)
     turn = np.linspace(0, 2 * np.pi, CORNERS)[:, None]
-    round_ = mark.place + ring * (np.cos(turn) * one + np.sin(turn) * two)
+    round_ = mark.position + ring * (np.cos(turn) * one + np.sin(turn) * two)
     match mark.kind:
         case "universal":
-            return [mark.place + np.outer([-axis, axis], x) for x in mark.axes]
+            return [mark.position + np.outer([-axis, axis], x) for x in mark.axes]
         case "planar":
             side = TILE * ring
-            square = [mark.place + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1))]
-            return [np.array(square), mark.place + np.outer([0, axis], way)]
+            square = [
+                mark.position + side * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1))
+            ]
+            return [np.array(square), mark.position + np.outer([0, axis], direction)]
         case "prismatic":
             wide, long = SLEEVE[0] * ring, SLEEVE[1] * ring
-            ends = [np.array([mark.place + s * long * way + wide * (a * one + b * two)
+            ends = [np.array([mark.position + s * long * direction + wide * (a * one + b * two)
                               for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1))]) for s in (-1, 1)]  # fmt: skip
             return [*ends, *(np.stack([ends[0][k], ends[1][k]]) for k in range(4))]
         case "cylindrical":
-            return [round_, mark.place + np.outer([-2 * axis, 2 * axis], way)]
+            return [round_, mark.position + np.outer([-2 * axis, 2 * axis], direction)]
         case _:
-            return [round_, mark.place + np.outer([-axis, axis], way)]
+            return [round_, mark.position + np.outer([-axis, axis], direction)]
 
 
-def _across(way: Array) -> tuple[Array, Array]:
+def _perpendicular_pair(direction: Array) -> tuple[Array, Array]:
     """Two unit vectors perpendicular to a third and to each other."""
-    one = np.cross(way, np.eye(3)[np.abs(way).argmin()])
+    one = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
     one = one / np.linalg.norm(one)
-    return one, np.cross(way, one)
+    return one, np.cross(direction, one)
 
 
 __all__ = ["mark_lines", "outline", "picture"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import AlgebraMismatchError, GradeError, InputError, ShapeError
-from ...common.validation import check_shape, finite_array, invalid, real_array
+from ...common.validation import as_bool, check_shape, finite_array, invalid, real_array
 from ...core.geometry.euclidean import plain
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
@@ -52,7 +52,7 @@ def revolute_axis(
 
 def prismatic_axis(direction: ArrayLike, algebra: Algebra | None = None, *, strict: bool = False) -> Multivector:
     """The twist a n of a translation by one unit of length along a direction (..., 3) of any length. INVALID: zero."""
-    return _axis("slide_along", algebra, strict, direction=direction)
+    return _axis("translation_along", algebra, strict, direction=direction)
 
 
 def screw_axis(
@@ -71,7 +71,7 @@ def _axis(formula: str, algebra: Algebra | None, strict: bool, *more: Operand, *
     with np.errstate(all="ignore"):
         raw = invalidate_nonfinite(evaluate(home, f"chains.{formula}", *operands, *more).value)
     twists = raw._make(home.type_of(home.kind("twist"), raw.dtype), _on_twist(raw), raw.shape, raw._status)
-    if strict:
+    if as_bool(strict, "strict"):
         raise_first(twists._status, formula)
     return twists  # type: ignore[no-any-return]
 

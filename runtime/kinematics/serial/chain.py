@@ -5,12 +5,14 @@ Thesis 7.3. Axes, tool and frames are given in the world where all joints are at
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import ShapeError
+from ...common.progress import ProgressOption
 from ...common.validation import as_bool
 from ...core.multivector import Multivector
 from .data import SerialChainData
@@ -108,7 +110,11 @@ class Chain(SerialChainData):
         """Singular values and rank of the Jacobian at coordinates (..., n), and the directions that are lost."""
         return singularity(self, q, threads)
 
-    def inverse(self, targets: Multivector, start: ArrayLike | None = None, **options: Any) -> Solution:
+    def inverse(
+        self, targets: Multivector, start: ArrayLike | None = None, *, tolerance: float = 1e-12, iterations: int = 60,
+        attempts: int = 32, nearest: bool = False, strict: bool = False, threads: int | None = None,
+        progress: ProgressOption = False, executor: Executor | None = None,
+    ) -> Solution:  # fmt: skip
         """Coordinates that bring the tool to motors (...), from starts (..., n).
 
         Damped Newton steps on the rotation error, -2 log of its rotor, and the position error, within the limits; where
@@ -123,10 +129,10 @@ class Chain(SerialChainData):
         start : array (n,) or (..., n), optional
             Default: zero, or the middle of the limits where they exclude zero.
         tolerance : float
-            Remaining rotation, in radians, and distance, in the chain's `length`. Default: 1e-12.
+            Remaining rotation, in radians, and distance, in the chain's `length`.
         iterations, attempts : int
-            Steps of each attempt, 60, and number of attempts, 32; the first is from ``start``. Some reachable poses are
-            missed with the defaults; their fraction depends on the arm (docs/kinematics.md).
+            Steps of each attempt, and number of attempts; the first is from ``start``. Some reachable poses are missed
+            with the defaults; their fraction depends on the arm (docs/kinematics.md).
         nearest : bool
             Keep the coordinates of least error where the target was not reached, instead of NaN.
         strict : bool
@@ -151,4 +157,6 @@ class Chain(SerialChainData):
             On an interrupt. As that of an `ExecutorError`, its ``partial`` is the solution so far: NaN and
             NOT_CONVERGED for targets that were not looked at.
         """
-        return inverse(self, targets, start, **options)
+        return inverse(
+            self, targets, start, tolerance, iterations, attempts, nearest, strict, threads, progress, executor
+        )

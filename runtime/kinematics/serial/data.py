@@ -210,6 +210,6 @@ class SerialChainData:
         """Coefficients as a multivector of a kind; with ``strict`` an error for the first item that is not valid."""
         home = self.algebra.kind(kind)
         result = invalidate_nonfinite(self.algebra.wrap(home, data.reshape(*shape, home.size)))
-        if strict:
+        if as_bool(strict, "strict"):
             raise_first(result._status, name)
         return result

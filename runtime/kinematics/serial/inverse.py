@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.interrupts import keep_partial
-from ...common.executors import Task, fill_rows, ranges
+from ...common.executors import Task, fill_parts
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_bool, as_int, broadcast_shapes, positive_float
 from ...core.multivector import Multivector
@@ -62,16 +62,15 @@ class Solution:
 def inverse(
     chain: SerialChainData,
     targets: Multivector,
-    start: ArrayLike | None = None,
-    *,
-    tolerance: float = 1e-12,
-    iterations: int = 60,
-    attempts: int = 32,
-    nearest: bool = False,
-    strict: bool = False,
-    threads: int | None = None,
-    progress: ProgressOption = False,
-    executor: Executor | None = None,
+    start: ArrayLike | None,
+    tolerance: float,
+    iterations: int,
+    attempts: int,
+    nearest: bool,
+    strict: bool,
+    threads: int | None,
+    progress: ProgressOption,
+    executor: Executor | None,
 ) -> Solution:
     """See `Chain.inverse`."""
     goals = chain.as_motors(targets, "the targets")
@@ -93,11 +92,8 @@ def inverse(
             if executor is None:
                 chain.driver.inverse(motors, starts, options, results, threads, report)
             else:
-                pieces = {
-                    (a, b): (motors[a:b], starts[a:b]) for a, b in ranges(executor, len(motors), TARGETS_PER_CALL)
-                }
-                task = _ChainTask(chain, options, threads)
-                fill_rows(executor, task, _search_part, pieces, "targets", results, lambda a, b, n: report(n))
+                task, columns = _ChainTask(chain, options, threads), (motors, starts)
+                fill_parts(executor, task, _search_part, columns, "targets", results, report, TARGETS_PER_CALL)
     found = solution()
     if as_bool(strict, "strict"):
         raise_first(np.asarray(found.status, np.uint8), "inverse")

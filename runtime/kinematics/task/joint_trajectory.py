@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.data_files import FORMATS, csv_text, made_by, npz_bytes, read_npz
+from ...common.data_files import FORMATS, csv_text, npz_bytes, producer_versions, read_npz
 from ...common.deprecation import renamed_attribute
 from ...common.files import output_path, write_file
 from ...mechanics.units import Units
@@ -83,7 +83,7 @@ class Motion:
         header = {
             "format": "motion", "version": VERSION, "inputs": list(self.inputs), "turning": self.turning.tolist(),
             "units": {"length": self.units.length, "time": self.units.time},
-            "made_by": made_by(),
+            "made_by": producer_versions(),
         }  # fmt: skip
         return npz_bytes({name: getattr(self, name) for name in ARRAYS}, header)
 

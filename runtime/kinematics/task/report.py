@@ -129,8 +129,8 @@ def _structure(
     lines.append(("bodies", ", ".join(names[:MOST]) + (f" and {len(names) - MOST} more" if len(names) > MOST else "")))
     texts, rows = [], []
     for joint, mark in zip(m.joints, mechanism_sketch(m, *tool).marks, strict=True):
-        row = {"name": mark.name, "kind": mark.kind, "a": joint.a, "b": joint.b, "place": mark.place.tolist()}
-        where = f"at {vector(mark.place)}"
+        row = {"name": mark.name, "kind": mark.kind, "a": joint.a, "b": joint.b, "place": mark.position.tolist()}
+        where = f"at {vector(mark.position)}"
         if len(mark.axes):
             row["axis"] = mark.axes[0].tolist()
             where += f", axis {vector(mark.axes[0])}"

@@ -113,14 +113,14 @@ class Model(Protocol):
 
 
 def condition_numbers(
-    matrices: Array, status: NDArray[np.uint8], length: float, is_revolute: NDArray[np.bool_], most: int
+    matrices: Array, status: NDArray[np.uint8], length: float, is_revolute: NDArray[np.bool_], max_rank: int
 ) -> tuple[Array, NDArray[np.uint8]]:
     """Condition numbers (n,) of Jacobians (n, r, k), and the status, SINGULAR at singular ones."""
     rows = np.where(np.arange(matrices.shape[-2]) < matrices.shape[-2] - 3, 1.0, 1 / length)
     scaled = matrices * rows[:, None] * np.where(is_revolute, 1.0, length)
     good = np.isfinite(scaled).all((-1, -2))
     values = np.linalg.svd(np.where(good[:, None, None], scaled, 0.0), compute_uv=False)
-    free = min(most, values.shape[-1])
+    free = min(max_rank, values.shape[-1])
     largest, least = values[:, 0], values[:, free - 1]
     zero = least <= SINGULAR * largest
     condition = np.where(zero, np.inf, np.divide(largest, least, out=np.ones_like(least), where=~zero))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError, SingularError, suggest
 from ...codegen.interrupts import keep_partial
-from ...common.deprecation import renamed_attribute
+from ...common import parallel
+from ...common.deprecation import renamed_attribute, renamed_keywords
+from ...common.executors import Task, fill_parts
 from ...common.progress import ProgressOption, open_progress
 from ...core.multivector import Multivector
 from ...mechanics.units import Units
@@ -35,7 +38,7 @@ FEW = 31
 #: Slices of the workspace of other robots.
 SLICES = 7
 #: Positions of a workspace that are evaluated at once.
-CHUNK = 2000
+CHUNK = 500
 #: Poses that are drawn of a path, at most.
 MOST_POSES = 24
 
@@ -70,6 +73,7 @@ class ViewOptions:
     legend: bool = True
 
 
+@renamed_keywords(stand="pose_query", way="tool_path")
 @dataclass(frozen=True, eq=False)
 class Setup:
     """A mechanism file, or a URDF file, with its tasks.
@@ -77,9 +81,9 @@ class Setup:
     Attributes
     ----------
     model : DeltaModel, ChainModel or MechanismModel
-    stand : PoseQuery
+    pose_query : PoseQuery
     box : WorkspaceQuery, optional
-    way : ToolPath, optional
+    tool_path : ToolPath, optional
     look : ViewOptions
     units : Units
     name : str
@@ -87,9 +91,9 @@ class Setup:
     """
 
     model: AnyModel
-    stand: PoseQuery = PoseQuery()
+    pose_query: PoseQuery = PoseQuery()
     box: WorkspaceQuery | None = None
-    way: ToolPath | None = None
+    tool_path: ToolPath | None = None
     look: ViewOptions = ViewOptions()
     units: Units = Units()
     name: str = ""
@@ -99,7 +103,7 @@ class Setup:
     def home(self) -> Array:
         """Coordinates of the inputs: those of the file, or default ones."""
         values = self.model.home.copy()
-        for name, value in self.stand.joints.items():
+        for name, value in self.pose_query.joints.items():
             if name not in self.model.inputs:
                 known = ", ".join(self.model.inputs) or "none"
                 raise InputError(
@@ -119,15 +123,15 @@ class Setup:
         """
         model, values = self.model, self.home()
         if not model.inputs:
-            if self.stand.position is not None:
+            if self.pose_query.position is not None:
                 model.inverse(np.zeros((1, 3)), values)  # raises: what is missing
             return _initial_pose(model)
-        if self.stand.position is None:
+        if self.pose_query.position is None:
             poses = model.forward(values[None])
             request = ", ".join(f"{n} = {x:.6g}" for n, x in zip(model.inputs, values, strict=True))
         else:
-            position = np.asarray(self.stand.position, float)
-            poses = model.inverse(position[None], values, rotor=self.stand.rotor)
+            position = np.asarray(self.pose_query.position, float)
+            poses = model.inverse(position[None], values, rotor=self.pose_query.rotor)
             request = f"the tool at ({', '.join(f'{x:.6g}' for x in position)})"
         if not poses.is_reached[0]:
             code = Status(int(poses.status[0])).name
@@ -139,9 +143,9 @@ class Setup:
 
     def _unreached_arms(self) -> str:
         """Text of the arms of a Delta robot that do not reach the position."""
-        if not isinstance(self.model, DeltaModel) or self.stand.position is None:
+        if not isinstance(self.model, DeltaModel) or self.pose_query.position is None:
             return ""
-        codes = np.asarray(self.model.robot.arm_status(self.stand.position, self.model.elbow))
+        codes = np.asarray(self.model.robot.arm_status(self.pose_query.position, self.model.elbow))
         bad = [str(i + 1) for i in range(3) if codes[i] != Status.OK]
         return f", arm{'s' if len(bad) > 1 else ''} {', '.join(bad)}" if bad else ""
 
@@ -157,55 +161,67 @@ class Setup:
 
     def motion_with_poses(self) -> tuple[Motion, PoseBatch]:
         """The motion along the path, and its poses."""
-        way, model = self.way, self.model
-        if way is None:
+        tool_path, model = self.tool_path, self.model
+        if tool_path is None:
             raise InputError("has no path.", where=self.name, remedy="Describe one under [path]")
         start = self.solve_pose()
-        if way.kind == "joints":
-            for name in way.numbers:
+        if tool_path.kind == "joints":
+            for name in tool_path.numbers:
                 if name not in model.inputs:
                     raise InputError(
                         f"the path drives {name!r}, which is not an actuated joint"
                         f"{suggest(name, model.inputs)}; there are: {', '.join(model.inputs) or 'none'}.",
                         where=self.name,
                     )
-            values, speeds = way.coordinates(model.inputs, start.coordinates[0])
+            values, speeds = tool_path.coordinates(model.inputs, start.coordinates[0])
             poses = model.forward(values, path=True)
             velocity = np.full((len(values), 3), np.nan)
             if model.tool:
                 velocity = np.einsum("nrk,nk->nr", poses.jacobian[:, -3:], speeds)
             speeds = np.where(poses.is_reached[:, None], speeds, np.nan)
         else:
-            positions, velocity = way.positions(start.position[0])
+            positions, velocity = tool_path.positions(start.position[0])
             poses = model.inverse(positions, start.coordinates[0], path=True)
             velocity = np.where(poses.is_reached[:, None], velocity, np.nan)
             speeds = np.einsum("nkr,nr->nk", poses.inverse[..., -3:], velocity)
         position = poses.position if model.tool else np.full_like(velocity, np.nan)
         return Motion(
-            way.times, tuple(model.inputs), model.is_revolute, poses.coordinates, speeds, position, velocity,
+            tool_path.times, tuple(model.inputs), model.is_revolute, poses.coordinates, speeds, position, velocity,
             poses.condition, poses.status, self.units,
         ), poses  # fmt: skip
 
     moved = renamed_attribute("motion_with_poses")
+    stand = renamed_attribute("pose_query")
+    way = renamed_attribute("tool_path")
 
     # -- the workspace -----------------------------------------------------------------------------------------
 
-    def workspace(self, progress: ProgressOption = False) -> Workspace | WorkspaceGrid:
+    def workspace(
+        self, progress: ProgressOption = False, executor: Executor | None = None
+    ) -> Workspace | WorkspaceGrid:
         """Positions of the tool in a box: `Workspace` of a Delta robot, `WorkspaceGrid` of others.
 
         Parameters
         ----------
         progress : bool or callable
             True: a bar on standard error. A callable gets a `bladesmith.Progress` of positions.
+        executor : concurrent.futures.Executor, optional
+            Evaluates parts of the box on its workers; the results have the same bits.
 
         Raises
         ------
+        ExecutorError
+            If workers of the executor fail or end, and do so again.
         Interrupted
-            On an interrupt; ``partial`` is a grid, not reachable and NaN where it was not looked at.
+            On an interrupt. As that of an `ExecutorError`, its ``partial`` is a grid, not reachable and NaN where it
+            was not looked at.
         """
         box = self.box or WorkspaceQuery()
         if isinstance(self.model, DeltaModel):
-            return self.model.robot.workspace(box.bounds, box.samples or SAMPLES, self.model.elbow, None)
+            samples = box.samples or SAMPLES
+            return self.model.robot.workspace(
+                box.bounds, samples, self.model.elbow, progress=progress, executor=executor
+            )
         self.check_workspace()
         start = self.solve_pose().coordinates[0]
         axes = self._axes(box, start)
@@ -219,11 +235,9 @@ class Setup:
             return WorkspaceGrid(x, y, z, np.isfinite(conditions) | np.isposinf(conditions), conditions)
 
         with open_progress(progress, "workspace", "positions", len(flat)) as report, keep_partial(grid):
-            for first in range(0, len(flat), CHUNK):
-                part = slice(first, first + CHUNK)
-                poses = self.model.inverse(flat[part], start)
-                condition[part] = np.where(poses.is_reached, poses.condition, np.nan)
-                report(min(part.stop, len(flat)))
+            task, arrays = _WorkspaceTask(self.model, start), {"condition": condition}
+            function = _sample if executor is None else _sample_serially
+            fill_parts(executor, task, function, (flat,), "positions", arrays, report, CHUNK)
         return grid()
 
     def check_workspace(self) -> None:
@@ -279,7 +293,7 @@ class Setup:
             return self._delta_picture(poses, rows[-1], trace, path)
         return picture.picture(
             [poses.at(i) for i in rows], path, tool=self.model.tool,
-            place=poses.position[rows] if self.model.tool else None, trace=trace if self.model.tool else None,
+            position=poses.position[rows] if self.model.tool else None, trace=trace if self.model.tool else None,
             view=look.view or (20.0, -60.0), title=look.title, legend=look.legend,
         )  # fmt: skip
 
@@ -287,16 +301,18 @@ class Setup:
         """Picture of a Delta robot."""
         from ... import plot as drawn
         from ...plot import palette
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta import plots
 
         assert isinstance(self.model, DeltaModel)
-        if path is not None:
-            check_suffix(path)
+        check_suffix(path)
         model, view = self.model, dict[str, Any]()
         if self.look.view is not None:
             view["view"] = self.look.view
-        by_angles = self.stand.position is None and (trace is None or (self.way and self.way.kind == "joints"))
+        by_angles = self.pose_query.position is None and (
+            trace is None or (self.tool_path is not None and self.tool_path.kind == "joints")
+        )
         if by_angles:
             ax = plots.picture(model.robot, poses.coordinates[row], root=model.root, **view)
         else:
@@ -311,12 +327,12 @@ class Setup:
 
     def slices(self, path: str | PathLike[str] | None = None, space: Workspace | WorkspaceGrid | None = None) -> Figure:
         """Slices of the workspace: condition numbers where the tool can be, nothing where it cannot."""
-        from ...plot.style import check_suffix, save
+        from ...plot.axes_setup import save
+        from ...plot.style import check_suffix
         from ..delta.plots import slices
 
         box = self.box or WorkspaceQuery()
-        if path is not None:
-            check_suffix(path)
+        check_suffix(path)
         grid = self.workspace() if space is None else space
         figure = slices(grid, show=box.show, across=box.across, at=box.at)
         if isinstance(grid, WorkspaceGrid) and box.across != "z" and figure.axes[0].yaxis_inverted():
@@ -324,6 +340,30 @@ class Setup:
         if path is not None:
             save(path, figure)
         return figure
+
+
+@dataclass(frozen=True, eq=False)
+class _WorkspaceTask(Task):
+    """A model, and coordinates from which its poses are searched."""
+
+    model: AnyModel
+    start: Array
+
+    def prepare(self) -> _WorkspaceTask:
+        return self
+
+
+def _sample(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
+    """Condition numbers at positions (n, 3), NaN where the tool cannot be."""
+    poses = task.model.inverse(positions, task.start)
+    return {"condition": np.where(poses.is_reached, poses.condition, np.nan)}
+
+
+def _sample_serially(task: _WorkspaceTask, positions: Array) -> dict[str, Array]:
+    """The same on a worker, of which there are others."""
+    results: dict[str, Array] = {}
+    parallel.run(lambda a, b: results.update(_sample(task, positions[a:b])), len(positions), threads=1)
+    return results
 
 
 def _initial_pose(model: AnyModel) -> PoseBatch:

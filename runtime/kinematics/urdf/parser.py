@@ -10,11 +10,11 @@ import os
 from collections import Counter
 from collections.abc import Iterable
 from math import isfinite
-from pathlib import Path
 from xml.etree import ElementTree
 from xml.parsers import expat
 
 from ...codegen.errors import InputError, suggest
+from ...common.files import as_path
 
 Element = ElementTree.Element
 #: Length of a robot's text at most.
@@ -189,13 +189,13 @@ class Text:
             needed = "a finite number is" if count == 1 else f"{count} finite numbers are"
             raise self.error(element, f"{name}={value!r}, where {needed} needed, in")
 
-    def _unknown(self, element: Element, known: tuple[str, ...]) -> InputError:
+    def _unknown(self, element: Element, known_tags: tuple[str, ...]) -> InputError:
         if element.tag.startswith("xacro:"):
             return self.error(
                 element, "this is a xacro, not yet a URDF:", "Expand it first: xacro file.xacro > file.urdf"
             )
         return self.error(
-            element, f"a tag is not known{suggest(element.tag, known)}, and may change how the robot moves:",
+            element, f"a tag is not known{suggest(element.tag, known_tags)}, and may change how the robot moves:",
             f"Remove it, or load the file with ignore=[{element.tag!r}]",
         )  # fmt: skip
 
@@ -258,12 +258,10 @@ def bytes_of(path: str | os.PathLike[str]) -> bytes:
     InputError
         If there is no such file, or it is too long.
     """
+    file = as_path(path, "a URDF is loaded from")
     try:
-        file = Path(path)
         if file.stat().st_size > MOST_BYTES:
             raise InputError(f"the file has more than {MOST_BYTES >> 20} MiB.", where=str(path))
         return file.read_bytes()
-    except TypeError:
-        raise InputError(f"a URDF is loaded by its path, not by a {type(path).__name__}.") from None
     except OSError as error:
         raise InputError(f"the file cannot be read: {error.strerror}.", where=str(path)) from None

@@ -146,7 +146,7 @@ class Robot:
         for joint in self._joints_from_root():
             motor = motors[joint.parent] * origins[joint.name]
             if values.get(joint.name):
-                motor = motor * (-values[joint.name] / 2 * self._own_axis(joint)).exp()
+                motor = motor * (-values[joint.name] / 2 * self._joint_twist(joint)).exp()
             motors[joint.child] = motor.as_kind("motor")
         return {name: motors[name] for name in self.links}
 
@@ -183,7 +183,7 @@ class Robot:
         motors = self.algebra.motor_from_matrix(matrices, strict=True)
         return {name: motors[i] for i, name in enumerate(self.joints)}
 
-    def _own_axis(self, joint: UrdfJoint) -> Multivector:
+    def _joint_twist(self, joint: UrdfJoint) -> Multivector:
         """The twist of a joint in the child's frame."""
         from ..serial.axes import prismatic_axis, revolute_axis
 
@@ -228,7 +228,7 @@ class Robot:
             raise InputError(f"no joint moves between {start!r} and {tip!r}.", where=self.path)
         poses = self.poses()
         frames_at_zero = {name: (~poses[start] * poses[name]).as_kind("motor") for name in self.links}
-        axes = [sign * (frames_at_zero[joint.child] >> self._own_axis(joint)) for joint, sign in moving]
+        axes = [sign * (frames_at_zero[joint.child] >> self._joint_twist(joint)) for joint, sign in moving]
         frames = [frames_at_zero[joint.child if sign > 0 else joint.parent] for joint, sign in moving]
         data = np.stack([frame.values for frame in frames])
         names, limits = [joint.name for joint, _ in moving], [joint.limits for joint, _ in moving]
@@ -349,9 +349,9 @@ class Robot:
         return System(bodies, [joint for joint in joints if joint is not None], fixed=self.root)
 
 
-def unused_name(name: str, taken: Iterable[str]) -> str:
+def unused_name(name: str, used_names: Iterable[str]) -> str:
     """A joint's name, which no link has."""
-    while name in taken:
+    while name in used_names:
         name += "_joint"
     return name
 

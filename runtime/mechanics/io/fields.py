@@ -26,7 +26,7 @@ def _nonzero(v: Vector) -> Vector:
     return v
 
 
-def _place(value: Any) -> Any:
+def _check_position(value: Any) -> Any:
     """Three numbers, or the name of a body's point."""
     if isinstance(value, str):
         return value
@@ -55,14 +55,14 @@ def _unit(text: str) -> str:
     return text
 
 
-def one_of(text: str, known: Sequence[str]) -> str:
-    if text not in known or text == "#rrggbb":
-        raise PydanticCustomError("literal_error", "unknown", {"expected": ", ".join(f"'{x}'" for x in known)})
+def one_of(text: str, choices: Sequence[str]) -> str:
+    if text not in choices or text == "#rrggbb":
+        raise PydanticCustomError("literal_error", "unknown", {"expected": ", ".join(f"'{x}'" for x in choices)})
     return text
 
 
 Direction = Annotated[Vector, AfterValidator(_nonzero)]
-Place = Annotated[Any, AfterValidator(_place)]
+Place = Annotated[Any, AfterValidator(_check_position)]
 Name = Annotated[str, AfterValidator(_name)]
 Label = Annotated[str, AfterValidator(_label)]  # may be empty
 Unit = Annotated[str, AfterValidator(_unit)]
@@ -77,10 +77,10 @@ def exactly_one(table: Table, *keys: str) -> None:
     found = present_keys(table, *keys)
     if not found:
         raise ValueError(f"has neither {' nor '.join(keys)}; one is needed")
-    one_at_most(table, *keys)
+    at_most_one(table, *keys)
 
 
-def one_at_most(table: Table, *keys: str) -> None:
+def at_most_one(table: Table, *keys: str) -> None:
     found = present_keys(table, *keys)
     if len(found) > 1:
         raise ValueError(f"{' and '.join(found)} say the same thing; give one of them")

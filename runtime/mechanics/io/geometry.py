@@ -94,7 +94,7 @@ class OrientationTable(Table):
     degrees: Number | None = None
 
     @model_validator(mode="after")
-    def _one_way(self) -> OrientationTable:
+    def _check_one_form(self) -> OrientationTable:
         exactly_one(self, "matrix", "axis")
         if self.axis is not None:
             exactly_one(self, "angle", "degrees")

@@ -36,7 +36,7 @@ class JointTable(Table):
     objects: list[AnyObject] | None = None
 
     @model_validator(mode="after")
-    def _one_way(self) -> JointTable:
+    def _check_one_form(self) -> JointTable:
         own = [key for key in type(self).model_fields if key not in (*JointTable.model_fields, "kind", "product")]
         own, required = present_keys(self, *own), self.required_keys()
         if self.objects is not None and own:

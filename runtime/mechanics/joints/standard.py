@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...codegen.errors import InputError
+from ...common.deprecation import renamed_attribute, renamed_keywords
 from ...common.validation import finite_array
 from ...core.multivector import Algebra, Multivector
 from ..screws import geometry
@@ -170,6 +171,7 @@ class Prismatic(Joint):
         return None if normals[0] is None or normals[1] is None else np.cross(normals[0], normals[1])
 
 
+@renamed_keywords(place="position")
 @dataclass(frozen=True, eq=False)
 class Rigid(Joint):
     """Two bodies as one: a shared point and two shared planes through it. Mobility 0.
@@ -177,7 +179,7 @@ class Rigid(Joint):
     Parameters
     ----------
     a, b : str
-    place : array (3,)
+    position : array (3,)
         Where the bodies meet.
     algebra : Algebra, optional
         `bladesmith.cga3d` (default) or `pga3d`.
@@ -185,16 +187,17 @@ class Rigid(Joint):
 
     a: str
     b: str
-    place: ArrayLike = (0.0, 0.0, 0.0)
+    position: ArrayLike = (0.0, 0.0, 0.0)
     algebra: Algebra | None = None
     mobility = 0
+    place = renamed_attribute("position")
 
     def __post_init__(self) -> None:
         check_named(self, [])
         geometry(self.algebra, f"{self.label}: its algebra")
-        finite_array(self.place, f"{self.label}: its place", (3,))
+        finite_array(self.position, f"{self.label}: its position", (3,))
 
     def conditions(self) -> list[Condition]:
-        algebra, place = geometry(self.algebra), np.asarray(self.place, float)
-        planes = [algebra.plane(normal, place @ normal) for normal in np.eye(3)[:2]]
-        return [Condition(x, x) for x in (algebra.point(place), *planes)]
+        algebra, position = geometry(self.algebra), np.asarray(self.position, float)
+        planes = [algebra.plane(normal, position @ normal) for normal in np.eye(3)[:2]]
+        return [Condition(x, x) for x in (algebra.point(position), *planes)]

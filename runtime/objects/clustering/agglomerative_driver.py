@@ -103,9 +103,9 @@ class Greedy:
         self._state.evaluations += sum(found)
         self._lib.bs_merge_queue(self._state)
 
-    def step(self, most: int = CHUNK) -> int:
-        """Merge the cheapest pair, up to ``most`` times; fewer if no pair within the threshold is left."""
-        return int(self._lib.bs_merge_step(self._state, most))
+    def step(self, max_merges: int = CHUNK) -> int:
+        """Merge the cheapest pair, up to ``max_merges`` times; fewer if no pair within the threshold is left."""
+        return int(self._lib.bs_merge_step(self._state, max_merges))
 
     @property
     def evaluations(self) -> int:

@@ -50,7 +50,7 @@ class Clustering:
             raise InputError("there are no objects to cluster.")
         bad = np.isnan(x._data).any(-1)
         if bad.any():
-            raise InputError(f"object {int(bad.argmax())} is no object ({int(bad.sum())} are not); leave them out.")
+            raise InputError(f"object {int(bad.argmax())} is not an object ({int(bad.sum())} are not); leave them out.")
         if k > len(x):
             raise InputError(f"{k} clusters of {len(x)} objects: k is at most the number of objects.")
         self.x, self.k, self.weights, self.threads = x, k, weights, threads
@@ -67,23 +67,23 @@ class Clustering:
         """k-means++: objects drawn by their cost to those before; of a few draws the one that saves most."""
         n, draws = len(self.x), 2 + int(np.log(self.k))
         weights = np.ones(n) if self.weights is None else self.weights
-        chosen = [int(_draw_indices(weights, 1, random)[0])]
-        cost = self._to(chosen)[0]
-        while len(chosen) < self.k:
+        indices = [int(_draw_indices(weights, 1, random)[0])]
+        cost = self._to(indices)[0]
+        while len(indices) < self.k:
             mass = weights * cost
             if not mass.sum() > 0:  # all others are where a centroid is
-                rest = np.setdiff1d(np.arange(n), chosen)
-                chosen.extend(int(i) for i in rest[: self.k - len(chosen)])
+                rest = np.setdiff1d(np.arange(n), indices)
+                indices.extend(int(i) for i in rest[: self.k - len(indices)])
                 break
             candidates = _draw_indices(mass, draws, random)
             costs = np.minimum(cost, self._to(candidates))
             best = int((costs * weights).sum(1).argmin())  # not @: its bits may depend on the machine's threads
-            chosen.append(int(candidates[best]))
+            indices.append(int(candidates[best]))
             cost = costs[best]
-        return self._items(chosen)
+        return self._items(indices)
 
-    def _items(self, chosen: Any) -> Multivector:
-        items: Multivector = self.x[chosen]
+    def _items(self, indices: Any) -> Multivector:
+        items: Multivector = self.x[indices]
         return items
 
     def _to(self, items: Any) -> Costs:
@@ -95,13 +95,13 @@ class Clustering:
     # -- iterations ----------------------------------------------------------------------------------------
 
     def iterations(
-        self, centroids: Multivector, most: int, tolerance: float
+        self, centroids: Multivector, max_iterations: int, tolerance: float
     ) -> Iterator[tuple[Labels, Multivector, float, int, bool]]:
         """Labels, centroids, cost, iterations and whether they converged: at the start, and after each iteration."""
         labels, cost = self._assign(self.x, centroids)
         total = self._total(cost)
         yield labels, centroids, total, 0, False
-        for iteration in range(most):
+        for iteration in range(max_iterations):
             new = self._update_centroids(centroids, labels, cost)
             moved = (new._data != centroids._data).any(-1)
             if not moved.any():
@@ -169,7 +169,8 @@ class Clustering:
         projected = embed(evaluate(self.x.algebra, "blades.project_sum", total, size).value, self.x.kind)
         found = np.isfinite(projected).all(-1)
         new = np.where(found[:, None], projected, centroids._data).astype(data.dtype)
-        worse = self._of_clusters(self._to_own(self._centroids(new), labels), labels) > self._of_clusters(cost, labels)
+        changed = self._costs_to_assigned(self._centroids(new), labels)
+        worse = self._of_clusters(changed, labels) > self._of_clusters(cost, labels)
         new[worse] = centroids._data[worse]
         self._reseed(new, labels, cost)
         return self._centroids(new)
@@ -177,7 +178,7 @@ class Clustering:
     def _centroids(self, data: NDArray[Any]) -> Multivector:
         return self.x._make(self.x._type, data, (self.k,))
 
-    def _to_own(self, centroids: Multivector, labels: Labels) -> Costs:
+    def _costs_to_assigned(self, centroids: Multivector, labels: Labels) -> Costs:
         """Cost of each object to the centroid of its cluster; infinite where no rotor is unique."""
         cost = evaluate(self.x.algebra, self.formula, self.x, centroids[labels]).value._data[..., 0].astype(np.float64)
         return np.where(np.isnan(cost), np.inf, cost)

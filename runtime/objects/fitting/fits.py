@@ -111,7 +111,7 @@ def fit_plane(points: Any, weights: Any = None, rms: bool = False, strict: bool 
         (sigma[:, 0] <= sets.floor, Status.SINGULAR),
         (straight | _is_tied(sigma, 1) | _is_near_tie(sets, sigma, 1), Status.NOT_UNIQUE),
     )
-    plane = evaluate(sets.algebra, "fits.placed_plane", vectors(sets.algebra, local), *_place(sets))
+    plane = evaluate(sets.algebra, "fits.placed_plane", vectors(sets.algebra, local), *_local_frame(sets))
     return _assemble(sets, plane.value, status, sigma[:, 2] * sets.unit, rms, strict, "fit_plane")
 
 
@@ -145,7 +145,7 @@ def fit_circle(points: Any, weights: Any = None, rms: bool = False, strict: bool
     unknowns, cost, converged = _circle(sets, axes, ~straight)
     flip = _side(unknowns[:, 5:8], _turning(sets.local))
     s, p = vectors(sets.algebra, unknowns[:, :5]), vectors(sets.algebra, unknowns[:, 5:] * flip)
-    circle = evaluate(sets.algebra, "fits.placed_circle", s, p, *_place(sets))
+    circle = evaluate(sets.algebra, "fits.placed_circle", s, p, *_local_frame(sets))
     status = _status(sets, (straight, Status.SINGULAR), (~converged, Status.NOT_CONVERGED))
     return _assemble(sets, circle.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_circle")
 
@@ -195,18 +195,18 @@ def fit_sphere(points: Any, weights: Any = None, rms: bool = False, strict: bool
         (~converged, Status.NOT_CONVERGED),
         (round_, Status.NOT_UNIQUE),
     )
-    sphere = evaluate(algebra, "fits.placed_sphere", vectors(algebra, unknowns), *_place(sets))
+    sphere = evaluate(algebra, "fits.placed_sphere", vectors(algebra, unknowns), *_local_frame(sets))
     return _assemble(sets, sphere.value, status, np.sqrt(cost) * sets.unit, rms, strict, "fit_sphere")
 
 
 # -- pieces ------------------------------------------------------------------------------------------------
 
 
-def _circle(sets: Sets, axes: Array, wanted: NDArray[np.bool_]) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Unknowns (s, p), cost and convergence; NaN for sets that are not wanted."""
-    unknowns, cost = np.full((len(wanted), 10), np.nan), np.full(len(wanted), np.nan)
-    converged = np.zeros(len(wanted), bool)
-    some = np.flatnonzero(wanted & sets.valid)
+def _circle(sets: Sets, axes: Array, selection: NDArray[np.bool_]) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Unknowns (s, p), cost and convergence; NaN for sets that are not selected."""
+    unknowns, cost = np.full((len(selection), 10), np.nan), np.full(len(selection), np.nan)
+    converged = np.zeros(len(selection), bool)
+    some = np.flatnonzero(selection & sets.valid)
     if not len(some):
         return unknowns, cost, converged
     xyz, weight, frame, middle = sets.local[some], sets.weight[some], axes[some], sets.middle[some]
@@ -221,14 +221,16 @@ def _circle(sets: Sets, axes: Array, wanted: NDArray[np.bool_]) -> tuple[Array, 
     basis[:, 3, 2] = basis[:, 4, 3] = 1.0
     shifted = flat - middle[:, None]
     s = algebraic_sphere(sets.algebra, shifted, weight, basis)
-    moved = evaluate(sets.algebra, "fits.moved", vectors(sets.algebra, s), _place(sets)[0]._replace(value=middle))
+    moved = evaluate(
+        sets.algebra, "fits.translate_sphere", vectors(sets.algebra, s), _local_frame(sets)[0]._replace(value=middle)
+    )
     model = CircleModel(sets.algebra)
     start = model.project(np.concatenate([moved.value._data, plane], -1))
     unknowns[some], cost[some], converged[some] = refine(model, start, xyz, weight)
     return unknowns, cost, converged
 
 
-def _place(sets: Sets) -> tuple[ArrayOperand, ArrayOperand]:
+def _local_frame(sets: Sets) -> tuple[ArrayOperand, ArrayOperand]:
     """Origin and unit of local coordinates."""
     return ArrayOperand(sets.origin, sets.algebra.kind("euclidean"), "the origin"), ArrayOperand(
         sets.unit, 0, "the unit"

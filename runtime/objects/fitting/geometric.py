@@ -105,14 +105,14 @@ def refine(
         live = np.flatnonzero(~done)
         if not len(live):
             break
-        now = here.some(live)
+        now = here.take(live)
         matrix = now.curvature if count < GAUSS_STEPS else _newton(model, unknowns[live], now, xyz[live], weight[live])
         step = _step(matrix, now, damping[live])
         trial = model.project(unknowns[live] + step)
         there = _linear(model, trial, xyz[live], weight[live])
         better = there.value <= now.value * (1 + 8 * EPS) + EPS * EPS
         unknowns[live[better]] = trial[better]
-        here.replace(live[better], there.some(better))
+        here.replace(live[better], there.take(better))
         damping[live] = np.where(better, np.maximum(damping[live] / FACTOR, LEAST_DAMPING), damping[live] * FACTOR)
         small = np.abs(step).max(-1) <= SMALL_STEP * np.maximum(1.0, np.abs(unknowns[live]).max(-1))
         converged[live] = small
@@ -131,14 +131,14 @@ class _Linear:
     basis: Array
     full_slope: Array
 
-    def some(self, which: Any) -> _Linear:
+    def take(self, indices: Any) -> _Linear:
         """Subset by index."""
-        return _Linear(*(part[which] for part in vars(self).values()))
+        return _Linear(*(part[indices] for part in vars(self).values()))
 
-    def replace(self, which: Any, other: _Linear) -> None:
+    def replace(self, indices: Any, other: _Linear) -> None:
         """Put others in the place of some sets."""
         for part, new in zip(vars(self).values(), vars(other).values(), strict=True):
-            part[which] = new
+            part[indices] = new
 
 
 def _linear(model: SphereModel | CircleModel, unknowns: Array, xyz: Array, weight: Array) -> _Linear:

@@ -15,7 +15,7 @@ from ...common.deprecation import renamed_keywords
 from ...common.validation import as_bool, as_choice, broadcast_shapes, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed, normalize_exponents
-from ...dispatch.formulas import ArrayOperand, FormulaResult, evaluate, merge_statuses
+from ...dispatch.formulas import ArrayOperand, FormulaResult, evaluate, invalidate_nonfinite, merge_statuses
 from ..arguments import as_objects, pair
 from ..rotors import local_origin
 from .sums import (
@@ -57,7 +57,7 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
     Raises
     ------
     InputError, GradeError
-        If X is no multivector of conformal geometry, or not of one grade from 1 to 4.
+        If X is not a multivector of conformal geometry, or not of one grade from 1 to 4.
     SingularError
         With ``strict``.
 
@@ -68,7 +68,7 @@ def project_to_blade(X: Multivector, strict: bool = False) -> Multivector:
     `average` and the curves do better: they add about a local origin.
     """
     if not isinstance(X, Multivector) or "ni" not in X.algebra.vectors:
-        raise InputError("X is no multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
+        raise InputError("X is not a multivector of conformal geometry.", remedy="Make objects with bladesmith.cga3d")
     if len(X.grades) != 1 or not 1 <= X.grades[0] <= X.algebra.dimension - 1:
         raise GradeError(f"X has the grades {tuple(X.grades)}; a sum of objects has one grade, 1 to 4.")
     x = normalize_exponents(to_layout(X, X.kind))[0]  # squares overflow before numbers do
@@ -276,7 +276,7 @@ def _part(x: Multivector, i: int) -> Multivector:
     """Items i of the first axis, without a copy; what is known of all is known of them."""
     status = None if x._status is None else x._status[i]
     part = x._make(x._type, x._data[i], x.shape[1:], status)
-    part._largest = x._reach()
+    part._largest = x._largest_coefficient()
     return part
 
 
@@ -294,12 +294,13 @@ def _along_rotor(a: Multivector, b: Multivector, alpha: NDArray[Any]) -> Formula
     wide = max(a.kind, b.kind, key=lambda kind: kind.size)
     rotor = rotor_between(a, b)
     logarithm = rotor.log()
-    part = (logarithm * (1 - alpha)).exp()
-    moved = part >> to_layout(a, wide)
+    with np.errstate(all="ignore"):
+        moved = (logarithm * (1 - alpha)).exp() >> to_layout(a, wide)
     lead = np.broadcast_shapes(moved.shape, rotor.shape)
-    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embed(moved, wide), moved.shape)
     known = [None if s is None else np.broadcast_to(s, lead) for s in (rotor._status, logarithm._status)]
-    return FormulaResult((typed,), merge_statuses(*known))
+    typed = moved._make(moved.algebra.type_of(wide, moved.dtype), embed(moved, wide), lead, merge_statuses(*known))
+    typed = invalidate_nonfinite(typed)
+    return FormulaResult((typed,), typed._status)
 
 
 __all__ = ["align", "average", "interpolate", "interpolate_derivative", "project_to_blade"]

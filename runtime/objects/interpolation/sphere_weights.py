@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import GradeError, ShapeError
-from ...common.validation import real_array
+from ...common.validation import as_axis, finite_array
 from ...core.multivector import Multivector
 from ...dispatch.formulas import evaluate
 from ..arguments import as_objects
@@ -31,7 +31,7 @@ def sphere_weights(spheres: Multivector, weights: Any = None, axis: int = 0) -> 
     array (...)
         a = w r/sum(w r), along ``axis``: `average(X, a)` and `interpolate` of unit spheres then follow thesis 3.11,
         whose spheres are weighted S* . n_inf = -1, and for which alone its radii hold:
-        r^2 = sum w r_i^2 - sum_{i<j} w_i w_j |c_i - c_j|^2. NaN for sums that hold a plane or a bad item.
+        r^2 = sum w r_i^2 - sum_{i<j} w_i w_j |c_i - c_j|^2. NaN for sums that are zero, or hold a plane or a bad item.
 
     Notes
     -----
@@ -41,17 +41,17 @@ def sphere_weights(spheres: Multivector, weights: Any = None, axis: int = 0) -> 
     known = as_objects(spheres, "the spheres", (4,))
     if known.kind.name != "sphere":
         raise GradeError(f"the spheres are a {known.kind.name}; planes blend with the weights themselves.")
-    if not -known.ndim <= axis < known.ndim:
-        raise ShapeError(f"the spheres have shape {known.shape}, without an axis {axis} to sum over.")
+    axis = as_axis(axis, known.shape, "the spheres have")
     outcome = evaluate(known.algebra, "conformal.sphere_parameters", known)
     radius, orientation = (outcome.values[i]._data[..., 0] for i in (1, 2))
-    given = real_array(1.0 if weights is None else weights, "the weights")
+    given = finite_array(1.0 if weights is None else weights, "the weights")
     try:
         scaled = np.broadcast_to(given, known.shape) * radius * orientation
     except ValueError:
         raise ShapeError(f"weights of shape {given.shape} do not fit spheres of shape {known.shape}.") from None
     with np.errstate(all="ignore"):
-        return np.asarray(scaled / scaled.sum(axis, keepdims=True), known.dtype)
+        total = scaled.sum(axis, keepdims=True)
+        return np.asarray(scaled / np.where(total == 0, np.nan, total), known.dtype)
 
 
 __all__ = ["sphere_weights"]

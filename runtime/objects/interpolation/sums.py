@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...codegen.algebra.algebra import Kind
 from ...codegen.errors import InputError, ShapeError
-from ...common.validation import as_bool, check_items, real_array
+from ...common.validation import as_axis, as_bool, check_items, real_array
 from ...core.multivector import Multivector
 from ...dispatch.coefficients import embed
 from ...dispatch.formulas import FormulaResult, evaluate, invalidate_nonfinite, merge_statuses, raise_first
@@ -50,47 +50,45 @@ def negate_where(x: Multivector, where: NDArray[np.bool_]) -> Multivector:
 def checked_axis(x: Multivector, axis: int) -> int:
     if not x.ndim:
         raise InputError("a single object has no axis to average over; hand over a batch, or a list.")
-    if not -x.ndim <= axis < x.ndim:
-        raise InputError(f"axis {axis} does not exist in a batch of shape {x.shape}.")
-    place = axis % x.ndim
-    if not x.shape[place]:
+    index = as_axis(axis, x.shape, "the objects have")
+    if not x.shape[index]:
         raise InputError(f"there are no objects along axis {axis} of a batch of shape {x.shape}.")
-    return place
+    return index
 
 
-def normalized_weights(weights: Any, lead: tuple[int, ...], place: int) -> NDArray[Any] | None:
+def normalized_weights(weights: Any, lead: tuple[int, ...], axis: int) -> NDArray[Any] | None:
     """Weights over their sums, in a shape that broadcasts with the batch; None: all are alike."""
     if weights is None:
         return None
     w = real_array(weights, "weights")
     if w.shape != lead:
-        if w.shape != (lead[place],):
-            wanted = " or ".join(dict.fromkeys(str(shape) for shape in ((lead[place],), lead)))
+        if w.shape != (lead[axis],):
+            wanted = " or ".join(dict.fromkeys(str(shape) for shape in ((lead[axis],), lead)))
             raise ShapeError(f"weights have shape {w.shape}; it must be {wanted}.")
-        w = w.reshape([-1 if i == place else 1 for i in range(len(lead))])
+        w = w.reshape([-1 if i == axis else 1 for i in range(len(lead))])
     check_items(np.isfinite(w), w, "weights", "a finite number")
-    total, size = w.sum(place, keepdims=True), np.abs(w).sum(place, keepdims=True)
+    total, size = w.sum(axis, keepdims=True), np.abs(w).sum(axis, keepdims=True)
     nothing = np.abs(total) <= ZERO_SUM_ULPS * float(np.finfo(w.dtype).eps) * size
     if nothing.any():
         raise InputError("the weights sum to zero.", remedy="A mean needs a total weight")
     return np.asarray(w / total)
 
 
-def _place(bad: NDArray[np.bool_]) -> Any:
-    place = tuple(int(i) for i in np.argwhere(bad)[0])
-    return place[0] if len(place) == 1 else place
+def _first_index(bad: NDArray[np.bool_]) -> Any:
+    index = tuple(int(i) for i in np.argwhere(bad)[0])
+    return index[0] if len(index) == 1 else index
 
 
-def first_along(x: Multivector, place: int) -> Multivector:
+def first_along(x: Multivector, axis: int) -> Multivector:
     """The first along an axis, which stays with length one."""
-    return x[(slice(None),) * place + (slice(0, 1),)]  # type: ignore[no-any-return]
+    return x[(slice(None),) * axis + (slice(0, 1),)]  # type: ignore[no-any-return]
 
 
-def block_sum(data: NDArray[Any], place: int) -> NDArray[Any]:
+def block_sum(data: NDArray[Any], axis: int) -> NDArray[Any]:
     """Sum over an axis, block by block: the rounding error does not grow with the number of items."""
-    while data.shape[place] > BLOCK:
-        data = np.add.reduceat(data, np.arange(0, data.shape[place], BLOCK), place)
-    return np.asarray(data.sum(place))
+    while data.shape[axis] > BLOCK:
+        data = np.add.reduceat(data, np.arange(0, data.shape[axis], BLOCK), axis)
+    return np.asarray(data.sum(axis))
 
 
 def assemble(

@@ -19,7 +19,7 @@ from ...dispatch.coefficients import embed
 from ...dispatch.formulas import ArrayOperand, evaluate, invalidate_nonfinite, merge_statuses, raise_first
 from ...status import Status
 from ..arguments import OBJECTS, pair
-from ..masked_items import at, codes, merge_items, places, select
+from ..masked_items import at, codes, masked_indices, merge_items, select
 from . import local_origin
 
 #: Below this margin (see `formulas.motions.rotors.margin`) the direct formula loses more than a digit and a half, so a
@@ -191,7 +191,7 @@ def _rotors(a: Multivector, b: Multivector) -> Multivector:
         return r
     # the others are finite: NaN is below no bound
     found = invalidate_nonfinite(_in_local_frame(_compose_correction, at(a, poor), at(b, poor)))
-    status, where = codes(r), places(poor)
+    status, where = codes(r), masked_indices(poor)
     r._data[where] = embed(found, r.kind)  # a new array, which nobody has seen yet
     status[where] = codes(found)
     return r._make(r._type, r._data, r.shape, status)
@@ -228,7 +228,7 @@ def _prerotate(a: Multivector, b: Multivector) -> Multivector:
     plane.
     """
     center, axis, _ = _placement(a)
-    half, quarter = (_even(x) for x in evaluate(a.algebra, "placement.turns", center, axis).values)
+    half, quarter = (_even(x) for x in evaluate(a.algebra, "placement.half_rotations", center, axis).values)
     by_half, margin, _ = _direct(_apply(half, a), b)
     by_quarter, other, _ = _direct(_apply(quarter, a), b)
     take_other = HALF_TURN_PREFERRED * margin < other
@@ -240,13 +240,13 @@ def _prerotate(a: Multivector, b: Multivector) -> Multivector:
 
 def _placement(x: Multivector) -> tuple[Multivector, Multivector, ArrayOperand]:
     """Centres, axes and 1/radii of objects, as operands."""
-    center, axis, curvature = evaluate(x.algebra, "placement.located", _as_round(x)).values
+    center, axis, curvature = evaluate(x.algebra, "placement.center_axis_curvature", _as_round(x)).values
     return center, axis, ArrayOperand(curvature._data[..., 0], 0, "curvature")
 
 
 def _apply(r: Multivector, x: Multivector) -> Multivector:
     """Apply rotors to objects; the kind stays, unchecked."""
-    return evaluate(x.algebra, "rotors.led", r, x).value.as_kind(x.kind, check=False)  # type: ignore[no-any-return]
+    return evaluate(x.algebra, "rotors.transform_object", r, x).value.as_kind(x.kind, check=False)  # type: ignore[no-any-return]
 
 
 def _compose(second: Multivector, first: Multivector) -> Multivector:
@@ -256,7 +256,7 @@ def _compose(second: Multivector, first: Multivector) -> Multivector:
 
 def _with_sign(r: Multivector) -> Multivector:
     """Rotors with the documented one of their two signs, on all even blades."""
-    found = evaluate(r.algebra, "rotors.signed", _even(r)).value
+    found = evaluate(r.algebra, "rotors.canonicalize_sign", _even(r)).value
     return r._make(found._type, found._data, r.shape, r._status)
 
 
@@ -289,17 +289,17 @@ def _frame(a: Multivector, b: Multivector) -> local_origin.Frame:
     origin = np.zeros((*a.shape, algebra.space), a.dtype)
     for first, second in ((a, b), (b, a)):
         start = _position(evaluate(algebra, "local.anchor", first).value)
-        place = _position(evaluate(algebra, "local.nearest", second, algebra.vector(start, "origin")).value)
-        frame = local_origin.Frame(place, algebra.translator(place))
+        position = _position(evaluate(algebra, "local.nearest", second, algebra.vector(start, "origin")).value)
+        frame = local_origin.Frame(position, algebra.translator(position))
         written = _coefficient_magnitude(frame.to_local(a), frame.to_local(b))
         better = written < best
-        best, origin = np.where(better, written, best), np.where(better[:, None], place, origin)
+        best, origin = np.where(better, written, best), np.where(better[:, None], position, origin)
     return local_origin.Frame(origin, algebra.translator(origin))
 
 
-def _position(place: Multivector) -> NDArray[Any]:
+def _position(position: Multivector) -> NDArray[Any]:
     """Coordinates; zero if they are not finite."""
-    return np.where(np.isfinite(place._data).all(-1, keepdims=True), place._data, place.dtype.type(0))
+    return np.where(np.isfinite(position._data).all(-1, keepdims=True), position._data, position.dtype.type(0))
 
 
 def _coefficient_magnitude(a: Multivector, b: Multivector) -> NDArray[Any]:

@@ -48,7 +48,7 @@ def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
     Raises
     ------
     InputError, GradeError
-        If R is no multivector of conformal geometry, or not even; if the cost is unknown.
+        If R is not a multivector of conformal geometry, or not even; if the cost is unknown.
 
     Notes
     -----
@@ -56,7 +56,9 @@ def rotor_cost(R: Multivector, cost: str = "positive") -> NDArray[Any]:
     """
     ending = _ending(cost)
     if not isinstance(R, Multivector) or "ni" not in R.algebra.vectors:
-        raise InputError("R is no multivector of conformal geometry; rotors come from objects.rotor_between or cga3d.")
+        raise InputError(
+            "R is not a multivector of conformal geometry; rotors come from objects.rotor_between or cga3d."
+        )
     if any(g % 2 for g in R.grades):
         raise GradeError(f"R is a {R.kind.name} of grades {R.grades}; rotors have even grades only.")
     return np.asarray(evaluate(R.algebra, f"costs.rotor_cost{ending}", R).value._data[..., 0])[()]
@@ -130,10 +132,12 @@ def _ending(cost: str) -> str:
 
 
 def _complete(
-    cost: NDArray[Any], x: Multivector, y: Multivector, name: str, align: bool, wanted: bool
+    cost: NDArray[Any], x: Multivector, y: Multivector, name: str, align: bool, with_status: bool
 ) -> NDArray[np.uint8] | None:
-    """Costs of the pairs that were left to the careful method, written in; statuses where they are ``wanted``."""
-    code = _flip_statuses(x, y) if wanted and not align else np.zeros(cost.shape, np.uint8) if wanted else None
+    """Costs of the pairs that were left to the careful method, written in; statuses where they are ``with_status``."""
+    code = None
+    if with_status:
+        code = np.zeros(cost.shape, np.uint8) if align else _flip_statuses(x, y)
     missing = np.isnan(cost) | _far(x, y)
     if not missing.any():
         return code

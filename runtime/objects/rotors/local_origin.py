@@ -75,7 +75,7 @@ def frame(*objects: Multivector, shared: bool = False, axis: int | None = None) 
         good = np.isfinite(position).all(-1, keepdims=True)
         position = np.where(good, position, position.dtype.type(0))
     else:
-        position = _middle([_some(x, axis) for x in objects] if len(objects) == 1 else objects, axis)
+        position = _middle([_subsample(x, axis) for x in objects] if len(objects) == 1 else objects, axis)
     position = position.astype(np.result_type(*(x.dtype for x in objects)), copy=False)
     return Frame(position, algebra.translator(position))
 
@@ -119,7 +119,7 @@ def _middle(objects: Sequence[Multivector], axis: int | None) -> NDArray[Any]:
     return np.where(nearer[..., None], place, start)
 
 
-def _some(x: Multivector, axis: int | None) -> Multivector:
+def _subsample(x: Multivector, axis: int | None) -> Multivector:
     """At most `SOME` items along the axis (of all): their middle is as good."""
     if axis is None:
         x, axis = x.reshape(-1), 0
@@ -130,7 +130,7 @@ def _some(x: Multivector, axis: int | None) -> Multivector:
 
 def _largest(x: Multivector) -> float:
     """Largest finite coefficient."""
-    largest = x._reach()
+    largest = x._largest_coefficient()
     return largest if math.isfinite(largest) else float(np.max(np.abs(x._data), initial=0, where=np.isfinite(x._data)))
 
 

@@ -161,10 +161,10 @@ def _of_pair(a: Any, b: Any, tolerance: float | None, strict: bool, name: str) -
     for ga, gb, mine in _groups(left.grades[i], right.grades[j], status == Status.OK):
         pair = _Pair(algebra, ga, gb, left.rows(ga)[i[mine]], right.rows(gb)[j[mine]], shift[mine], limit)
         for r in range(max(0, ga + gb - algebra.dimension), min(ga, gb) + 1):
-            some = np.flatnonzero(pair.common == r)
-            if len(some):
+            items = np.flatnonzero(pair.common == r)
+            if len(items):
                 parts.append(
-                    (ga + gb - r if spans else r, mine[some], pair.span(some, r) if spans else pair.part(some, r))
+                    (ga + gb - r if spans else r, mine[items], pair.span(items, r) if spans else pair.part(items, r))
                 )
     usual = min(max(a.grades) + max(b.grades), algebra.dimension)
     grades = tuple(sorted({g for g, _, _ in parts})) or (usual if spans else max(a.grades) + max(b.grades) - usual,)
@@ -215,57 +215,57 @@ class _Pair:
         rest = qb - qa @ (np.swapaxes(qa, -1, -2) @ qb)
         if gb:
             self.u, sines, vt = np.linalg.svd(rest, full_matrices=False)
-            self.turned = qb @ np.swapaxes(vt, -1, -2)
+            self.principal = qb @ np.swapaxes(vt, -1, -2)
         else:
-            self.u, sines, self.turned = rest, np.zeros((len(a), 0)), rest
+            self.u, sines, self.principal = rest, np.zeros((len(a), 0)), rest
         self.common = np.maximum(gb - (sines > limit).sum(-1), ga + gb - algebra.dimension)
 
     def _original(self, grade: int, rows: Array) -> Multivector:
         return on_grades(self.algebra, (grade,), rows, None, (len(rows),))
 
-    def span(self, some: NDArray[np.int64], r: int) -> Array:
+    def span(self, items: NDArray[np.int64], r: int) -> Array:
         """A + B as subspaces, for items with r common directions."""
         total = self.ga + self.gb - r
         if r == self.gb:
-            return self.a[some]
+            return self.a[items]
         if r == self.ga:
-            return self.b[some]
+            return self.b[items]
         if r == 0:
-            return self._all(self._original(self.ga, self.a[some]) ^ self._original(self.gb, self.b[some]), total)
+            return self._all(self._original(self.ga, self.a[items]) ^ self._original(self.gb, self.b[items]), total)
         if total == self.algebra.dimension:
-            return np.full((len(some), 1), float(self.algebra.pseudoscalar_sign))
-        return self._join_and_meet(some, r)[0]
+            return np.full((len(items), 1), float(self.algebra.pseudoscalar_sign))
+        return self._join_and_meet(items, r)[0]
 
-    def part(self, some: NDArray[np.int64], r: int) -> Array:
+    def part(self, items: NDArray[np.int64], r: int) -> Array:
         """A and B as subspaces: what they share."""
         if r == self.gb:
-            return self.b[some]
+            return self.b[items]
         if r == self.ga:
-            return self.a[some]
+            return self.a[items]
         if self.ga + self.gb - r == self.algebra.dimension:
-            return self._all(self._original(self.ga, self.a[some]) & self._original(self.gb, self.b[some]), r)
+            return self._all(self._original(self.ga, self.a[items]) & self._original(self.gb, self.b[items]), r)
         if r == 0:
-            return np.ones((len(some), 1))
-        return self._join_and_meet(some, r)[1]
+            return np.ones((len(items), 1))
+        return self._join_and_meet(items, r)[1]
 
     def _all(self, x: Multivector, grade: int) -> Array:
         return embed(x, self.algebra.layout_of(self.algebra.blades_of_grade(grade))).astype(float)
 
-    def _join_and_meet(self, some: NDArray[np.int64], r: int) -> tuple[Array, Array]:
+    def _join_and_meet(self, items: NDArray[np.int64], r: int) -> tuple[Array, Array]:
         """Join and meet of unit size: B = M ^ B', J = A ^ B', and J positive.
 
         The left singular vectors are those parts of B' that A does not hold, so A ^ B' is A ^ them.
         """
-        own = self.gb - r
-        shift = self.shift[some]
-        meet = outer_of(self.algebra, self.turned[some][..., own:])
-        rest = outer_of(self.algebra, self.turned[some][..., :own])
-        b = scale_lengths(self.algebra, self.gb, self.b[some], -shift)
-        a = scale_lengths(self.algebra, self.ga, self.a[some], -shift)
+        n_rest = self.gb - r
+        shift = self.shift[items]
+        meet = outer_of(self.algebra, self.principal[items][..., n_rest:])
+        rest = outer_of(self.algebra, self.principal[items][..., :n_rest])
+        b = scale_lengths(self.algebra, self.gb, self.b[items], -shift)
+        a = scale_lengths(self.algebra, self.ga, self.a[items], -shift)
         side = np.sign((self._all(meet ^ rest, self.gb) * b).sum(-1))
-        join = self._original(self.ga, a) ^ outer_of(self.algebra, self.u[some][..., :own])
+        join = self._original(self.ga, a) ^ outer_of(self.algebra, self.u[items][..., :n_rest])
         j = (
-            _unit(scale_lengths(self.algebra, self.ga + own, _clean(self._all(join, self.ga + own)), shift))
+            _unit(scale_lengths(self.algebra, self.ga + n_rest, _clean(self._all(join, self.ga + n_rest)), shift))
             * side[:, None]
         )
         m = _unit(scale_lengths(self.algebra, r, _clean(self._all(meet, r)), shift))

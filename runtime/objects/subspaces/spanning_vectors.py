@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.errors import GradeError, InputError
+from ...codegen.errors import GradeError
 from ...codegen.formulas.objects.subspaces import contractions, length_powers
-from ...common.validation import as_instance
+from ...common.validation import as_float, as_instance
 from ...core import kind_constraints
 from ...core.multivector import Algebra, Multivector
 from ...dispatch.coefficients import embed
@@ -65,9 +65,7 @@ def items_of(x: Any, tolerance: float | None) -> Items:
 def relative_limit(dtype: np.dtype[Any], tolerance: float | None) -> float:
     if tolerance is None:
         return kind_constraints.tolerance(dtype)
-    if not 0 <= tolerance < 1:
-        raise InputError(f"the tolerance is {tolerance!r}; it is a number from 0 to 1, relative to the largest part.")
-    return float(tolerance)
+    return as_float(tolerance, "tolerance", 0.0, below=1.0)
 
 
 def only_grade(items: Items, answered: NDArray[np.bool_]) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...codegen.errors import InputError
+from ...common.validation import short_repr
 from .c import Driver, Scene
 
 
@@ -47,5 +48,5 @@ def backend_of(name: str) -> Backend:
         If there is no such backend.
     """
     if not isinstance(name, str) or name not in BACKENDS:
-        raise InputError(f"backend is {name!r}; there are: {', '.join(BACKENDS)}.")
+        raise InputError(f"backend is {short_repr(name)}; there are: {', '.join(BACKENDS)}.")
     return BACKENDS[name]()

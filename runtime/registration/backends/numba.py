@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.execute.numba_cache import KeptModule
+from ...codegen.execute.numba_cache import CachedModule
 from ...codegen.execute.numba_jit import numba
 from ...codegen.programs.registration.registration import DIRECTED, KINDS
 from ...codegen.programs.registration.registration_numba import reform_numba
@@ -26,9 +26,9 @@ QUERY, REFERENCE, ELEMENTS, STARTS, ORDER, SIDES = range(6)
 
 
 @cache
-def numba_driver(kinds: tuple[str, ...]) -> KeptModule:
+def numba_driver(kinds: tuple[str, ...]) -> CachedModule:
     """Driver for these kinds, with functions from the cache or compiled at first use."""
-    return KeptModule("reform_" + "_".join(kinds), reform_numba(kinds), _signatures())
+    return CachedModule("reform_" + "_".join(kinds), reform_numba(kinds), _signatures())
 
 
 def _signatures() -> dict[str, Any]:

@@ -233,7 +233,7 @@ def _refuse(found: Estimate) -> None:
             remedy="Give objects that move with them, or leave strict out", motions=found.undetermined, result=found,
         )  # fmt: skip
     if found.status != Status.OK:
-        what = f"the motor has not come to rest after {found.iterations} iterations: {found.status.name}."
+        what = f"no convergence after {found.iterations} iterations: {found.status.name}."
         raise SingularError(what, remedy="Allow more iterations, use another method, or leave strict out")
 
 

@@ -43,12 +43,12 @@ def generators(algebra: Algebra) -> Array:
     return rows
 
 
-def free_motions(modes: tuple[Array, Array], covariance: Array | None = None, least: float = FREE) -> Array:
+def free_motions(modes: tuple[Array, Array], covariance: Array | None = None, fraction: float = FREE) -> Array:
     """Twists (m, 6) of the smallest eigenvalues of a normal matrix, given by its eigenmodes, or of the largest ones
     of a covariance.
     """
     values, vectors = modes
-    free = values <= least * max(float(values[-1]), 0.0)
+    free = values <= fraction * max(float(values[-1]), 0.0)
     if not free.any() and covariance is not None and covariance.trace() > UNKNOWN * UNKNOWN:  # else none is unknown
         values, vectors = np.linalg.eigh(covariance)
         free = values > UNKNOWN * UNKNOWN

@@ -104,7 +104,7 @@ def model_from_mesh(
     return model.in_frame(-center / size, 1 / size)
 
 
-def _planes(mesh: Mesh, angle: float, least: float, tolerance: float) -> Rows:
+def _planes(mesh: Mesh, angle: float, min_size: float, tolerance: float) -> Rows:
     """Normals and offsets (n, 4), by area."""
     graph = _trimesh().graph
     corners = mesh.vertices[mesh.faces]
@@ -116,17 +116,17 @@ def _planes(mesh: Mesh, angle: float, least: float, tolerance: float) -> Rows:
     faces = Pieces(area[solid], corners[solid].mean(1), corners[solid], are_normals=True)
     regions = grow_regions(faces, pairs, angle, tolerance)
     offsets = (regions.directions * regions.centers).sum(1)
-    return _largest(np.column_stack([regions.directions, offsets]), "plane", regions, least * least, tolerance)
+    return _largest(np.column_stack([regions.directions, offsets]), "plane", regions, min_size * min_size, tolerance)
 
 
-def _lines(mesh: Mesh, angle: float, least: float, tolerance: float) -> Rows:
+def _lines(mesh: Mesh, angle: float, min_size: float, tolerance: float) -> Rows:
     """Points and directions (n, 6), by length."""
     ends = mesh.edge_vertices[mesh.edge_angles > angle]
     ends = ends[(mesh.vertices[ends[:, 0]] != mesh.vertices[ends[:, 1]]).any(1)]
     corners = mesh.vertices[ends]
     edges = Pieces(corners[:, 1] - corners[:, 0], corners.mean(1), corners, are_normals=False)
     regions = grow_regions(edges, _continuation_pairs(ends, edges.vectors, angle), angle, tolerance)
-    return _largest(np.column_stack([regions.centers, regions.directions]), "line", regions, least, tolerance)
+    return _largest(np.column_stack([regions.centers, regions.directions]), "line", regions, min_size, tolerance)
 
 
 def _continuation_pairs(ends: Indices, along: Array, angle: float) -> Indices:
@@ -148,13 +148,13 @@ def _continuation_pairs(ends: Indices, along: Array, angle: float) -> Indices:
     return np.asarray(candidates[bend <= 2 * angle])
 
 
-def _largest(rows: Rows, kind: str, regions: Regions, least: float, tolerance: float) -> Rows:
+def _largest(rows: Rows, kind: str, regions: Regions, min_size: float, tolerance: float) -> Rows:
     """Rows of regions of at least some size, without duplicates, largest first."""
     order = np.argsort(-regions.weights, kind="stable")
     rows, weights = rows[order], regions.weights[order]
     first = first_equal_rows(features(rows, kind, np.zeros(3), 1.0), tolerance)
     total = np.bincount(first, weights, minlength=len(rows))
-    kept = np.flatnonzero((first == np.arange(len(rows))) & (total >= least))
+    kept = np.flatnonzero((first == np.arange(len(rows))) & (total >= min_size))
     return rows[kept[np.argsort(-total[kept], kind="stable")]]
 
 

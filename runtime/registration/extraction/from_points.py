@@ -18,7 +18,7 @@ from ...codegen.errors import InputError, Interrupted, MissingExtraError
 from ...codegen.interrupts import keep_partial
 from ...common.deprecation import renamed_keywords
 from ...common.progress import ProgressOption, Report, open_progress
-from ...common.validation import as_bool, as_int, positive_float
+from ...common.validation import as_bool, as_choice, as_int, as_tuple, positive_float
 from ..model.model import Model
 from ..model.parameters import PLURALS, SIZES, validated_rows
 from .ransac_primitives import SHAPES, Shape
@@ -173,13 +173,16 @@ def model_from_points(
 class _Search:
     """Search for objects in a cloud of size one, and the objects so far."""
 
-    def __init__(self, xyz: Array, tolerance: float, least: int, most: int, random: np.random.Generator) -> None:
+    def __init__(
+        self, xyz: Array, tolerance: float, min_points: int, max_objects: int, rng: np.random.Generator
+    ) -> None:
         try:
             self.ransac = import_module("skimage.measure").ransac
         except ImportError:
             raise MissingExtraError("clouds", "Fitting objects to points") from None
         self.tree_of = import_module("scipy.spatial").cKDTree
-        self.xyz, self.tolerance, self.least, self.most, self.random = xyz, tolerance, least, most, random
+        self.xyz, self.tolerance, self.random = xyz, tolerance, rng
+        self.min_points, self.max_objects = min_points, max_objects
         self.labels = np.full(len(xyz), -1)
         self.fits: list[tuple[Shape, float]] = []
         self.is_surface = self._surfaces()
@@ -187,9 +190,9 @@ class _Search:
     def run(self, shapes: Sequence[type[Shape]], surfaces: bool, report: Report) -> None:
         """Fit shapes to the points of their local dimension, until there are no more."""
         misses = 0
-        while shapes and misses < PATIENCE and len(self.fits) < self.most:
+        while shapes and misses < PATIENCE and len(self.fits) < self.max_objects:
             rest = np.flatnonzero((self.labels < 0) & (self.is_surface == surfaces))
-            if len(rest) < self.least:
+            if len(rest) < self.min_points:
                 break
             best, inside = self._best(shapes, rest)
             if best is None:
@@ -205,7 +208,7 @@ class _Search:
         """Shape with the most points of all patches, and the mask of these points."""
         xyz = self.xyz[rest]
         tree = self.tree_of(xyz)
-        best, inside, most = None, np.zeros(len(rest), bool), float(self.least) - 0.5
+        best, inside, highest = None, np.zeros(len(rest), bool), float(self.min_points) - 0.5
         for patch in range(PATCHES):
             size = min(len(rest), PATCH_SIZES[patch % len(PATCH_SIZES)])
             _, near = tree.query(xyz[self.random.integers(len(rest))], k=size)
@@ -215,8 +218,8 @@ class _Search:
                     continue
                 shape, mine = self._refit(shape, xyz)
                 count = np.count_nonzero(mine) / (kind.point_factor if len(shapes) > 1 else 1.0)
-                if shape is not None and count > most:
-                    best, inside, most = shape, mine, count
+                if shape is not None and count > highest:
+                    best, inside, highest = shape, mine, count
         return best, inside
 
     def _sample_shape(self, kind: type[Shape], patch: Array) -> Shape | None:
@@ -275,10 +278,9 @@ class _Search:
 
 
 def _kinds(kinds: Any) -> list[type[Shape]]:
-    names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+    names = as_tuple(kinds, "kinds", str)
     for name in names:
-        if name not in SHAPES:
-            raise InputError(f"kinds holds {name!r}; objects are fitted of the kinds {', '.join(SHAPES)}.")
+        as_choice(name, "an entry of kinds", SHAPES)
     if not names:
         raise InputError("kinds is empty.", remedy=f"Name some of {', '.join(SHAPES)}")
     return [SHAPES[name] for name in SHAPES if name in names]

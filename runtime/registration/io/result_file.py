@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.data_files import made_by
+from ...common.data_files import producer_versions
 from ...common.files import as_path, write_file
 from ...common.validation import as_instance
 from ...core.multivector import Multivector
@@ -73,7 +73,7 @@ def registration_text(
     """A result as JSON: one key a line, matrices and lists of numbers on one line each."""
     free = result.undetermined
     table_ = {
-        "format": FORMAT, "version": VERSION, "made_by": made_by(), "settings": dict(settings),
+        "format": FORMAT, "version": VERSION, "made_by": producer_versions(), "settings": dict(settings),
         "query": _model_table(query), "reference": _model_table(reference), "converged": bool(result.converged),
         "message": result.message, "motor": _versor(result.motor, result.scale), "scale": float(result.scale),
         "cost": _number(result.cost), "doubt": _number(result.doubt), "threshold": _number(result.threshold),

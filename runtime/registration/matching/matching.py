@@ -186,8 +186,8 @@ def match_kinds(
     return matches
 
 
-def _model_data(driver: Driver, given: Mapping[str, Multivector], kinds: tuple[str, ...]) -> ModelData:
-    rows = {k: np.ascontiguousarray(given[k]._data, np.float64) for k in kinds}
+def _model_data(driver: Driver, objects: Mapping[str, Multivector], kinds: tuple[str, ...]) -> ModelData:
+    rows = {k: np.ascontiguousarray(objects[k]._data, np.float64) for k in kinds}
     return ModelData(rows, {k: driver.elements(k, part) for k, part in rows.items()})
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError
+from ...common.deprecation import renamed_keywords
 from ...common.validation import as_float, as_text, positive_float
 from ...core.multivector import Multivector
 from .duplicates import TOLERANCE, first_occurrences
@@ -188,12 +189,13 @@ class Model:
         shifted = {k: transform_rows(r, k, 1.0, np.eye(3), -place) for k, r in self._rows.items()}
         return self._rebuilt({k: transform_rows(r, k, 1 / size, np.eye(3), np.zeros(3)) for k, r in shifted.items()})
 
-    def subset(self, chosen: Any) -> Model:
+    @renamed_keywords(chosen="selection")
+    def subset(self, selection: Any) -> Model:
         """Select some of the objects.
 
         Parameters
         ----------
-        chosen : bool array (len(self),), int array, or mapping
+        selection : bool array (len(self),), int array, or mapping
             A mask or indices over all objects; or for some kinds ("lines" or "line") a mask, indices or a slice of
             theirs. Within a kind the order is that of the indices; kinds that are not in the mapping are left out.
 
@@ -202,9 +204,9 @@ class Model:
         InputError
             If there is no such object or kind.
         """
-        if isinstance(chosen, Mapping):
-            return self._rebuilt({(k := self._kind(key)): self._select(k, part) for key, part in chosen.items()})
-        numbers = _numbers(chosen, len(self), "the model")
+        if isinstance(selection, Mapping):
+            return self._rebuilt({(k := self._kind(key)): self._select(k, part) for key, part in selection.items()})
+        numbers = _numbers(selection, len(self), "the model")
         parts = {k: numbers[(numbers >= s.start) & (numbers < s.stop)] - s.start for k, s in self.slices.items()}
         return self._rebuilt({kind: self._rows[kind][part] for kind, part in parts.items()})
 
@@ -280,16 +282,16 @@ def _text(value: Any, name: str) -> str:
     return str(value)
 
 
-def _numbers(chosen: Any, count: int, what: str) -> Indices:
+def _numbers(selection: Any, count: int, what: str) -> Indices:
     """Convert a mask or indices to indices of existing objects."""
-    array = np.asarray(chosen)
+    array = np.asarray(selection)
     if array.dtype == bool and array.shape == (count,):
         return np.flatnonzero(array)
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
         what = f"{what}: the selection has shape {array.shape} and holds {array.dtype}"
         raise InputError(f"{what}; a mask of {count}, or indices, are needed.")
-    found = array.astype(np.int64)
-    bad = (found < -count) | (found >= count)
+    indices = array.astype(np.int64)
+    bad = (indices < -count) | (indices >= count)
     if bad.any():
-        raise InputError(f"{what}: there is no object {int(found[bad.argmax()])} among {count}.")
-    return np.where(found < 0, found + count, found)
+        raise InputError(f"{what}: there is no object {int(indices[bad.argmax()])} among {count}.")
+    return np.where(indices < 0, indices + count, indices)

@@ -50,17 +50,17 @@ UNIT_TOLERANCE = 4 * float(np.finfo(np.float64).eps)
 
 def columns(kind: str) -> dict[str, slice]:
     """Slice of each parameter in a row."""
-    found, start = {}, 0
+    columns, start = {}, 0
     for name, size in FIELDS[kind]:
-        found[name] = slice(start, start + size)
+        columns[name] = slice(start, start + size)
         start += size
-    return found
+    return columns
 
 
 # -- from users --------------------------------------------------------------------------------------------
 
 
-def validated_rows(given: Any, kind: str) -> Rows:
+def validated_rows(objects: Any, kind: str) -> Rows:
     """Rows (n, k) of multivectors, of a list of them, or of an array of parameters.
 
     Raises
@@ -69,7 +69,7 @@ def validated_rows(given: Any, kind: str) -> Rows:
         Naming list, item and remedy.
     """
     name = PLURALS[kind]
-    rows = _from_objects(given, kind) if _holds_objects(given) else _from_array(given, kind)
+    rows = _from_objects(objects, kind) if _holds_objects(objects) else _from_array(objects, kind)
     for field, place in columns(kind).items():
         bad = ~np.isfinite(rows[:, place]).all(1)
         _refuse(bad, rows[:, place], name, field, "numbers are finite")
@@ -97,16 +97,16 @@ def _refuse(bad: Any, values: Rows, name: str, field: str, rule: str, remedy: st
         raise InputError(f"{name}[{i}].{field} is {value}; {rule}.", remedy=remedy)
 
 
-def _holds_objects(given: Any) -> bool:
-    return isinstance(given, Multivector) or (
-        isinstance(given, list | tuple) and any(isinstance(x, Multivector) for x in given)
+def _holds_objects(objects: Any) -> bool:
+    return isinstance(objects, Multivector) or (
+        isinstance(objects, list | tuple) and any(isinstance(x, Multivector) for x in objects)
     )
 
 
-def _from_array(given: Any, kind: str) -> Rows:
+def _from_array(objects: Any, kind: str) -> Rows:
     name, shape = PLURALS[kind], SHAPES.get(kind, (SIZES[kind],))
     try:
-        array = real_array(given, name).astype(np.float64)
+        array = real_array(objects, name).astype(np.float64)
     except InputError as error:
         raise InputError(error.what, remedy=f"Give {_expected_array(kind)}, or multivectors") from None
     if array.size == 0 and array.ndim <= 1:
@@ -118,10 +118,10 @@ def _from_array(given: Any, kind: str) -> Rows:
     return array.reshape(len(array), SIZES[kind])
 
 
-def _from_objects(given: Any, kind: str) -> Rows:
+def _from_objects(objects: Any, kind: str) -> Rows:
     """Parameters of multivectors; inward spheres are converted to outward ones."""
     algebra: Any = stock_algebra("cga3d")
-    x = _objects(given, kind)
+    x = _objects(objects, kind)
     if x.ndim:
         check_shape(x, PLURALS[kind], ("n",), InputError, remedy="Use .reshape(-1)")
     x = x.reshape(-1).astype(np.float64) if x.dtype != np.float64 else x.reshape(-1)
@@ -131,16 +131,16 @@ def _from_objects(given: Any, kind: str) -> Rows:
     unit = x if x.kind.name == kind and x.kind.constraints else x.as_kind(algebra.kind(kind).layout, check=False)
     if unit.kind.is_layout:
         unit = unit.normalized(kind)
-    found = algebra.parameters(unit)
-    return np.concatenate([np.asarray(v, float).reshape(len(x), -1) for v in found], 1)
+    values = algebra.parameters(unit)
+    return np.concatenate([np.asarray(v, float).reshape(len(x), -1) for v in values], 1)
 
 
-def _objects(given: Any, kind: str) -> Multivector:
+def _objects(objects: Any, kind: str) -> Multivector:
     """Multivectors of the kind's grade; of their items only the unit size is checked."""
     name, algebra, grade = PLURALS[kind], stock_algebra("cga3d"), GRADES[kind]
-    entries = given if isinstance(given, list | tuple) else [given]
+    entries = objects if isinstance(objects, list | tuple) else [objects]
     for i, x in enumerate(entries):
-        where = f"{name}[{i}] is" if isinstance(given, list | tuple) else f"{name} are"
+        where = f"{name}[{i}] is" if isinstance(objects, list | tuple) else f"{name} are"
         as_instance(x, f"{name}[{i}]", Multivector, "a multivector", remedy="Do not mix them with parameters")
         if x.algebra is not algebra:
             raise InputError(f"{where} of {x.algebra.name}; a model holds objects of {algebra.name}.",
@@ -149,11 +149,11 @@ def _objects(given: Any, kind: str) -> Multivector:
             raise InputError(f"{where} a {x.kind.name} of grades {x.grades}; {_kind_text(kind)}s have grade {grade}.",
                              remedy=_list_remedy(x.kind.name))  # fmt: skip
     try:
-        found = concatenate_objects(given, name, (grade,)) if isinstance(given, list | tuple) else given
-        as_objects(found, name, (grade,))
+        values = concatenate_objects(objects, name, (grade,)) if isinstance(objects, list | tuple) else objects
+        as_objects(values, name, (grade,))
     except BladesmithError as error:  # an object at infinity, of blades that no kind has
         raise InputError(error.what, remedy=f"Give finite {_kind_text(kind)}s") from None
-    return found
+    return values
 
 
 def _refuse_others(x: Multivector, kind: str) -> None:
@@ -183,9 +183,9 @@ def _refuse_others(x: Multivector, kind: str) -> None:
         raise InputError(f"{name}[{i}] is not a unit {_kind_text(kind)}.", remedy=f"Use .normalized({kind!r})")
 
 
-def _list_remedy(found: str) -> str | None:
+def _list_remedy(kind: str) -> str | None:
     """Remedy that names the list of another kind of object."""
-    return f"Give it in {PLURALS[found]}" if found in PLURALS else None
+    return f"Give it in {PLURALS[kind]}" if kind in PLURALS else None
 
 
 def _with_article(name: str) -> str:

@@ -98,7 +98,7 @@ class ModelSketch:
     def _positions(self) -> Array:
         """Positions of finite objects, and points of flats that are nearest to the center of all."""
         drawables = [Drawable(group, np.zeros((1, 4))) for group in self._groups()]
-        finite = np.concatenate([np.empty((0, 3)), *(d.reach() for d in drawables)])
+        finite = np.concatenate([np.empty((0, 3)), *(d.bounding_points() for d in drawables)])
         flats = [f for d in drawables if (f := d.flats()) is not None]
         if len(finite):
             center = np.asarray(np.median(finite, 0))
@@ -162,11 +162,11 @@ class ModelSketch:
             if group.sort == "line":
                 yield Strokes(self.segments, rows)
             elif group.sort == "plane":
-                opacity = PLANE_OPACITY * min(1.0, MANY_PLANES_OPACITY / len(group.places) ** 0.5)
+                opacity = PLANE_OPACITY * min(1.0, MANY_PLANES_OPACITY / len(group.indices) ** 0.5)
                 yield Strokes(np.concatenate([self.patches, self.patches[:, :1]], 1), with_opacity(rows, 0.7), 0.6)
                 yield Faces(self.patches, with_opacity(rows, opacity))
             else:
-                shown = Drawable(group, take_rows(rows, group.places))
+                shown = Drawable(group, take_rows(rows, group.indices))
                 yield from shown.outline(everywhere)
 
 

@@ -89,15 +89,12 @@ def picture(
     Raises
     ------
     InputError
-        If models and result do not belong together, or it cannot be saved under this name.
-    OSError
-        If it cannot be written.
+        If models and result do not belong together, or it cannot be written.
     MissingExtraError
         If matplotlib is not installed (extra `plot`).
     """
     panels = _panels(show)
-    if path is not None:
-        style.check_suffix(path)
+    style.check_suffix(path)
     for name, value in (("query", query), ("reference", reference)):
         as_instance(value, f"the {name}", Model, "a reform.Model")
     check_same_models(result, query, reference)
@@ -112,7 +109,7 @@ def picture(
     text = _title(result, query) if title is None else title
     figure.text(0.5, 0.02, text, ha="center", fontsize=11, color=palette.INK)
     if path is not None:
-        style.write(path, figure, dpi)
+        axes_setup.save(path, figure, dpi)
     return figure
 
 

@@ -74,7 +74,7 @@ def _empty_result(problem: RegistrationProblem, counts: Mapping[str, int]) -> Re
         message="no motion was found that matches objects of the query with objects of the reference",
     )  # fmt: skip
     for name, model in (("query", problem.query), ("reference", problem.reference)):
-        twists = free_motions(eigenmodes(normal_matrix(model.data)), least=NEARLY_FREE)
+        twists = free_motions(eigenmodes(normal_matrix(model.data)), fraction=NEARLY_FREE)
         free = canonical_twist_basis(twists, problem.algebra)
         if len(free):
             motions = twists_to_world(problem.driver, free, model, problem.algebra)

@@ -230,10 +230,10 @@ def _take_shape(shape: Shape, where: Array) -> Shape:
     """Select some of the pieces."""
     every = where.all()
 
-    def some(x: AffineForm) -> AffineForm:
+    def masked(x: AffineForm) -> AffineForm:
         return x if every else AffineForm(*(np.broadcast_to(y, where.shape)[where] for y in x))
 
-    return tuple(Multivector(x.algebra, x.ring, {b: some(c) for b, c in x.terms.items()}) for x in shape)
+    return tuple(Multivector(x.algebra, x.ring, {b: masked(c) for b, c in x.terms.items()}) for x in shape)
 
 
 def _with_safety(low: Array, high: Array, done: list[tuple[Array, Shape]], round_: bool) -> tuple[Array, Array, Array]:
@@ -255,7 +255,7 @@ def _squared_range(shape: Shape, middle: Array, round_: bool) -> Array:
     blades = [like.algebra.parse_blade(name)[0] for name in ("e1", "e2", "e3")]
     center = like - from_values(like.algebra, ring, blades, points)
     if round_:
-        return np.asarray(boxes.circle_reach(center, shape[1], shape[2]).scalar().high)
+        return np.asarray(boxes.circle_extent(center, shape[1], shape[2]).scalar().high)
     ends = [center + shape[1], center - shape[1]]
     squares = [x.scalar_product(x).scalar().high for x in ends]
     return np.asarray(np.maximum(*squares))

@@ -26,7 +26,7 @@ def strip_mesh(surface: Any, rings: int, segments: int) -> TriangleMesh:
     fraction = np.linspace(0.0, 1.0, segments + 1)
     local = evaluate(
         algebra,
-        "meshing.between",
+        "meshing.interpolate_position",
         algebra.vector(first[:, None], "a"),
         algebra.vector(last[:, None], "b"),
         ArrayOperand(fraction[None], 0, "fraction"),

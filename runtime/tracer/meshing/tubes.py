@@ -35,7 +35,7 @@ def ring_mesh(surface: Any, rings: int, segments: int, caps: bool) -> TriangleMe
     spokes = np.stack([np.cos(angles), np.sin(angles), np.zeros(segments + 1)], 1)
     local = evaluate(
         algebra,
-        "meshing.placed",
+        "meshing.point_on_circle",
         algebra.vector(center[:, None], "center"),
         ArrayOperand(radius[:, None], 0, "radius"),
         rotations[:, None],

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.files import replacing
+from ...common.files import failures_named, replacing
 from ...errors import MissingExtraError
 
 
@@ -30,15 +30,15 @@ def save_exr(path: Path, channels: Mapping[str, NDArray[np.float32]]) -> None:
 
     Raises
     ------
-    OSError
-        With the file's name.
+    InputError
+        If it cannot be written.
     """
     library = _library()
     header = {"compression": library.ZIP_COMPRESSION, "type": library.scanlineimage}
-    with replacing(path) as temporary:
+    with failures_named(path), replacing(path) as temporary:
         try:
             library.File(header, dict(channels)).write(str(temporary))
-        except RuntimeError as error:  # the library's message: '... "file". reason.'
+        except (RuntimeError, ValueError) as error:  # the library's message: '... "file". reason.'
             raise OSError(errno.EIO, str(error).rpartition('". ')[2].rstrip("."), str(path)) from None
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.files import as_path, replacing
-from ...common.validation import short_repr
+from ...common.files import as_path, failures_named, replacing
+from ...common.validation import as_array, as_choice, as_instance, check_shape, invalid, real_array
 from ...errors import InputError, MissingExtraError
 from ..rendering.aov_layers import LAYERS, exr_channels, layer_picture
 from . import exr
@@ -86,10 +86,11 @@ def check_writable(path: str | os.PathLike[str], width: int = 1, height: int = 1
     if max(width, height) > format_.max_side:
         what = f"{format_.name} files have at most {format_.max_side} pixels along a side, not {max(width, height)}."
         raise InputError(what, where=str(path), remedy="Take PNG or EXR.")
-    if not target.parent.is_dir():
-        raise InputError(f"there is no folder {target.parent}.", where=str(path))
-    if target.is_dir():
-        raise InputError("the path is a folder.", where=str(path))
+    with failures_named(target):  # such as a name that is too long
+        if not target.parent.is_dir():
+            raise InputError(f"there is no folder {target.parent}.", where=str(path))
+        if target.is_dir():
+            raise InputError("the path is a folder.", where=str(path))
     try:  # permissions do not tell disks that are mounted read-only
         tempfile.TemporaryFile(dir=target.parent).close()
     except OSError as error:
@@ -114,9 +115,8 @@ def save_image(path: str | os.PathLike[str], image: Array, done: Array | None = 
     MissingExtraError
         Without pillow, or without OpenEXR for an EXR file.
     InputError
-        If the array has another shape or type, holds NaN, or the path is not writable.
-    OSError
-        If the disk is full or fails. No partial file remains, and an existing file stays as it was.
+        If the array has another shape or type, holds NaN, or the file cannot be written: no partial file remains, and
+        an existing file stays as it was.
     """
     save_layers(path, {"color": image}, done)
 
@@ -143,16 +143,16 @@ def save_layers(
 
     Raises
     ------
-    MissingExtraError, InputError, OSError
+    MissingExtraError, InputError
         As for `save_image`.
     """
     target = as_path(path, "a picture is written to")
     format_ = _format(target)
-    if not isinstance(layers, Mapping) or not layers:
-        raise InputError(f"layers are {short_repr(layers)}; a mapping of names to arrays is needed.")
+    if not as_instance(layers, "layers", Mapping, "a mapping of names to arrays"):
+        raise InputError("layers are empty; one at least is needed.")
     if done is not None:
         done = _pixels(done)
-    arrays = {name: _check_layer(name, np.asarray(values), done) for name, values in layers.items()}
+    arrays = {name: _check_layer(name, values, done) for name, values in layers.items()}
     shape = next(iter(arrays.values())).shape
     for name, values in arrays.items():
         if values.shape[:2] != shape[:2]:
@@ -175,33 +175,31 @@ def save_layers(
 
 def _pixels(done: Any) -> NDArray[np.bool_]:
     """Check the mask of finished pixels."""
-    mask = np.asarray(done)
+    mask = as_array(done, "done")
     if mask.dtype != np.bool_:
-        raise InputError(f"done is {short_repr(done)}; an array of bool, one for each pixel, is needed.")
+        raise invalid(done, "done", "an array of bool, one for each pixel,")
     return mask
 
 
-def _check_layer(name: str, values: Array, done: Array | None) -> Array:
+def _check_layer(name: str, values: Any, done: Array | None) -> Array:
     """Check shape and type of a layer, and that a color has no NaN; unfinished pixels of the color become black."""
-    if name not in LAYERS:
-        raise InputError(f"there is no layer {short_repr(name)}.")
-    trailing = len(LAYERS[name].channels)
-    if values.ndim != (2 if trailing == 1 else 3) or (trailing > 1 and values.shape[2] != trailing) or not values.size:
-        expected = "(height, width)" if trailing == 1 else f"(height, width, {trailing})"
-        raise InputError(f"{'a picture' if name == 'color' else name} must have shape {expected}, not {values.shape}.")
-    if values.dtype.kind not in "iuf":
-        raise InputError(f"a picture holds real numbers, not {values.dtype}.")
-    if done is not None and done.shape != values.shape[:2]:
-        raise InputError(f"done has shape {done.shape}; {values.shape[:2]} is needed, one for each pixel.")
-    if name != "color":
-        return values
+    trailing = len(LAYERS[as_choice(name, "a layer", LAYERS)].channels)
+    what = "the picture" if name == "color" else name
+    real_array(values, what, ("height", "width", trailing)[: 2 + (trailing > 1)])
+    pixels = np.asarray(values)  # indices stay whole numbers
+    if not pixels.size:
+        raise InputError(f"{what} has no pixels.")
     if done is not None:
-        values = np.where(done[..., None], values, 0)
-    missing = np.isnan(values).any(axis=2)
+        check_shape(done, "done", pixels.shape[:2])
+    if name != "color":
+        return pixels
+    if done is not None:
+        pixels = np.where(done[..., None], pixels, 0)
+    missing = np.isnan(pixels).any(axis=2)
     if missing.any():
         row, column = np.argwhere(missing)[0]
         raise InputError(f"NaN in {missing.sum()} pixels of the picture, the first in row {row}, column {column}.")
-    return values
+    return pixels
 
 
 def _encode_image(image: Array) -> NDArray[np.uint8]:
@@ -223,7 +221,7 @@ def _save(path: Path, pixels: NDArray[np.uint8], legend: str, format_: Format, d
 
         options["pnginfo"] = PngInfo()
         options["pnginfo"].add_text("Description", legend)
-    with replacing(path) as temporary, open(temporary, "wb") as file:
+    with failures_named(path), replacing(path) as temporary, open(temporary, "wb") as file:
         pillow.fromarray(pixels).save(file, format_.name, **options)
 
 

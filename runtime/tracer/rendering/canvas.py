@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import memory
+from ...common.deprecation import renamed_attribute
 from ...errors import ExecutorError, Interrupted, SceneError
 from .aov_layers import LAYERS
 
@@ -40,9 +41,11 @@ class PartialPicture:
         return self.layers["color"]
 
     @property
-    def share(self) -> float:
+    def fraction_done(self) -> float:
         """Fraction of the pixels that were rendered."""
         return float(self.done.mean())
+
+    share = renamed_attribute("fraction_done")
 
 
 class RenderInterrupted(Interrupted):

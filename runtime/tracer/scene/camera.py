@@ -134,7 +134,7 @@ def _motor_row(motor: Any) -> Array:
     if getattr(algebra, "name", None) != cga3d().name:
         raise SceneError(f"camera.motor belongs to {algebra}; a motor of {cga3d().name} is needed.")
     if not set(terms) <= set(kind.blades):
-        raise SceneError(f"camera.motor has blades that are not those of a motor: {motor!r}.")
+        raise SceneError("camera.motor has blades that are not those of a motor.")
     check_shape(motor, "camera.motor", (), SceneError)
     return finite([terms.get(blade, 0.0) for blade in kind.blades], "camera.motor", kind.size)
 

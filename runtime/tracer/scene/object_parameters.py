@@ -110,7 +110,7 @@ def _fields(value: Any, name: str, kind: str) -> list[Any]:
         return [value[key] for key in fields]
     if not isinstance(value, list | tuple | np.ndarray) or len(value) != len(fields):
         other, shape = _contradicting_kind(value, kind).replace("_", " "), getattr(value, "shape", ())
-        fault = f"is a {other}, no {what}" if other else f"is no {what}"
+        fault = f"is a {other}, not a {what}" if other else f"is not a {what}"
         if not other and hasattr(value, "kind") and shape:
             fault = f"is a batch of shape {shape}; it is one {what}"
         raise SceneError(f"{name} {fault}; give ({', '.join(fields)}) or its coefficients.")

@@ -85,8 +85,8 @@ def picture_size(settings: Mapping[str, int], width: Any, height: Any) -> tuple[
     return _setting(settings, width, "width", WIDTH), _setting(settings, height, "height", HEIGHT)
 
 
-def _setting(settings: Mapping[str, int], value: Any, name: str, default: int, most: int | None = None) -> int:
-    return values.whole(settings.get(name, default) if value is None else value, name, 1, most)
+def _setting(settings: Mapping[str, int], value: Any, name: str, default: int, maximum: int | None = None) -> int:
+    return values.whole(settings.get(name, default) if value is None else value, name, 1, maximum)
 
 
 def _floating(dtype: Any) -> np.dtype[Any]:

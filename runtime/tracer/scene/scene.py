@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...codegen.programs import Program
 from ...codegen.programs.tracer.scene import SceneNeeds, needs, with_method
+from ...common.deprecation import renamed_keywords
 from ...common.progress import ProgressOption, open_progress
 from ...common.validation import as_instance
 from ...errors import SceneError
@@ -164,12 +165,13 @@ class Scene(Immutable):
             self._rows = build_surface_tables(engine, self.surfaces)
         return self._rows
 
-    def names(self, places: Any = None) -> NDArray[np.str_]:
+    @renamed_keywords(places="indices")
+    def names(self, indices: Any = None) -> NDArray[np.str_]:
         """Names of surfaces by their indices: ``scene.names(hits.surface)``.
 
         Parameters
         ----------
-        places : (...) array of int, optional
+        indices : (...) array of int, optional
             Indices into `surfaces`; -1 for none. Default: all of them in order.
 
         Returns
@@ -182,7 +184,7 @@ class Scene(Immutable):
         SceneError
             For values that are not indices of surfaces.
         """
-        return names_at(self.surfaces, places)
+        return names_at(self.surfaces, indices)
 
     # -- intersections and pictures ---------------------------------------------------------------------
 

@@ -190,15 +190,15 @@ class Surface(Immutable):
         return mesh_of(self, rings, segments, caps=caps, extent=extent, center=center)
 
 
-def names_at(surfaces: Sequence[Surface], places: Any = None) -> NDArray[np.str_]:
+def names_at(surfaces: Sequence[Surface], indices: Any = None) -> NDArray[np.str_]:
     """Names of surfaces by their indices in a list, empty for -1; see `Scene.names`."""
-    indices = np.arange(len(surfaces)) if places is None else np.asarray(places)
-    if indices.dtype.kind not in "iu" and indices.size:
-        raise SceneError(f"places are {short_repr(places)}; whole numbers are needed.")
-    indices = indices.astype(np.intp)
-    if indices.size and not -1 <= indices.min() <= indices.max() < len(surfaces):
-        raise SceneError(f"places are {short_repr(places)}; they run from -1, for none, to {len(surfaces) - 1}.")
-    return np.array([*(surface.display_name(i) for i, surface in enumerate(surfaces)), ""])[indices]
+    rows = np.arange(len(surfaces)) if indices is None else np.asarray(indices)
+    if rows.dtype.kind not in "iu" and rows.size:
+        raise SceneError(f"indices are {short_repr(rows)}; whole numbers are needed.")
+    rows = rows.astype(np.intp)
+    if rows.size and not -1 <= rows.min() <= rows.max() < len(surfaces):
+        raise SceneError(f"indices are {short_repr(rows)}; they run from -1, for none, to {len(surfaces) - 1}.")
+    return np.array([*(surface.display_name(i) for i, surface in enumerate(surfaces)), ""])[rows]
 
 
 def ray_arrays(origins: Any, directions: Any) -> tuple[Array, Array]:

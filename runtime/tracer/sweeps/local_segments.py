@@ -284,7 +284,7 @@ def _to_frame(x: Multivector, center: Array, size: Any) -> Multivector:
 def _tangents(curve: Hermite, center: Array, size: Any, kind: str) -> Array:
     """Coefficients (2, 10) of the tangents as given: differences of objects keep their digits far from the origin."""
     rows = []
-    for tangent in curve.given_tangents:
+    for tangent in curve.original_tangents:
         if isinstance(tangent, Multivector):
             rows.append(embed(_to_frame(tangent, center, size), tangent.algebra.kind(kind)).reshape(WIDTH))
         else:

@@ -122,7 +122,7 @@ def view(
     data = page_json(plotly_figure)
     count = sum(len(group.vertices) for group in viewed.groups), sum(len(group.faces) for group in viewed.groups)
     note = [f"{_count(len(scene.surfaces), 'surface')}, {_count(count[0], 'vertex')}; drag to turn, scroll to zoom"]
-    text = render_page(f"{__package__}.data", "view", heading, " \u00b7 ".join([*note, *viewed.missing]), data, library)
+    text = render_page("view", heading, " \u00b7 ".join([*note, *viewed.missing]), data, library)
     sizes = len(library.encode()), len(data)
     page = Page(text, *sizes, len(scene.surfaces), len(plotly_figure["data"]), *count, tuple(viewed.missing))
     if path is not None:

@@ -82,12 +82,12 @@ def stock_numba(name: str, module: str) -> NumbaLibrary:
 @cache
 def stock_forms(name: str) -> dict[str, str]:
     text = resources.files("bladesmith.generated").joinpath(name, "manifest.json").read_text("utf-8")
-    return {entry["symbol"]: entry["form"] for entry in json.loads(text)["kernels"]}
+    return {entry["symbol"]: entry["variant"] for entry in json.loads(text)["kernels"]}
 
 
 @cache
 def kept_forms(name: str) -> dict[str, Any]:
-    text = resources.files("bladesmith.generated").joinpath(name, "forms.json").read_text("utf-8")
+    text = resources.files("bladesmith.generated").joinpath(name, "variants.json").read_text("utf-8")
     return dict(json.loads(text))
 
 

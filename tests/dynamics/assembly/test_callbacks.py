@@ -7,11 +7,11 @@ from bladesmith.codegen.errors import InputError
 from bladesmith.common import finite_differences
 
 
-@pytest.mark.parametrize("behind", range(finite_differences.PLACES))
+@pytest.mark.parametrize("behind", range(finite_differences.POINTS))
 def test_weights_are_exact_on_polynomials(behind):
-    places = np.arange(finite_differences.PLACES) - behind
+    places = np.arange(finite_differences.POINTS) - behind
     first, second = finite_differences.weights(behind)
-    for power in range(finite_differences.PLACES):
+    for power in range(finite_differences.POINTS):
         values = places.astype(float) ** power
         size = np.abs(second * values).max() + 1
         assert abs(first @ values - (power == 1)) < 1e-14 * size

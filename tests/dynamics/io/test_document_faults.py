@@ -133,6 +133,7 @@ def test_faults_of_files_that_are_none(tmp_path):
         read(tmp_path, '[body]\ndensity = 1.0\nshape = { kind = "mesh", path = "a\\u0000b.stl" }' + RUN)
 
 
+@pytest.mark.compiles
 def test_a_start_off_its_constraints_names_the_file(tmp_path):
     on = GRAVITY + '[[constraints]]\nkind = "incidence"\npoint = "tip"\n'
     on += 'on = { kind = "sphere", center = [0, 0, 0], radius = 1 }\n'

@@ -262,6 +262,7 @@ def test_functions_of_constraints(constraint: Any, says: str) -> None:
     refused(lambda: dynamics.allowed_twists(constraint, ball()), says)
 
 
+@pytest.mark.compiles
 def test_functions_of_loads_and_paths_that_fail_later() -> None:
     def wrench(time: float) -> Any:
         return None if time > SHORT / 2 else WRENCH
@@ -340,8 +341,8 @@ RUNS: list[tuple[dict[str, Any], str]] = [
     ({"sensitivities": 3}, "the sensitivities are 3"),
     ({"sensitivities": [None]}, "sensitivities[0] is None; a text is needed"),
     ({"sensitivities": ["mas"]}, "'mas' is not a parameter of this simulation. (did you mean 'mass'?). There are: m"),
-    ({"sensitivities": ["mass[1]"]}, "mass has one component, 0: 'mass[1]' is none of them"),
-    ({"sensitivities": "mass", "project": True}, "sensitivities do not go together with project: "),
+    ({"sensitivities": ["mass[1]"]}, "mass has one component, 0: 'mass[1]' is not among them"),
+    ({"sensitivities": "mass", "project": True}, "sensitivities cannot be combined with project: "),
     ({"sensitivities": "mass", "events": lambda t, motor, twist: t}, "Leave out events="),
     ({"sensitivities": "mass", "project": True, "executor": ThreadPoolExecutor(1)}, "with project and executor"),
 ]
@@ -531,6 +532,7 @@ SPRING = st.sampled_from(["point", "anchor", "stiffness", "length", "damping"])
 OPTION = st.sampled_from(["times", "rtol", "atol", "threads", "strict", "progress"])
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.dictionaries(SPRING, junk, max_size=2), st.dictionaries(OPTION, junk, max_size=1))
 def test_runs_of_any_springs_are_finite_or_say_why(spring: dict[str, Any], options: dict[str, Any]) -> None:

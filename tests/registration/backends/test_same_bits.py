@@ -220,7 +220,7 @@ def test_machine_code_is_kept_and_other_text_is_not_trusted(tmp_path: Any, monke
     text = "def twice(x):\n    return helped(x) * 2.0\n\n\ndef helped(x):\n    return x\n"
 
     def made() -> Any:
-        return numba_cache.KeptModule("twice", text, {"twice": types.f8(types.f8)})["twice"]
+        return numba_cache.CachedModule("twice", text, {"twice": types.f8(types.f8)})["twice"]
 
     first, second = made(), made()
     assert first(4.0) == second(4.0) == 8.0

@@ -438,6 +438,7 @@ def test_a_byte_order_mark_and_whole_numbers_are_fine(tmp_path):
     assert len(Model.load(tmp_path / "m.json")) == 1
 
 
+@pytest.mark.slow
 def test_large_files(tmp_path):
     m = Model(lines=np.random.default_rng(0).normal(size=(20_000, 2, 3)))
     m.save(tmp_path / "m.json")
@@ -447,6 +448,7 @@ def test_large_files(tmp_path):
 # -- examples ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_table_is_made_by_its_script(tmp_path):
     script = [sys.executable, str(EXAMPLES / "make_table.py"), "--folder", str(tmp_path)]
     subprocess.run(script, check=True, capture_output=True)

@@ -131,7 +131,7 @@ def test_what_has_no_picture_is_told(tmp_path, monkeypatch):
         with pytest.raises(InputError, match=message):
             registration.picture(*arguments[:4], **({"show": arguments[4]} if len(arguments) > 4 else {}))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", full_disk)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(InputError, match="p.png: cannot be written: No space left"):
         registration.picture(result, query, reference, tmp_path / "p.png")
     assert not list(tmp_path.iterdir())
 

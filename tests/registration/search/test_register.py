@@ -321,6 +321,7 @@ def test_motors_have_a_scalar_part_that_is_not_negative():
     assert all(float(r.grade(0).values.ravel()[0]) >= 0 for r in (found.motor, *found.ambiguous))
 
 
+@pytest.mark.slow
 def test_what_is_there_many_times_is_found_among_other_things():
     """One of six windows, and twice as many lines that are nowhere: pairs of the window are never the rarest."""
     window = np.array([((0, 0, 0), (1, 0, 0)), ((0, 0.2, 0), (1, 0, 0)), ((0, 0, 0), (0, 1, 0)),

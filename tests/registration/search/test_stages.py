@@ -194,6 +194,7 @@ def test_outliers_are_left_out(spec, method):
         assert apart(near.motor, motor) < 1e-9
 
 
+@pytest.mark.slow
 def test_noise_leaves_every_method_near_the_least_cost():
     errors = {method: [] for method in METHODS}
     for seed in range(12):
@@ -208,6 +209,7 @@ def test_noise_leaves_every_method_near_the_least_cost():
     assert medians["direct"] < 2 * medians["linear"] < 1e-2
 
 
+@pytest.mark.compiles
 def test_the_optimised_cost_is_a_minimum_of_either_cost():
     query, reference, _, _ = scene({"lines": 12, "planes": 8}, 3, noise=0.05)
     for cost in ("positive", "thesis"):
@@ -268,7 +270,7 @@ def test_a_motor_that_is_one_of_many_says_so_and_strict_refuses_it():
     more = Model(lines=[*along.parameters["line"].reshape(-1, 2, 3), [(0, 0, 0), (0, 1, 1)]])
     exact = registration.estimate_rotor(more, more.transformed(pose), strict=True)
     assert exact.status == Status.OK and apart(exact, pose) < 1e-10
-    with pytest.raises(SingularError, match="has not come to rest after 2 iterations: NOT_CONVERGED"):
+    with pytest.raises(SingularError, match="no convergence after 2 iterations: NOT_CONVERGED"):
         registration.estimate_rotor(more, more.transformed(pose), iterations=2, strict=True)
 
 

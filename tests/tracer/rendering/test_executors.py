@@ -57,7 +57,7 @@ def test_processes_render_the_same_and_their_death_is_told(scene, expected, smal
         with pytest.raises(RenderError, match=r"rows \d+ to \d+ were not computed: BrokenProcessPool") as caught:
             scene.layers(*SIZE, ALL, executor=Deadly(pool))
     partial = caught.value.partial
-    assert partial.share < 1 and np.isnan(partial.image[~partial.done]).all()
+    assert partial.fraction_done < 1 and np.isnan(partial.image[~partial.done]).all()
     np.testing.assert_array_equal(partial.image[partial.done], expected["color"][partial.done])
 
 
@@ -123,7 +123,7 @@ def test_calls_that_kill_the_workers_of_a_cluster_are_told_and_the_next_picture_
     with pytest.raises(RenderError, match=r"rows \d+ to \d+ were not computed: KilledWorker: ") as caught:
         scene.layers(*SIZE, ALL, executor=Deadly(executor))
     partial = caught.value.partial
-    assert partial.share < 1 and np.isnan(partial.image[~partial.done]).all()
+    assert partial.fraction_done < 1 and np.isnan(partial.image[~partial.done]).all()
     np.testing.assert_array_equal(partial.image[partial.done], expected["color"][partial.done])
     same(scene.layers(*SIZE, ALL, executor=executor), expected)
 
@@ -153,7 +153,7 @@ def test_a_cluster_that_is_closed_is_told(scene, expected, small_bands, started)
     ):
         scene.layers(*SIZE, ALL, executor=client.get_executor(), progress=close)
     partial = caught.value.partial
-    assert 0 < partial.share < 1
+    assert 0 < partial.fraction_done < 1
     np.testing.assert_array_equal(partial.image[partial.done], expected["color"][partial.done])
 
 

@@ -147,9 +147,9 @@ def test_a_file_that_cannot_be_made_is_told_by_the_name_that_was_given(tmp_path,
         raise FileNotFoundError(2, "No such file or directory", "/hidden/.a.png.x1")
 
     monkeypatch.setattr("tempfile.mkstemp", refused)
-    with pytest.raises(OSError, match="No such file") as caught:
+    with pytest.raises(InputError, match="No such file") as caught:
         tracer.save_image(tmp_path / "a.png", np.zeros((2, 2, 3)))
-    assert caught.value.filename == str(tmp_path / "a.png") and "hidden" not in str(caught.value)
+    assert caught.value.where == str(tmp_path / "a.png") and "hidden" not in str(caught.value)
 
 
 def test_scenes_and_surfaces_can_be_pickled_after_use():

@@ -21,7 +21,7 @@ from PIL import Image
 from bladesmith import tracer
 from bladesmith.cli.main import run
 from bladesmith.common import memory
-from bladesmith.errors import SceneError
+from bladesmith.errors import InputError, SceneError
 from bladesmith.tracer.rendering import canvas, render_jobs
 from bladesmith.tracer.rendering.canvas import RenderInterrupted
 
@@ -47,7 +47,7 @@ def test_an_interrupt_hands_on_what_is_done(scene, expected, how, monkeypatch, s
         )
     assert isinstance(caught.value, RenderInterrupted)
     partial = caught.value.partial
-    assert 0.3 < partial.share < 1 and partial.share == partial.done.mean()
+    assert 0.3 < partial.fraction_done < 1 and partial.fraction_done == partial.done.mean()
     for name, values in partial.layers.items():
         np.testing.assert_array_equal(values[partial.done], expected[name][partial.done])
         missing = values[~partial.done]
@@ -154,10 +154,10 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, expected):
         target = folder / f"a{suffix}"
         tracer.save_image(target, expected["color"][:8, :8])
         before = target.read_bytes()
-        with pytest.raises(OSError, match="No space left") as caught:
+        with pytest.raises(InputError, match="cannot be written: No space left") as caught:
             tracer.save_image(target, noise)
         assert target.read_bytes() == before and [p.name for p in folder.iterdir()] == [target.name]
-        assert caught.value.filename == str(target)
+        assert caught.value.where == str(target)
 
 
 @pytest.mark.parametrize("full", [1, 2])
@@ -178,9 +178,9 @@ def test_a_picture_that_does_not_fit_goes_where_there_is_room(path, tmp_path, mo
 
     monkeypatch.setattr(Image.Image, "save", failing)
     target = tmp_path / "a.png"
-    assert run(["render", str(path), "-o", str(target), "--width", "8", "--height", "6", "--quiet"]) == 1
+    assert run(["render", str(path), "-o", str(target), "--width", "8", "--height", "6", "--quiet"]) == full
     (line,) = capsys.readouterr().err.splitlines()
-    assert f"{target}: No space left on device" in line and not target.exists()
+    assert f"{target}: cannot be written: No space left on device" in line and not target.exists()
     found = list(spare.rglob("*.png"))
     if full == 1:
         assert f"The picture is in {found[0]}." in line

@@ -340,9 +340,9 @@ def test_a_large_mesh_is_ready_at_once():
     first(Facets(TRIANGLE, ONE), (0, 0, -1), (0, 0, 1))  # compiled
     best = np.inf
     for _ in range(3):
-        start = time.perf_counter()
+        start = time.process_time()  # other programs do not count
         found = first(Facets(vertices, faces), (0, 0, 0), (0.1, 0.2, 0.3))
-        best = min(best, time.perf_counter() - start)
+        best = min(best, time.process_time() - start)
     assert found.hit
     assert best < 1.0
 

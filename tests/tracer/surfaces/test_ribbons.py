@@ -105,7 +105,7 @@ def test_condition_is_the_meet_and_the_polynomial_both_branches(degree, free):
     meets = ribbons.ribbon_ray(origin, direction, controls, products, near[4:])[0].values
     line = rs.point(origin) ^ direction ^ origin.basis("ni")
     bernstein = ribbons.ribbon_polynomial(meets, norm, kappa).values
-    powers = ribbons.ribbon_printed(meets, norm, kappa).values
+    powers = ribbons.ribbon_published_polynomial(meets, norm, kappa).values
     assert len(bernstein) == 6 * degree + (1 if free else -1) and len(powers) == 6 * degree + 1
     for t in map(mp.mpf, ("0.1", "0.45", "0.93")):
         a, b = rs.number(1 - t), rs.number(t)

@@ -269,7 +269,7 @@ BAD = [
     ([GOOD, ((0, 1e200, 1), (0, 0, 1), 1.0)], r"controls\[1\].center .* go to 1e\+90"),
     ([GOOD, ((0, "1", 1), (0, 0, 1), 1.0)], r"controls\[1\].center"),
     ([GOOD, ((0, 1), (0, 0, 1), 1.0)], r"controls\[1\].center has shape"),
-    ([GOOD, ((0, 1, 1), (0, 0, 1))], r"controls\[1\] is no circle"),
+    ([GOOD, ((0, 1, 1), (0, 0, 1))], r"controls\[1\] is not a circle"),
     ([GOOD, {"center": (0, 0, 1), "radius": 1}], r"controls\[1\] has no normal"),
     ([GOOD, cga.line((0, 0, 0), (0, 0, 1))], r"controls\[1\]"),
     (cga.circle(*GOOD), "one object"),
@@ -291,7 +291,7 @@ def test_bad_controls_are_named(given_, message):
 def test_point_pairs_with_one_end_are_named():
     with pytest.raises(errors.SceneError, match=r"controls\[1\].b is .* two end points"):
         local_segments([((0, 0, 0), (0, 0, 1)), ((1, 0, 0), (1, 0, 0))], "point_pair")
-    with pytest.raises(errors.InputError, match=r"controls\[1\] is no point pair: .*end points are one"):
+    with pytest.raises(errors.InputError, match=r"controls\[1\] is not a point pair: .*end points are one"):
         curves.Bezier([((0, 0, 0), (0, 0, 1)), ((1, 0, 0), (1, 0, 0))])
     with pytest.raises(errors.InputError, match=r"controls\[0\] has no b; a point pair has a and b"):
         curves.Bezier([{"a": (0, 0, 0)}])

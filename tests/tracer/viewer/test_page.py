@@ -90,7 +90,7 @@ def test_a_page_holds_all_that_it_needs(tmp_path):
     own = text.replace(max(re.findall(r"<script>(.*?)</script>", text, re.S), key=len), "")  # without plotly
     assert len(own) < 0.5e6
     assert not re.search(r"\b(src|href|action)\s*=|https?:|@import|url\(", own)
-    assert "default-src &#x27;none&#x27;" in own and "connect-src" not in own
+    assert "default-src &#39;none&#39;" in own and "connect-src" not in own
     size = len(text.encode())
     assert page.library > 1e6 and 0 < size - page.library - page.data < 10_000
     assert f"{size / 1e6:.1f} MB" in str(page) and "6 surfaces" in str(page)

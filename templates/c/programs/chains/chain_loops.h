@@ -126,7 +126,7 @@ static void FN(chain_jacobian)(const bs_chain *chain, const double *x, int32_t f
     for (ptrdiff_t j = 0; j < n; j++) {
       const double *const joint = chain->joints + BS_JOINT * j;
       const V turn = SPLAT(joint[BS_TURN]), advance = SPLAT(joint[BS_ADVANCE]);
-      if (frame == 2) KERNEL(seen_column)(column, tool.turn, axes + 3 * j, places + 3 * j, from, &turn, &advance);
+      if (frame == 2) KERNEL(body_column)(column, tool.turn, axes + 3 * j, places + 3 * j, from, &turn, &advance);
       else KERNEL(column)(column, axes + 3 * j, places + 3 * j, from, &turn, &advance);
       FN(chain_put)(matrices + 6 * n * i + j, 6 * n, n, column, 6, lanes);
     }

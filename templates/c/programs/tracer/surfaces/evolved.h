@@ -263,7 +263,7 @@ BS_INLINE S EVOLVED(meet_square)(const EVOLVED(problem) *d, S t)
 BS_OUTLINED int EVOLVED(companion)(S *roots, int max_roots, const EVOLVED(problem) *d)
 {
     S powers[EVOLVED_PRINTED + 1], re[EVOLVED_PRINTED], im[EVOLVED_PRINTED];
-    KERNEL(evolved_printed)(powers, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA);
+    KERNEL(evolved_published_polynomial)(powers, d->meets, d->k + EVOLVED_NORM, d->k + EVOLVED_KAPPA);
     const int found = EVOLVED(companion_roots)(re, im, powers, EVOLVED_PRINTED);
     int count = 0;
     for (int i = 0; i < found; i++) {

@@ -7,7 +7,7 @@
      S RIBBON(condition)(meets, norm, kappa, a, b)          f = m B - w E, and what its error is relative to:
      S RIBBON(condition_bound)(meets, norm, kappa, a, b)
      S RIBBON(meet)(meets, norm, kappa, a, b)               f of the unit pair, for a unit ray
-     void RIBBON(printed)(S *out, meets, norm, kappa)       the printed polynomial by powers of t, of degree
+     void RIBBON(published_polynomial)(S *out, meets, norm, kappa)       the published polynomial by powers of t, of degree
                                                             RIBBON_PRINTED
      S RIBBON(closed_alpha)(meets)                          the root of B where it is linear
    meets: RIBBON_PAIRS coefficients of B, the rest of E.
@@ -164,11 +164,11 @@ BS_INLINE int RIBBON(isolate)(S *roots, int room, S *meets, const S *noise, cons
     return search.vanishes ? BS_RIBBON_VANISHES : search.count;
 }
 
-/* The printed method: all roots of the printed polynomial, real ones in [0, 1] kept where |f| < 1e-6. */
+/* The printed method: all roots of the published polynomial, real ones in [0, 1] kept where |f| < 1e-6. */
 BS_INLINE int RIBBON(companion)(S *roots, int room, const S *meets, const S *norm, const S *kappa, const S *spans)
 {
     S powers[RIBBON_PRINTED + 1], re[RIBBON_PRINTED], im[RIBBON_PRINTED];
-    RIBBON(printed)(powers, meets, norm, kappa);
+    RIBBON(published_polynomial)(powers, meets, norm, kappa);
     const int found = RIBBON(companion_roots)(re, im, powers, RIBBON_PRINTED);
     int count = 0;
     for (int i = 0; i < found; i++) {

@@ -73,7 +73,7 @@ RIBBON_VALUE(condition_bound, RIBBON_ISOLATE)
 RIBBON_VALUE(polynomial_bound, RIBBON_ISOLATE)
 RIBBON_VALUE(meet, RIBBON_PRINTS)
 RIBBON_ROW(polynomial, RIBBON_ISOLATE)
-RIBBON_ROW(printed, RIBBON_COMPANION)
+RIBBON_ROW(published_polynomial, RIBBON_COMPANION)
 
 BS_INLINE S RIBBON(closed_alpha)(const S *meets)
 {
@@ -198,7 +198,7 @@ BS_OUTLINED int RIBBON(near_point)(FN(search) *search, RIBBON(meeting) *m, S hal
   if (!RIBBON(refined)(m, &t, &b, &last, &apart)) return 0;
   const S on = b < 0 ? K(0) : b > 1 ? K(1) : b, a = K(1) - on;
   for (int i = 0; i < 3; i++) position[i] = m->origin[i] + t * d[i];
-  RIBBON_KERNEL(place)(place, position, d, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &on, k + RIBBON(CONTROLS),
+  RIBBON_KERNEL(position)(place, position, d, k + RIBBON(NORM), k + RIBBON(KAPPA), &a, &on, k + RIBBON(CONTROLS),
                        k + RIBBON(PRODUCTS));
   const S way = K(1) / FN(scene_length)(d) + ABS(t);
   const S rounding = BS_ROOTS_UNIT(S) * way / SQRT(place[2]), doubt = K(BS_RIBBON_DOUBT) * half;

@@ -8,7 +8,7 @@ from ..products.double_rotations import square_of
 from ..products.outcome import NOISE, as_computed, epsilon, size
 
 
-def turn_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
+def commuting_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
     """Unit bivector of a rotation about an axis along the translation in v, and where there is one (None: always)."""
     basis = axes(v)
     plane = basis[0] * basis[1]
@@ -23,7 +23,7 @@ def turn_axis(v: Multivector) -> tuple[Multivector, Mask | None]:
     return t * space(v) * scale + plane * select(along, v.constant(0), v.constant(1)), None
 
 
-def turn_plane(v2: Multivector) -> tuple[Multivector, Mask]:
+def commuting_plane(v2: Multivector) -> tuple[Multivector, Mask]:
     """A unit bivector of a rotation that commutes with a simple v2, and where there is one.
 
     In five dimensions orthogonal to v2 and to the basis vector (or no + ni) that leaves most of it; in four it is
