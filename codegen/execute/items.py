@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError, ShapeError
 from ..ir.loops.nodes import Function
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
-from .arrays import Array, floating, share
+from .arrays import Array, floating, parallel_for
 
 #: Runs items [begin, end) of prepared arrays: strides in numbers, and rows of open arrays.
 Loop = Callable[[int, int, Sequence[Array], Sequence[int], Sequence[int]], None]
@@ -64,7 +64,7 @@ class ItemFunction:
         if n:
             flat = [a.reshape(-1) for a in items]
             counts += [0] * len(returned)
-            share(lambda begin, end: self.loop(begin, end, flat, strides, counts), n)
+            parallel_for(lambda begin, end: self.loop(begin, end, flat, strides, counts), n)
         outcome: list[Any] = [
             *results,
             *(r.astype(bool) if t == BOOL else r for r, t in zip(returned, function.results, strict=True)),
