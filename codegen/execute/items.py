@@ -155,7 +155,7 @@ def c_loop(library: Any, precision: str) -> Loop:
 
 def numba_loop(name: str, text: str, function: Function) -> Loop:
     """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before."""
-    from .numba_cache import KeptModule
+    from .numba_cache import CachedModule
     from .numba_jit import numba
 
     types = numba().types
@@ -163,7 +163,7 @@ def numba_loop(name: str, text: str, function: Function) -> Loop:
     scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
     arrays = [types.Array(of[s], 1, "C") for s in (*scalars, *function.results)]  # type: ignore[index]
     row = types.Array(types.int64, 1, "C")
-    module = KeptModule(name, text, {"loop_over_items_": types.void(types.intp, types.intp, row, row, *arrays)})
+    module = CachedModule(name, text, {"loop_over_items_": types.void(types.intp, types.intp, row, row, *arrays)})
     compiled = module["loop_over_items_"]
 
     def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:

@@ -74,7 +74,7 @@ def test_algebras_are_one_object_each() -> None:
         ({"e4": 1.0}, {}, errors.BladeError, "e4"),
         ({"e11": 1.0}, {}, errors.BladeError, "twice"),
         ({"f1": 1.0}, {}, errors.BladeError, "f1"),
-        ({5: 1.0}, {}, errors.BladeError, "no blade"),
+        ({5: 1.0}, {}, errors.BladeError, "not a blade"),
         ({(1, 7): 1.0}, {}, errors.BladeError, "not a blade"),
         ({"e1": "one"}, {}, errors.InputError, "real numbers"),
         ({"e1": 1j}, {}, errors.InputError, "real numbers"),

@@ -333,7 +333,7 @@ def test_paths_that_are_none(tmp_path):
         load_urdf(tmp_path / "missing.urdf")
     with pytest.raises(InputError, match="cannot be read"):
         load_urdf(tmp_path)
-    with pytest.raises(InputError, match="not by a int"):
+    with pytest.raises(InputError, match="3 names none"):
         load_urdf(3)
     with pytest.raises(InputError, match="robot"):
         urdf_example("tank")

@@ -49,9 +49,9 @@ def test_a_scene_without_evolved_surfaces_compiles_no_evolved_code():
 
 
 def test_only_the_chosen_method_is_compiled():
-    for method, own in (("isolate", "polynomial"), ("companion", "printed")):
+    for method, own in (("isolate", "polynomial"), ("companion", "published_polynomial")):
         kernels = scene_program(needs(["evolved_circles_1"], [method])).kernels
-        found = {other for other in ("polynomial", "printed") if f"cga3d_evolved_{other}_1" in kernels}
+        found = {other for other in ("polynomial", "published_polynomial") if f"cga3d_evolved_{other}_1" in kernels}
         assert found == {own}
     assert needs(["sphere"], ["companion"]) == needs(["sphere"])
 

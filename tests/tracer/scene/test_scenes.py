@@ -22,7 +22,7 @@ def test_hits_know_the_names_of_their_surfaces() -> None:
     assert scene.names(hits.surface).tolist() == [["ball", "disc [0]"], ["ball", ""]]
     assert tracer.Scene(CAMERA).names().tolist() == []
     for wrong in ([2], [-2], [0.5], "ball"):
-        with pytest.raises(SceneError, match="places"):
+        with pytest.raises(SceneError, match="indices"):
             scene.names(wrong)
 
 

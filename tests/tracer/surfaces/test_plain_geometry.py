@@ -191,7 +191,7 @@ def test_an_empty_scene_shows_the_sky():
         (lambda: tracer.Sphere((0, 0, 0), 1.0).intersect((0, 0, 0), (0, 0, 1), samples="3"), "samples"),
         (lambda: tracer.Sphere((0, 0, 1j), 1.0), "real numbers"),
         (lambda: tracer.Sphere((0, 0, 0), "1"), "a positive number"),
-        (lambda: tracer.Disc(np.ones(10) * 1j), "no circle"),
+        (lambda: tracer.Disc(np.ones(10) * 1j), "not a circle"),
         (lambda: tracer.Camera(cga3d.point((0, 0, 0)), 1.0, 1.0, 1.0), "not those of a motor"),
         (lambda: tracer.Camera(pga3d.translator((1, 0, 0)), 1.0, 1.0, 1.0), "a motor of cga3d"),
         (lambda: tracer.Camera(cga3d.translator(np.ones((2, 3))), 1.0, 1.0, 1.0), "one item"),

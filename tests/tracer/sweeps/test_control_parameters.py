@@ -27,7 +27,7 @@ RING, OTHER = TUBE
         (np.ma.array(np.ones((2, 10))), "masked numbers"),
         (np.ones((2, 10)) * 1j, "array of type complex128"),
         ([dict(zip(("center", "normal", "radius", "colour"), (*RING, 3), strict=True)), OTHER], "has 'colour'"),
-        ([cga.point_pair((0, 0, 0), (1, 0, 0)), cga.point_pair((0, 0, 0), (1, 1, 0))], "is a point pair, no circle"),
+        ([cga.point_pair((0, 0, 0), (1, 0, 0)), cga.point_pair((0, 0, 0), (1, 1, 0))], "is a point pair, not a circle"),
         (cga.circle(np.zeros((2, 2, 3)), (0, 0, 1), 1.0), r"batch of shape \(2,\)"),
     ],
 )

@@ -278,7 +278,7 @@ BAD = [
     (curves.Bezier([cga.sphere((0, 0, 0), 1.0), cga.sphere((1, 0, 0), 1.0)]), "one of spheres"),
     (curves.Bezier([((0, 0, 0), (0, 0, 1)), ((0, 1, 0), (0, 1, 1))]), "one of point pairs"),
     (curves.Interpolating([((i, 0, 0), (1, 0, 0), 1.0) for i in range(2001)], degree=1), "interpolates 2001 objects"),
-    (curves.Bezier([GOOD, cga.line((0, 0, 0), (0, 0, 1))]), r"controls\[1\] is a line, no circle"),
+    (curves.Bezier([GOOD, cga.line((0, 0, 0), (0, 0, 1))]), r"controls\[1\] is a line, not a circle"),
 ]
 
 
