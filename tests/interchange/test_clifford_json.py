@@ -112,7 +112,7 @@ def test_what_cannot_be_a_file(tmp_path):
             call(None)
     with pytest.raises(errors.InputError, match="algebra is 'cga3d'"):
         clifford_json.load_json(tmp_path / "none.json", algebra="cga3d")
-    with pytest.raises(errors.InputError, match="reshape"):
+    with pytest.raises(errors.InputError, match="Reshape"):
         clifford_json.save_json(tmp_path / "x.json", circles(np.random.default_rng(4), 4).reshape(2, 2))
     with pytest.raises(errors.InputError, match="not finite"):
         clifford_json.save_json(tmp_path / "x.json", cga.circle((0, 0, 0), (0, 0, 1), -1.0))
