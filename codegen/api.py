@@ -25,7 +25,7 @@ from .ir.loops.nodes import KernelSignature
 from .optimise.variants import Operations, Variant
 from .rings.protocol import NumericRing, PrecisionRing, Ring
 from .trace.calls import call_in_graph
-from .trace.derivatives import derivative_formula, derivative_kinds
+from .trace.derivatives import derivative_formula, derivative_kinds, tangent_formula
 from .trace.kernel import Formula, Kernel, argument_names, coefficient_name
 from .trace.outputs import as_outputs
 
@@ -150,6 +150,7 @@ class KernelFunction:
         self.__doc__ = formula.__doc__
         self.__name__ = name
         self._bound: dict[tuple[str, str], Any] = {}
+        self._tangents: dict[tuple[str, ...], KernelFunction] = {}
         self._lock = RLock()
         self._traced: Kernel | None = None
         self._variant: Variant | None = None
@@ -224,6 +225,31 @@ class KernelFunction:
         outputs = tuple((o.name, len(o.nodes)) for o in traced.outputs)
         inputs = tuple((i.name, i.kind.size) for i in traced.inputs)
         return KernelSignature(symbol_of(self.algebra, self.name), outputs, inputs, self)
+
+    def tangent_signature(self, varying: tuple[str, ...]) -> KernelSignature:
+        """What derivatives of algorithms call: the tangents of the results, from the inputs and directions of some."""
+        found = self._tangents.get(varying)
+        if found is None:
+            found = self._tangents[varying] = self._tangent_kernel(varying)
+        return found.kernel_signature
+
+    def _tangent_kernel(self, varying: tuple[str, ...]) -> KernelFunction:
+        constant = [name for name in self.arguments if name not in varying]
+        whole = tangent_formula(self.formula, self.formula.__module__, constant)
+
+        def tangents(*arguments: Any) -> Any:
+            results = whole(*arguments)
+            return tuple(results[len(results) // 2 :])
+
+        tangents.__doc__ = f"Tangents of {self.name}."
+        order = [name for name in self.arguments if name in varying]
+        by_name = dict(zip(self.arguments, self.kinds, strict=True))
+        free = {n: k if k.form == "numbers" or k.is_scalar_argument else k.layout for n, k in by_name.items()}
+        kinds = [free[n] if n in varying else k for n, k in by_name.items()]
+        names = [*self.arguments, *(f"d_{n}" for n in order)]
+        name = f"{self.name}_along_{'_'.join(order)}"
+        declared = [*kinds, *(free[n] for n in order)]
+        return KernelFunction(tangents, declared, None, name, self.algebra, names, self.traced)
 
     def _in_python(self, arguments: Sequence[Any]) -> Any:
         """The formula itself on the numbers that algorithms use when they run as Python."""

@@ -255,7 +255,7 @@ def test_c_in_single_precision_has_the_bits_of_the_text(case: Any) -> None:
 @pytest.mark.parametrize("case", CASES, ids=IDS)
 def test_c_compiles_without_a_warning(case: Any, tmp_path: Path) -> None:
     function, arguments, static = case
-    program = algorithm_extension(function._function((*arguments, *static)))
+    program = algorithm_extension(function.specialised_for((*arguments, *static)))
     for name, text in {**program.headers, "main.c": program.source}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     command = [*extension.required_compiler().command, "-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-c", "main.c"]
