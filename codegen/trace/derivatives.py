@@ -67,6 +67,8 @@ def tangent_formula(formula: Formula, module: str, constant: Sequence[str] = ())
         values, then their tangents on the same blades. Statuses are left out.
     """
     names = [p.name for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
+    if unknown := set(constant) - set(names):
+        raise TraceError(f"{formula.__name__} has no argument {min(unknown)!r} that could be constant.")
     varying = [name for name in names if name not in constant]
 
     def tangent(*arguments: Any) -> Any:

@@ -53,7 +53,7 @@ def main() -> None:
     shown = [0, 45, 90, 135]
     poses = [bars.at({name: around[name][i] for name in bars.moving}) for i in shown]
     picture.picture(
-        poses, out / "four_bar_poses.png", tool="coupler", place=trace[shown], trace=trace, view=(68, -85)
+        poses, out / "four_bar_poses.png", tool="coupler", position=trace[shown], trace=trace, view=(68, -85)
     )  # fmt: skip
 
 

@@ -263,7 +263,7 @@ def test_a_cache_that_is_a_file_is_told(monkeypatch, tmp_path, capsys):
 def test_the_demo_renders_the_scene_as_it_is_shown(tmp_path):
     from PIL import Image
 
-    said = demo._render(demo.Page(tmp_path, 48), 1, quiet=False)
+    said = demo._render(demo.Page(tmp_path, 48), 1, shows_bars=True)
     with Image.open(tmp_path / "scene.png") as picture:
         assert picture.size == (48, 32) and said.startswith("48 x 32 pixels")  # 768 x 512, smaller
 

@@ -24,7 +24,10 @@ UNTYPED = {
         r"(plot|registration|reform)\.(axes|draw|draw_model|orbit|paths|screw|twist_field)|picture"
     ),
     "sparse matrices of scipy": r"constraint_matrix|joint_jacobian|body_jacobian|Loops\.matrix|Tree\.solver",
-    "what a user's function takes and gives": r"(KernelFunction|Kernel)\.(\w+)|(Event|PinLinear)\.function",
+    "what a user's function takes and gives": (
+        r"(KernelFunction|Kernel|AlgorithmFunction|AlgorithmDerivative|AlgorithmText)\.(\w+)"
+        r"|(Event|PinLinear)\.function|KernelSignature\.kernel"
+    ),
     "whatever was interrupted": r"(Interrupted|ExecutorError)\.partial|Progress\.detail",
     "coefficients of any ring": r"codegen\.(Multivector\.scalar|rings\..*)",
 }

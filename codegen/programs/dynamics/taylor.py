@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...errors import TraceError
 from ...formulas.mechanics import mechanics, pins
 from ...formulas.motions import flows
 from ...targets.c.taylor_functions import HIGHEST_ORDER, SeriesFunction, series_function
@@ -48,6 +49,8 @@ def _series(
     needs: DynamicsConfig, name: str, still: tuple[str, ...], *formulas: tuple[Callable[..., Any], str]
 ) -> SeriesFunction:
     kernels = [trace_spec(KernelSpec(f, tuple(kinds.split(", ")), "", needs.algebra)) for f, kinds in formulas]
+    if unknown := set(still) - set(_STILL) - {item.name for kernel in kernels for item in kernel.inputs}:
+        raise TraceError(f"the series {name} has no argument {min(unknown)!r}.")
     return series_function(name, kernels, still)
 
 
@@ -85,6 +88,6 @@ def _spring(needs: DynamicsConfig) -> SeriesFunction:
     """The wrenches of a spring on its two bodies; of one body the other end is in the world."""
     world = ("s", "psi") if needs.bodies == 1 else ()
     return _series(
-        needs, "pulled", ("own", "other", "law", *world),
+        needs, "pulled", ("point", "other_point", "law", *world),
         (mechanics.spring, "motor, twist, position, motor, twist, position, numbers3"),
     )  # fmt: skip

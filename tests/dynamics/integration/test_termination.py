@@ -60,7 +60,9 @@ def test_constraints_that_part_are_told(name):
     sim = two_paths(algebra, size, far, 1e-3, 0.0, integrator)
     with pytest.raises(SimulationError, match=r"contradict each other: constraint 1 \(PinPath\)") as caught:
         sim.run(1.0, step=0.01, strict=True)
-    share, time = map(float, re.search(r"by (\S+) of the body's size.* at time (\S+)\.", str(caught.value)).groups())
+    said = re.search(r"residual of (\S+) of the body's size.* at time (\S+)\.", str(caught.value))
+    assert said is not None
+    share, time = map(float, said.groups())
     apart = 1e-3 * time**3 * np.linalg.norm(PLACE) / REACH
     assert 0.3 * apart <= share <= 1.01 * apart  # along a row, or along the way between the points
     assert 0.08 <= time <= 0.14  # 1e-6 of the size are passed at 0.11 to 0.13, and steps are 0.01
