@@ -27,8 +27,10 @@ from .ir.loops.language import (
     sqrt,
     zeros,
 )  # fmt: skip
+from .ir.loops.records import Record, RecordArray, record
 
 __all__ = [
-    "INFINITY", "NAN", "Bool", "InOut", "Int", "IntRows", "IntVector", "Matrix", "Out", "Real", "Rows", "Static",
-    "Vector", "atan2", "cos", "empty", "epsilon", "exp", "int_zeros", "log", "sin", "sqrt", "zeros",
+    "INFINITY", "NAN", "Bool", "InOut", "Int", "IntRows", "IntVector", "Matrix", "Out", "Real", "Record",
+    "RecordArray", "Rows", "Static", "Vector", "atan2", "cos", "empty", "epsilon", "exp", "int_zeros", "log", "record",
+    "sin", "sqrt", "zeros",
 ]  # fmt: skip

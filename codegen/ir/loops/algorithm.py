@@ -128,16 +128,20 @@ class Algorithm:
         if parameter.access == "out":
             if parameter.type.is_generic or parameter.type.is_open:
                 raise InputError(f"{self.name}: {parameter.name} is a result without a size.", remedy="Declare it.")
-            return make_array(parameter.type)
+            return _with_fields(parameter.type, make_array(parameter.type))
         if parameter.type.scalar != REAL:
             return np.array(value, np.int64)
         array = language.zeros(*np.shape(value))
         array[...] = np.vectorize(language.number, otypes=[array.dtype])(np.asarray(value)) if array.size else 0
-        return array
+        return _with_fields(parameter.type, array)
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the text as Python: what one algorithm does with another, run as Python."""
         return self.function(*arguments)
+
+
+def _with_fields(type: ArrayType, array: Any) -> Any:
+    return type.record.view(array) if type.record is not None else array
 
 
 def make_array(type: ArrayType) -> Any:

@@ -87,7 +87,7 @@ class AssignmentReader(ExpressionReader):
                     self.scope.bind(name, found)
                 else:
                     self._assign_number(node, name, self.number(node, found))
-            case ast.Subscript():
+            case ast.Subscript() | ast.Attribute():
                 self._store(node, self.target_of(target), found)
             case _:
                 self.refuse(node, f"{ast.unparse(target)} cannot be assigned to", "Assign to names and elements.")
@@ -132,7 +132,7 @@ class AssignmentReader(ExpressionReader):
             offset = at
         self.scope.bind(name, View(found.array, offset, found.type, found.rows))
 
-    def target_of(self, target: ast.Subscript) -> Load | View:
+    def target_of(self, target: ast.Subscript | ast.Attribute) -> Load | View:
         """What a subscript on the left names."""
         found = self.meaning(target)
         if not isinstance(found, (Load, View)):

@@ -128,7 +128,7 @@ class CallReader(AssignmentReader):
             if isinstance(target, ast.Name) and size > 1 and not isinstance(self.scope.types.get(target.id), View):
                 outputs.append(self.new_array(call, target.id, ArrayType(REAL, (size,))))
                 continue
-            if isinstance(target, ast.Subscript):
+            if isinstance(target, (ast.Subscript, ast.Attribute)):
                 place = self.target_of(target)
                 is_row = isinstance(place, View) and not place.type.is_open and place.type.size == size
                 if isinstance(place, View) and is_row and not any(v.array == place.array for v in inputs):
@@ -143,7 +143,7 @@ class CallReader(AssignmentReader):
                 after.append((target, whole(temporary)))
         self.emit(Call(signature, (*outputs, *inputs), ()))
         for target, view in after:
-            whole_target = self.target_of(target) if isinstance(target, ast.Subscript) else None
+            whole_target = self.target_of(target) if isinstance(target, (ast.Subscript, ast.Attribute)) else None
             if isinstance(whole_target, View):
                 self.copy(call, whole_target, view)
             elif view.type.size == 1:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from enum import IntEnum
 from typing import Any, NoReturn
 
+from ...errors import AlgorithmError
 from . import language
 from .nodes import (
     Binary,
@@ -25,7 +26,7 @@ from .nodes import (
 from .scope import Meaning, Scope, Static
 from .static import COMPARISONS, fold_binary, plain
 from .text import AlgorithmText, is_static
-from .types import BOOL, INT, REAL, Scalar
+from .types import BOOL, INT, REAL, ArrayType, Scalar
 
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%"}
 _COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
@@ -58,6 +59,8 @@ class ExpressionReader:
                 return Static(values) if len(values) == len(items) else items
             case ast.Attribute(value, attribute):
                 inner = self.meaning(value)
+                if isinstance(inner, View) and inner.type.record is not None:
+                    return self._field(node, inner, attribute)
                 if not isinstance(inner, Static):
                     self.refuse(node, f"a number or an array has no attribute {attribute}", _WHAT_THERE_IS)
                 return self._static(node, self.text.attribute(node, inner.value, attribute))
@@ -175,6 +178,17 @@ class ExpressionReader:
             return Load(base.array, offset)
         return View(base.array, offset, base.type.row(len(indices)))
 
+    def _field(self, node: ast.AST, base: View, name: str) -> Meaning:
+        """A field of one row of a record."""
+        if len(base.type.sizes) != 1:
+            self.refuse(node, f"the field {name} of several rows", "Take one row first, such as x[i].")
+        try:
+            offset, type = base.type.record.field(name)
+        except AlgorithmError as error:
+            self.refuse(node, error.what, str(error.remedy))
+        place = plus(base.offset, integer(offset))
+        return View(base.array, place, type) if isinstance(type, ArrayType) else Load(base.array, place)
+
     def _slice(self, base: View, bounds: ast.Slice) -> View:
         """``a[:]``, or part of a fixed array from one static index to another."""
         if bounds.step is not None:
@@ -189,7 +203,8 @@ class ExpressionReader:
         if not (isinstance(low, int) and isinstance(high, int) and 0 <= low < high <= length):
             self.refuse(bounds, f"a slice from {low} to {high} of a length of {length}", "Take one inside, not empty.")
         shape = (high - low, *base.type.sizes[1:])
-        return View(base.array, plus(base.offset, integer(low * base.type.stride(0))), replace(base.type, shape=shape))
+        offset = plus(base.offset, integer(low * base.type.stride(0)))
+        return View(base.array, offset, replace(base.type, shape=shape, record=None))
 
     # -- operations ----------------------------------------------------------------------------------------------
 

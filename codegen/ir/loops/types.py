@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
 
@@ -34,11 +34,14 @@ class ArrayType:
         None as the first length: known at run time. None in place of the shape: the caller's, for each call anew.
     axes : int
         Of an array without a shape.
+    record : Record, optional
+        The layout of its rows: names for parts of them. Types are compared without it.
     """
 
     scalar: Scalar
     shape: tuple[int | None, ...] | None
     axes: int = 0
+    record: Any = field(default=None, compare=False, repr=False)
 
     @property
     def is_generic(self) -> bool:
@@ -120,6 +123,10 @@ class ArrayAnnotation(Annotation):
         self.scalar, self.axes, self.has_open_rows = scalar, axes, is_open
 
     def __getitem__(self, lengths: Any) -> Annotation:
+        if self.has_open_rows and isinstance(lengths, Annotation) and getattr(lengths.type, "record", None):
+            row = lengths.type
+            assert isinstance(row, ArrayType)
+            return Annotation(replace(row, shape=(None, *row.sizes)))
         shape = lengths if isinstance(lengths, tuple) else (lengths,)
         if len(shape) != self.axes or not all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in shape):
             raise AlgorithmError(

@@ -1,0 +1,130 @@
+"""Records: one declaration for algorithms, NumPy and C."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from bladesmith import errors
+from bladesmith.codegen import algorithm
+from bladesmith.codegen.build import extension
+from bladesmith.codegen.language import InOut, Int, IntVector, Matrix, Out, Real, Rows, Vector, record
+
+Body = record("Body", mass=Real, position=Vector[3], inertia=Matrix[3, 3], energy=Real)
+
+
+@algorithm
+def quadratic_form(a: Matrix[3, 3], x: Vector[3]) -> Real:
+    """x^T a x."""
+    total = 0.0
+    for i in range(3):
+        for j in range(3):
+            total += a[i, j] * x[i] * x[j]
+    return total
+
+
+@algorithm
+def energies(bodies: InOut[Rows[Body]], spin: Vector[3], heaviest: Out[Body]) -> Real:
+    """Energies of bodies, and a copy of the heaviest."""
+    total = 0.0
+    best = 0
+    for i in range(len(bodies)):
+        body = bodies[i]
+        body.energy = 0.5 * quadratic_form(body.inertia, spin)
+        body.energy += 9.81 * body.mass * bodies[i].position[2]
+        body.position[2] -= 1.0
+        total += body.energy
+        if body.mass > bodies[best].mass:
+            best = i
+    heaviest[:] = bodies[best]
+    heaviest.inertia[0, 0] = -1.0
+    return total
+
+
+def bodies(n: int) -> np.ndarray:
+    return np.random.default_rng(3).uniform(0.5, 2.0, (n, Body.size))
+
+
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+def test_fields_in_c_and_python_are_those_of_numpy() -> None:
+    given, spin = bodies(6), np.array([1.0, -2.0, 0.5])
+    found, heaviest, total = energies(given, spin)
+    expected = Body.view(given.copy())
+    rotation = 0.5 * np.einsum("nij,i,j->n", expected.inertia, spin, spin)
+    expected.energy = rotation + 9.81 * expected.mass * expected.position[:, 2]
+    expected.position[:, 2] -= 1.0
+    assert np.allclose(found, expected, rtol=1e-14) and abs(total - expected.energy.sum()) < 1e-12
+    assert Body.view(heaviest).mass == expected.mass.max() and Body.view(heaviest).inertia[0, 0] == -1.0
+    for a, b in zip(energies.reference(given, spin), (found, heaviest, total), strict=True):
+        assert np.array_equal(a, b)
+    context = mpmath.mp.clone()
+    context.dps = 50
+    precise = energies.reference(given, spin, numbers=context)[2]
+    assert abs(float(precise) - total) < 1e-13 * abs(total)
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+def test_numba_has_the_bits_of_c() -> None:
+    arguments = bodies(5), np.array([1.0, -2.0, 0.5])
+    for a, b in zip(energies(*arguments), energies.on("numba")(*arguments), strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_arrays_with_fields() -> None:
+    rows = Body.zeros(4)
+    rows.position = [1.0, 2.0, 3.0]
+    rows.mass = np.arange(4.0)
+    rows[2].inertia = np.eye(3)
+    assert rows.shape == (4, 14) and rows[:, 0].tolist() == [0, 1, 2, 3]
+    assert rows.position.tolist() == [[1, 2, 3]] * 4 and rows[2].inertia.trace() == 3
+    assert rows[1].mass == 1.0 and (rows[1:3] * 2).mass.tolist() == [2, 4]
+    with pytest.raises(AttributeError, match="no field 'velocity' of Body"):
+        _ = rows.velocity
+    with pytest.raises(AttributeError, match="no field 'mass'"):
+        _ = rows[:, 1:].mass
+    with pytest.raises(errors.AlgorithmError, match="last axis must be 14"):
+        Body.view(np.zeros(3))
+
+
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+def test_offsets_in_c(tmp_path: Path) -> None:
+    checks = "".join(f"_Static_assert(BODY_{n.upper()} == {at}, \"\");\n" for n, at in Body.offsets.items())
+    text = Body.c_text("BODY") + checks + '_Static_assert(BODY_SIZE == 14, "");\n'
+    (tmp_path / "body.c").write_text(text, encoding="utf-8")
+    subprocess.run([*extension.required_compiler().command, "-std=c11", "-c", "body.c"], cwd=tmp_path, check=True)
+
+
+@pytest.mark.parametrize("fields, message", [
+    ({}, "no field"), ({"mass": Int}, "another type"), ({"x": Vector}, "another type"),
+    ({"x": Rows[2]}, "another type"),
+    ({"x": Out[Vector[2]]}, "another type"), ({"x": IntVector[2]}, "another type"), ({"x": 3}, "another type"),
+    ({"shape": Real}, "cannot be a field"), ({"for": Real}, "cannot be a field"), ({"_x": Real}, "cannot be a field"),
+])  # fmt: skip
+def test_what_is_not_a_record(fields: dict[str, object], message: str) -> None:
+    with pytest.raises(errors.AlgorithmError, match=message):
+        record("Wrong", **fields)  # type: ignore[arg-type]
+
+
+def test_fields_that_are_not_there() -> None:
+    with pytest.raises(errors.AlgorithmError, match="no field mas .did you mean 'mass'"):
+
+        @algorithm
+        def wrong(body: Body) -> Real:  # type: ignore[valid-type]
+            return body.mas
+
+    with pytest.raises(errors.AlgorithmError, match="of several rows"):
+
+        @algorithm
+        def several(rows: Rows[Body]) -> Real:
+            return rows.mass
+
+    with pytest.raises(errors.AlgorithmError, match="is an input"):
+
+        @algorithm
+        def changed(body: Body) -> None:  # type: ignore[valid-type]
+            body.mass = 1.0
