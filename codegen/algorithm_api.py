@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -55,12 +56,72 @@ def algorithm(function: Callable[..., Any]) -> AlgorithmFunction:
     return AlgorithmFunction(function)
 
 
-class AlgorithmFunction(Algorithm):
+class CompiledAlgorithm(ABC):
+    """What runs compiled: an algorithm, or its derivative."""
+
+    def __init__(self) -> None:
+        self._compiled: dict[tuple[Function, str, str], ItemFunction] = {}
+
+    @abstractmethod
+    def function_for(self, arguments: Sequence[Any]) -> Function:
+        """What runs, for the sizes and static values of the algorithm's arguments."""
+
+    @abstractmethod
+    def prepare(self, arguments: Sequence[Any]) -> tuple[Function, list[Any]]:
+        """What runs for the arguments of a call, and what it takes of them."""
+
+    @abstractmethod
+    def declared_arguments(self) -> Sequence[Any]:
+        """Zeros in place of arguments, where the sizes are declared."""
+
+    def on(self, target: str) -> Callable[..., Any]:
+        """The function on one target: "c" or "numba"."""
+        if target not in TARGETS:
+            raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
+        return lambda *arguments: self.call(target, arguments)
+
+    def source(self, target: str = "c", *arguments: Any) -> str:
+        """Source text for "c" or "numba".
+
+        Parameters
+        ----------
+        target : str
+        *arguments
+            Those of the algorithm, where sizes or static values are not declared.
+
+        Raises
+        ------
+        InputError
+            If there is no such target, or sizes are missing.
+        """
+        from .programs.algorithms import algorithm_numba, algorithm_text
+
+        if target not in TARGETS:
+            raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
+        function = self.function_for(arguments or self.declared_arguments())
+        return algorithm_text(function) if target == "c" else algorithm_numba(function)
+
+    def call(self, target: str, arguments: Sequence[Any]) -> Any:
+        """Run compiled on arrays."""
+        function, items = self.prepare(arguments)
+        is_single = target == "c" and _is_single(function, items)
+        return self._item_function(function, target, "f32" if is_single else "f64")(*items)
+
+    def _item_function(self, function: Function, target: str, precision: str) -> ItemFunction:
+        key = (function, target, precision)
+        found = self._compiled.get(key)
+        if found is None:
+            dtype = np.float32 if precision == "f32" else np.float64
+            found = self._compiled[key] = ItemFunction(function, _loop(function, target, precision), dtype)
+        return found
+
+
+class AlgorithmFunction(Algorithm, CompiledAlgorithm):
     """A declared algorithm; see `algorithm`."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        self._compiled: dict[tuple[Function, str, str], ItemFunction] = {}
+        Algorithm.__init__(self, function)
+        CompiledAlgorithm.__init__(self)
 
     def __call__(self, *arguments: Any) -> Any:
         """Run compiled on arrays; leading axes are items.
@@ -82,36 +143,7 @@ class AlgorithmFunction(Algorithm):
         """
         if language.runs_as_python():
             return self.function(*arguments)
-        return self._call("c", arguments)
-
-    def on(self, target: str) -> Callable[..., Any]:
-        """The algorithm on one target: "c" or "numba"."""
-        if target not in TARGETS:
-            raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
-        return lambda *arguments: self._call(target, arguments)
-
-    def source(self, target: str = "c", *arguments: Any) -> str:
-        """Source text for "c" or "numba".
-
-        Parameters
-        ----------
-        target : str
-        *arguments
-            As for a call, where sizes or static values are not declared.
-
-        Raises
-        ------
-        InputError
-            If there is no such target, or sizes are missing.
-        """
-        from .programs.algorithms import algorithm_numba, algorithm_text
-
-        function = self.specialised_for(arguments or self.declared_arguments())
-        if target == "c":
-            return algorithm_text(function)
-        if target == "numba":
-            return algorithm_numba(function)
-        raise InputError(f"there is no target {target!r}; choose c or numba.")
+        return self.call("c", arguments)
 
     def derivative(self, *wrt: str) -> AlgorithmDerivative:
         """Forward derivative along directions of some parameters: branches are as taken.
@@ -152,36 +184,34 @@ class AlgorithmFunction(Algorithm):
         return AlgorithmDerivative(self, tuple(dict.fromkeys(wrt)))
 
     def declared_arguments(self) -> Sequence[Any]:
-        """Zeros in place of arguments, where the sizes are declared."""
         found: list[Any] = []
         for p in self.inputs():
             if isinstance(p.type, StaticType) or (isinstance(p.type, ArrayType) and p.type.is_generic):
                 raise InputError(f"{self.name}: the text depends on {p.name}; give the arguments of a call.")
             shape = [n or 1 for n in p.type.sizes] if isinstance(p.type, ArrayType) else []
-            scalar = p.type.scalar if isinstance(p.type, ArrayType) else p.type
-            found.append(np.zeros(shape, np.float64 if scalar == REAL else np.int64))
+            found.append(np.zeros(shape, np.float64 if _is_real(p) else np.int64))
         return found
 
-    def inputs(self) -> list[Parameter]:
-        """Parameters that a call gives."""
-        return [p for p in self.text.parameters if p.access != "out"]
+    def prepare(self, arguments: Sequence[Any]) -> tuple[Function, list[Any]]:
+        return self.function_for(arguments), self.items(arguments)
 
-    def specialised_for(self, arguments: Sequence[Any]) -> Function:
-        """The algorithm for the sizes and static values of arguments."""
+    def items(self, arguments: Sequence[Any]) -> list[Any]:
+        """The arguments that are not static."""
+        return [a for a, p in zip(arguments, self.inputs(), strict=True) if not isinstance(p.type, StaticType)]
+
+    def function_for(self, arguments: Sequence[Any]) -> Function:
         inputs = self.inputs()
-        if len(arguments) != len(inputs):
-            names = ", ".join(p.name for p in inputs) or "none"
-            raise InputError(f"{self.name} takes {len(inputs)} arguments ({names}), not {len(arguments)}.")
-        given = iter(arguments)
+        self.check_count(arguments)
+        by_name = {p.name: a for p, a in zip(inputs, arguments, strict=True)}
         types: list[ArrayType | Scalar | Static] = []
         for p in self.text.parameters:
-            value = None if p.access == "out" else next(given)
             if isinstance(p.type, StaticType):
+                value = by_name[p.name]
                 if not is_static(value):
                     raise InputError(f"{self.name}: {p.name} is static: a number, a string or a tuple of such.")
                 types.append(Static(value))
-            elif isinstance(p.type, ArrayType) and p.type.is_generic:
-                types.append(self._sized(p, p.type, value))
+            elif isinstance(p.type, ArrayType) and (p.type.is_generic or (p.type.is_open and p.access == "out")):
+                types.append(self._sized(p, p.type, by_name.get(p.name)))
             else:
                 types.append(p.type)
         return self.specialised(types)
@@ -191,43 +221,15 @@ class AlgorithmFunction(Algorithm):
         if parameter.access == "out":
             raise InputError(
                 f"{self.name}: {parameter.name} is a result without a size.",
-                remedy="Declare it, such as Out[Vector[3]], or call it from an algorithm that has such an array.",
+                remedy="Declare it, such as Out[Vector[3]], take it as InOut[...], or call it from an algorithm.",
             )
         axes, shape = type.axes, np.shape(value)
         if len(shape) < axes or 0 in shape[len(shape) - axes :]:
             raise InputError(f"{self.name}: {parameter.name} has shape {shape}; it needs {axes} axes, not empty.")
         return ArrayType(type.scalar, shape[len(shape) - axes :])
 
-    def _call(self, target: str, arguments: Sequence[Any]) -> Any:
-        function = self.specialised_for(arguments)
-        items = [a for a, p in zip(arguments, self.inputs(), strict=True) if not isinstance(p.type, StaticType)]
-        return self.run(function, target, items)
 
-    def run(self, function: Function, target: str, items: Sequence[Any]) -> Any:
-        """Run this algorithm, or its derivative, for one choice of sizes on items."""
-        precision = "f32" if target == "c" and self._dtype(function, items) == np.float32 else "f64"
-        return self._item_function(function, target, precision)(*items)
-
-    @staticmethod
-    def _dtype(function: Function, items: Sequence[Any]) -> Any:
-        """Single precision where all arrays of real numbers are."""
-        declared = [p for p in function.parameters if p.access != "out"]
-        reals = [
-            getattr(a, "dtype", None) for a, p in zip(items, declared, strict=True)
-            if isinstance(p.type, ArrayType) and p.type.scalar == REAL
-        ]  # fmt: skip
-        return np.float32 if reals and all(r == np.float32 for r in reals) else np.float64
-
-    def _item_function(self, function: Function, target: str, precision: str) -> ItemFunction:
-        key = (function, target, precision)
-        found = self._compiled.get(key)
-        if found is None:
-            dtype = np.float32 if precision == "f32" else np.float64
-            found = self._compiled[key] = ItemFunction(function, _loop(function, target, precision), dtype)
-        return found
-
-
-class AlgorithmDerivative:
+class AlgorithmDerivative(CompiledAlgorithm):
     """The derivative of an algorithm along directions of some of its parameters; see `AlgorithmFunction.derivative`.
 
     Parameters
@@ -237,6 +239,7 @@ class AlgorithmDerivative:
     """
 
     def __init__(self, algorithm: AlgorithmFunction, wrt: tuple[str, ...]) -> None:
+        super().__init__()
         self.algorithm = algorithm
         self.wrt = wrt
         self.__name__ = f"{algorithm.name}_d_{'_'.join(wrt)}"
@@ -249,41 +252,52 @@ class AlgorithmDerivative:
         *arguments
             Those of the algorithm, then directions.
         """
-        return self._call("c", arguments)
+        return self.call("c", arguments)
 
-    def on(self, target: str) -> Callable[..., Any]:
-        """The derivative on one target: "c" or "numba"."""
-        if target not in TARGETS:
-            raise InputError(f"there is no target {target!r}; choose one of {', '.join(TARGETS)}.")
-        return lambda *arguments: self._call(target, arguments)
+    def declared_arguments(self) -> Sequence[Any]:
+        return self.algorithm.declared_arguments()
 
-    def source(self, target: str = "c", *arguments: Any) -> str:
-        """Source text for "c" or "numba"; ``arguments`` are those of the algorithm, as for its own text."""
-        from .programs.algorithms import algorithm_numba, algorithm_text
+    def function_for(self, arguments: Sequence[Any]) -> Function:
+        return tangent(self.algorithm.function_for(arguments), self.wrt).function
 
-        algorithm = self.algorithm
-        function = tangent(algorithm.specialised_for(arguments or algorithm.declared_arguments()), self.wrt).function
-        if target not in TARGETS:
-            raise InputError(f"there is no target {target!r}; choose c or numba.")
-        return algorithm_text(function) if target == "c" else algorithm_numba(function)
-
-    def _call(self, target: str, arguments: Sequence[Any]) -> Any:
+    def prepare(self, arguments: Sequence[Any]) -> tuple[Function, list[Any]]:
+        """Arguments, directions, and zeros for the tangents of arrays that it changes along no direction."""
         algorithm, count = self.algorithm, len(self.algorithm.inputs())
         if len(arguments) != count + len(self.wrt):
             raise InputError(
                 f"{self.__name__} takes {count} arguments of {algorithm.name} and {len(self.wrt)} directions, "
                 f"not {len(arguments)} in all."
             )
-        own, directions = arguments[:count], dict(zip(self.wrt, arguments[count:], strict=True))
-        base = algorithm.specialised_for(own)
+        own = arguments[:count]
+        directions = dict(zip(self.wrt, arguments[count:], strict=True))
+        by_name = {p.name: a for p, a in zip(algorithm.inputs(), own, strict=True)}
+        base = algorithm.function_for(own)
         derived = tangent(base, self.wrt)
-        items = [a for a, p in zip(own, algorithm.inputs(), strict=True) if not isinstance(p.type, StaticType)]
-        order = [p.name for p in base.parameters if p.name in derived.varies and p.name in directions]
-        return algorithm.run(derived.function, target, [*items, *(directions[name] for name in order)])
+        tangents = [
+            directions[p.name] if p.name in directions else _zeros_like(by_name[p.name])
+            for p in base.parameters if p.name in derived.varies and p.access != "out"
+        ]  # fmt: skip
+        return derived.function, [*algorithm.items(own), *tangents]
 
 
 def _is_real(parameter: Parameter) -> bool:
     return (parameter.type.scalar if isinstance(parameter.type, ArrayType) else parameter.type) == REAL
+
+
+def _zeros_like(value: Any) -> Any:
+    """Zeros of the same shape and precision."""
+    single = getattr(value, "dtype", None) == np.float32
+    return np.zeros(np.shape(value), np.float32 if single else np.float64)
+
+
+def _is_single(function: Function, items: Sequence[Any]) -> bool:
+    """Whether all arrays of real numbers are of single precision."""
+    declared = [p for p in function.parameters if p.access != "out"]
+    reals = [
+        getattr(a, "dtype", None) for a, p in zip(items, declared, strict=True)
+        if isinstance(p.type, ArrayType) and p.type.scalar == REAL
+    ]  # fmt: skip
+    return bool(reals) and all(r == np.float32 for r in reals)
 
 
 def _loop(function: Function, target: str, precision: str) -> Any:

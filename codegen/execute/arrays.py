@@ -140,7 +140,7 @@ class Binding(ABC):
                     f"{self.symbol}: {item.name} has shape {array.shape}; its last axis must have {item.size} entries."
                 )
             leads.append(array.shape[:-1] if item.size else array.shape)
-        lead = leads[0] if all(s == leads[0] for s in leads) else _broadcast(leads, self.symbol)
+        lead = leads[0] if all(s == leads[0] for s in leads) else broadcast_leads(leads, self.symbol)
         rows = []
         for array, item, own in zip(prepared, self.inputs, leads, strict=True):
             if own != lead and math.prod(own) != 1:
@@ -305,7 +305,8 @@ def floating(value: Any, name: str) -> Array:
     return array.astype(_F64)
 
 
-def _broadcast(leads: Sequence[tuple[int, ...]], symbol: str) -> tuple[int, ...]:
+def broadcast_leads(leads: Sequence[tuple[int, ...]], symbol: str) -> tuple[int, ...]:
+    """The items' shape, from the leading axes of arguments."""
     try:
         return np.broadcast_shapes(*leads)
     except ValueError:

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError, ShapeError
 from ..ir.loops.nodes import Function
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
-from .arrays import Array, floating, parallel_for
+from .arrays import Array, broadcast_leads, floating, parallel_for
 
 #: Runs items [begin, end) of prepared arrays: strides in numbers, and rows of open arrays.
 Loop = Callable[[int, int, Sequence[Array], Sequence[int], Sequence[int]], None]
@@ -37,50 +37,49 @@ class ItemFunction:
         """Results for all items: arrays that it writes or changes, then what it returns; one by itself as it is."""
         function = self.function
         given = iter(arguments)
-        arrays: list[Array | None] = [
-            None if p.access == "out" else self._input(p, next(given)) for p in function.parameters
-        ]
-        leads = [self._lead(p, a) for p, a in zip(function.parameters, arrays, strict=True) if a is not None]
+        inputs = [None if p.access == "out" else self._input(p, next(given)) for p in function.parameters]
+        leads = [_lead(p, a) for p, a in zip(function.parameters, inputs, strict=True) if a is not None]
         lead = broadcast_leads(leads, function.name)
+        n = math.prod(lead)
         results: list[Array] = []
         taken: list[Array] = []
+        strides: list[int] = []
         counts: list[int] = []
-        for p, a in zip(function.parameters, arrays, strict=True):
-            counts.append(a.shape[-len(p.type.sizes)] if a is not None and isinstance(p.type, ArrayType) else 0)
-            if isinstance(p.type, ArrayType) and p.access != "in":
-                a = self._result(p.type, a, lead)
-                results.append(a)
-            elif a is not None:
-                own = self._lead(p, a)
-                if math.prod(own) != 1 and own != lead:
-                    a = np.broadcast_to(a, (*lead, *a.shape[len(own) :]))
-                a = np.ascontiguousarray(a)
+        for p, a in zip(function.parameters, inputs, strict=True):
+            is_shared = False  # by all items; its own leading axes say so, for its rows may be as many as the items
+            rows = 0
+            if isinstance(p.type, ArrayType):
+                rows = a.shape[-len(p.type.sizes)] if a is not None else 0
+                if p.access != "in":
+                    a = self._result(p.type, a, lead)
+                    results.append(a)
             assert a is not None
-            taken.append(a)
+            if p.access == "in":
+                own = _lead(p, a)
+                is_shared = math.prod(own) == 1
+                if not is_shared and own != lead:
+                    a = np.broadcast_to(a, (*lead, *a.shape[len(own) :]))
+            taken.append(np.require(a, requirements=("C", "A")))
+            strides.append(0 if is_shared or not n else a.size // n)
+            counts.append(rows)
         returned = [np.empty(lead, self.dtypes[t]) for t in function.results]
-        n = math.prod(lead)
-        items = [*taken, *returned]
-        strides = [a.size // n if n and (a.size != _item_size(a, lead) or n == 1) else 0 for a in items] if n else []
         if n:
-            flat = [a.reshape(-1) for a in items]
+            flat = [a.reshape(-1) for a in (*taken, *returned)]
+            strides += [1] * len(returned)
             counts += [0] * len(returned)
             parallel_for(lambda begin, end: self.loop(begin, end, flat, strides, counts), n)
-        outcome: list[Any] = [
+        found = [
             *results,
             *(r.astype(bool) if t == BOOL else r for r, t in zip(returned, function.results, strict=True)),
         ]
-        outcome = [r if r.ndim else r[()] for r in outcome]
-        return outcome[0] if len(outcome) == 1 else tuple(outcome)
+        found = [r if r.ndim else r[()] for r in found]
+        return found[0] if len(found) == 1 else tuple(found)
 
     def _input(self, parameter: Parameter, value: Any) -> Array:
         if isinstance(parameter.type, ArrayType):
             return array_argument(self.function.name, parameter, value, self.dtypes[parameter.type.scalar])
         assert isinstance(parameter.type, Scalar)
         return number_argument(self.function.name, parameter, value, self.dtypes[parameter.type])
-
-    def _lead(self, parameter: Parameter, array: Array) -> tuple[int, ...]:
-        axes = len(parameter.type.sizes) if isinstance(parameter.type, ArrayType) else 0
-        return array.shape[: array.ndim - axes]
 
     def _result(self, type: ArrayType, given: Array | None, lead: tuple[int, ...]) -> Array:
         """A new array, with the values of what is changed."""
@@ -90,9 +89,10 @@ class ItemFunction:
         return np.array(np.broadcast_to(given, (*lead, *own)), order="C")
 
 
-def _item_size(array: Array, lead: tuple[int, ...]) -> int:
-    """Numbers of an array if all items share it."""
-    return array.size if array.shape[: len(lead)] != lead else -1
+def _lead(parameter: Parameter, array: Array) -> tuple[int, ...]:
+    """The leading axes of an argument: those of items."""
+    axes = len(parameter.type.sizes) if isinstance(parameter.type, ArrayType) else 0
+    return array.shape[: array.ndim - axes]
 
 
 def array_argument(name: str, parameter: Parameter, value: Any, dtype: Any) -> Array:
@@ -131,15 +131,6 @@ def integers(name: str, parameter: Parameter, value: Any) -> Array:
     if array.dtype.kind not in "iu":
         raise InputError(f"{name}: {parameter.name} has type {array.dtype}; integers are needed.")
     return array.astype(np.int64)
-
-
-def broadcast_leads(leads: Sequence[tuple[int, ...]], name: str) -> tuple[int, ...]:
-    """The items' shape."""
-    try:
-        return np.broadcast_shapes(*leads)
-    except ValueError:
-        shapes = " and ".join(str(s) for s in leads)
-        raise ShapeError(f"{name}: leading shapes {shapes} do not broadcast.") from None
 
 
 def c_loop(library: Any, precision: str) -> Loop:

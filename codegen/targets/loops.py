@@ -8,6 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 
+from ..errors import AlgorithmError
 from ..ir.loops.nodes import (
     Array,
     Binary,
@@ -50,6 +51,12 @@ def in_calling_order(roots: Iterable[Function]) -> tuple[list[Function], list[Ke
 
     for root in roots:
         visit(root)
+    named: dict[str, Function] = {}
+    for function in functions:
+        if named.setdefault(function.name, function) is not function:
+            raise AlgorithmError(
+                f"two algorithms of one program have the name {function.name}", remedy="Rename one of them."
+            )
     return list(functions), list(kernels)
 
 

@@ -6,6 +6,7 @@ import ast
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -60,19 +61,21 @@ class Algorithm:
         caller: tuple[AlgorithmText, ast.AST] | None = None,
     ) -> Function:  # fmt: skip
         """The IR for these types and static values, one for each parameter."""
-        key = tuple(arguments)
-        found = self._instances.get(key)
-        if found is None:
-            if self.name in _reading or len(_reading) > _DEEPEST:
-                self._refuse_recursion(caller)
-            if len(self._instances) >= _MOST_INSTANCES:
-                self.text.refuse(self.text.tree, "it is needed in too many sizes", "Give fewer static values.")
-            _reading.append(self.name)
-            try:
-                found = self._read(arguments)
-            finally:
-                _reading.pop()
-            self._instances[key] = found
+        settled = [_settled(p, a) for p, a in zip(self.text.parameters, arguments, strict=True)]
+        key = tuple((repr(a.value), a.value) if isinstance(a, Static) else a for a in settled)  # 1, 1.0, True differ
+        with _lock:
+            found = self._instances.get(key)
+            if found is None:
+                if any(a is self for a in _reading) or len(_reading) > _DEEPEST:
+                    self._refuse_recursion(caller)
+                if len(self._instances) >= _MOST_INSTANCES:
+                    self.text.refuse(self.text.tree, "it is needed in too many sizes", "Give fewer static values.")
+                _reading.append(self)
+                try:
+                    found = self._read(settled)
+                finally:
+                    _reading.pop()
+                self._instances[key] = found
         return found
 
     def _refuse_recursion(self, caller: tuple[AlgorithmText, ast.AST] | None) -> None:
@@ -96,6 +99,22 @@ class Algorithm:
         name = "_".join([self.name, *suffix])
         return Function(name, self.text.note, tuple(parameters), reader.results or (), body)
 
+    def inputs(self) -> list[Parameter]:
+        """Parameters that a call gives."""
+        return [p for p in self.text.parameters if p.access != "out"]
+
+    def check_count(self, arguments: Sequence[Any]) -> None:
+        """Refuse a call with more or fewer arguments.
+
+        Raises
+        ------
+        InputError
+        """
+        inputs = self.inputs()
+        if len(arguments) != len(inputs):
+            names = ", ".join(p.name for p in inputs) or "none"
+            raise InputError(f"{self.name} takes {len(inputs)} arguments ({names}), not {len(arguments)}.")
+
     def reference(self, *arguments: Any, numbers: Any = None) -> Any:
         """Run the text as Python on one item.
 
@@ -111,6 +130,7 @@ class Algorithm:
         object or tuple
             What is `Out` or `InOut`, then what is returned.
         """
+        self.check_count(arguments)
         with language.number_type(numbers or np.float64):
             given = iter(arguments)
             taken = [self._item(p, None if p.access == "out" else next(given)) for p in self.text.parameters]
@@ -150,8 +170,19 @@ def make_array(type: ArrayType) -> Any:
     return language.zeros(*sizes) if type.scalar == REAL else language.int_zeros(*sizes)
 
 
-#: Names of the algorithms that are being read, the callers first.
-_reading: list[str] = []
+#: Algorithms that are being read, the callers first; by one thread at a time.
+_reading: list[Algorithm] = []
+_lock = RLock()
+
+
+def _settled(
+    parameter: Parameter, given: ArrayType | Scalar | Static | StaticType
+) -> ArrayType | Scalar | Static | StaticType:
+    """What a parameter is in one instance: fields are those that it declares, whatever the caller's array has."""
+    if not isinstance(given, ArrayType):
+        return given
+    assert isinstance(parameter.type, ArrayType)
+    return replace(given, record=None) if parameter.type.is_generic else parameter.type
 
 
 def _is_concrete(parameter: Parameter) -> bool:

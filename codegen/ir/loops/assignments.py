@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from .expressions import ExpressionReader
 from .nodes import (
+    Allocate,
     Array,
     Assign,
     Constant,
@@ -19,10 +21,11 @@ from .nodes import (
     Variable,
     View,
     integer,
+    parts,
     plus,
     scaled,
 )  # fmt: skip
-from .scope import Meaning, Static, bound_names, whole
+from .scope import Meaning, Static, bound_names, items_of, whole
 from .text import AlgorithmText
 from .types import INT, REAL, ArrayType, Parameter, Scalar, StaticType
 
@@ -48,6 +51,7 @@ class AssignmentReader(ExpressionReader):
         self.blocks: list[list[Statement]] = [[]]
         self.loops: list[Loop] = []
         self.is_live = True  # whether the statement that is read can be reached
+        self.was_decided = False  # whether a static branch is why it cannot
         for p in parameters:
             if isinstance(p.type, ArrayType):
                 self.scope.bind(p.name, whole(Array(p.name, p.type)))
@@ -59,19 +63,46 @@ class AssignmentReader(ExpressionReader):
     def emit(self, statement: Statement) -> None:
         self.blocks[-1].append(statement)
 
-    def assign_several(self, node: ast.stmt, target: ast.Tuple, value: ast.expr) -> None:
-        found = self.meaning(value)
-        items: tuple[Any, ...] = ()
-        if isinstance(found, tuple):
-            items = found
-        elif isinstance(found, Static) and isinstance(found.value, tuple):
-            items = tuple(Static(v) for v in found.value)
+    def assign_several(self, node: ast.stmt, target: ast.Tuple, found: Meaning) -> None:
+        items = items_of(found) or ()
         if len(items) != len(target.elts):
             self.refuse(node, f"{len(target.elts)} names for {len(items)} values", "Give each name one value.")
-        if _depends(target, value):  # all values are computed before any is assigned
-            items = tuple(i if isinstance(i, (Static, View)) else self.named(self.number(node, i)) for i in items)
+        storages = [self._storage(each) for each in target.elts]
+        if any(_reads(item) & set().union(*storages[:k]) for k, item in enumerate(items)):
+            items = tuple(self._settle(node, item) for item in items)  # all are computed before any is assigned
         for each, item in zip(target.elts, items, strict=True):
             self.assign_one(node, each, item)
+
+    def assign_to_each(self, node: ast.stmt, targets: Sequence[ast.expr], value: ast.expr) -> None:
+        """``a = b = value``: computed once."""
+        found = self.meaning(value)
+        items = items_of(found)
+        found = self._settle(node, found) if items is None else tuple(self._settle(node, i) for i in items)
+        for target in targets:
+            if isinstance(target, ast.Tuple):
+                self.assign_several(node, target, found)
+            else:
+                self.assign_one(node, target, found)
+
+    def _settle(self, node: ast.AST, found: Meaning) -> Meaning:
+        """A meaning that no later assignment changes: numbers and offsets get names of their own."""
+        if isinstance(found, View):
+            is_constant = isinstance(found.offset, Constant)
+            return found if is_constant else replace(found, offset=self.named(found.offset))
+        return found if isinstance(found, Static) else self.named(self.number(node, found))
+
+    def _storage(self, target: ast.expr) -> set[str]:
+        """Names of what an assignment changes, as the IR has them."""
+        base = target
+        while isinstance(base, (ast.Subscript, ast.Attribute)):
+            base = base.value
+        if not isinstance(base, ast.Name):
+            return set()
+        known = self.scope.types.get(base.id)
+        if isinstance(target, ast.Name):
+            is_moved = isinstance(known, View) and isinstance(known.offset, Variable)
+            return {base.id, known.offset.name} if is_moved else {base.id}  # type: ignore[union-attr]
+        return {known.array.name} if isinstance(known, View) else set()
 
     def named(self, value: Expression) -> Variable:
         variable = Variable(self.scope.fresh("value"), value.type)
@@ -151,8 +182,8 @@ class AssignmentReader(ExpressionReader):
             self.emit(Store(target.array, target.index, value))
         elif isinstance(found, View):
             self.copy(node, target, found)
-        elif isinstance(found, tuple) or (isinstance(found, Static) and isinstance(found.value, tuple)):
-            self.fill(node, target, found if isinstance(found, tuple) else tuple(Static(v) for v in found.value))
+        elif (items := items_of(found)) is not None:
+            self.fill(node, target, items)
         else:
             value = self.converted(node, self.number(node, found), target.array.type.scalar)
             self.each(target, lambda index: Store(target.array, plus(target.offset, index), value))
@@ -161,13 +192,20 @@ class AssignmentReader(ExpressionReader):
         """Elements one by one."""
         if target.type.is_open or target.type.size != len(items):
             self.refuse(node, f"{len(items)} values for {target.type}", "Give as many as it has elements.")
-        for k, item in enumerate(items):
-            value = self.converted(node, self.number(node, item), target.array.type.scalar)
+        values = [self.converted(node, self.number(node, item), target.array.type.scalar) for item in items]
+        if any(target.array.name in _reads(v) for v in values):
+            values = [v if isinstance(v, Constant) else self.named(v) for v in values]
+        for k, value in enumerate(values):
             self.emit(Store(target.array, plus(target.offset, integer(k)), value))
 
     def copy(self, node: ast.AST, target: View, source: View) -> None:
         if target.type != source.type or target.type.is_open:
             self.refuse(node, f"{source.type} for {target.type}", "Both have one fixed shape.")
+        if source.array == target.array:  # they may overlap: as NumPy, through a copy
+            copied = Array(self.scope.fresh("row"), replace(source.type, record=None), is_local=True)
+            self.emit(Allocate(copied, False))
+            self.copy(node, whole(copied), source)
+            source = whole(copied)
         self.each(
             target, lambda i: Store(target.array, plus(target.offset, i), Load(source.array, plus(source.offset, i)))
         )
@@ -199,16 +237,12 @@ def scope_names(text: AlgorithmText) -> dict[str, int]:
     return counts
 
 
-def _depends(target: ast.Tuple, value: ast.expr) -> bool:
-    """Whether a later value of a tuple reads what an earlier one is assigned to."""
-    if not isinstance(value, ast.Tuple):
-        return False
-    for k, each in enumerate(target.elts):
-        base = each
-        while isinstance(base, ast.Subscript):
-            base = base.value
-        names = {n.id for n in ast.walk(base) if isinstance(n, ast.Name)}
-        for later in value.elts[k + 1 :]:
-            if names & {n.id for n in ast.walk(later) if isinstance(n, ast.Name)}:
-                return True
-    return False
+def _reads(found: Meaning) -> set[str]:
+    """Names of the numbers and arrays that a meaning is computed from."""
+    if isinstance(found, (Static, tuple)):
+        return set()
+    return {
+        part.name if isinstance(part, Variable) else part.array.name
+        for part in parts(found.offset if isinstance(found, View) else found)
+        if isinstance(part, (Variable, Load))
+    }

@@ -9,7 +9,7 @@ from typing import Any
 from . import language
 from .assignments import AssignmentReader
 from .nodes import Allocate, Array, Call, Expression, Function, KernelSignature, Load, Variable, View
-from .scope import Meaning, Static, whole
+from .scope import Meaning, Static, items_of, whole
 from .text import is_static
 from .types import REAL, ArrayType, Parameter, Scalar, StaticType
 
@@ -61,6 +61,8 @@ class CallReader(AssignmentReader):
     def call_inside(self, node: ast.Call, callee: Any) -> Expression:
         if self.guards or hasattr(callee, "kernel_signature"):
             self.refuse(node, f"the call {ast.unparse(node)} inside an expression", "Give its result a name first.")
+        if any(p.access != "in" for p in callee.text.parameters):  # in Python, at its place among the operands
+            self.refuse(node, f"{callee.name} changes arrays inside an expression", "Give its result a name first.")
         results = self.call_algorithm(node, callee, None)
         if len(results) != 1:
             self.refuse(node, f"{callee.name} returns {len(results)} numbers", "Give them names first.")
@@ -98,8 +100,8 @@ class CallReader(AssignmentReader):
     def _array_argument(self, node: ast.expr, parameter: Parameter, found: Meaning) -> View:
         declared = parameter.type
         assert isinstance(declared, ArrayType)
-        if isinstance(found, tuple) or (isinstance(found, Static) and isinstance(found.value, tuple)):
-            items = found if isinstance(found, tuple) else tuple(Static(v) for v in found.value)
+        items = items_of(found)
+        if items is not None:
             found = self.temporary(node, items, declared.scalar)
         if not isinstance(found, View) or found.array.type.scalar != declared.scalar:
             self.refuse(node, f"{parameter.name} is {declared}, and gets something else", "Give it such an array.")
@@ -131,7 +133,7 @@ class CallReader(AssignmentReader):
             if isinstance(target, (ast.Subscript, ast.Attribute)):
                 place = self.target_of(target)
                 is_row = isinstance(place, View) and not place.type.is_open and place.type.size == size
-                if isinstance(place, View) and is_row and not any(v.array == place.array for v in inputs):
+                if isinstance(place, View) and is_row and not any(v.array == place.array for v in (*inputs, *outputs)):
                     outputs.append(place)
                     continue
             if isinstance(target, ast.Name) and size > 1:
@@ -157,9 +159,7 @@ class CallReader(AssignmentReader):
             if found.array.type.scalar != REAL or found.type.is_open or found.type.size != size:
                 self.refuse(node, f"{found.type} where a kernel takes {size} numbers", "Give it as many.")
             return found
-        items = found if isinstance(found, tuple) else (found,)
-        if isinstance(found, Static) and isinstance(found.value, tuple):
-            items = tuple(Static(v) for v in found.value)
+        items = items_of(found) or (found,)
         if len(items) != size:
             self.refuse(node, f"{len(items)} numbers where a kernel takes {size}", "Give it as many.")
         return self.temporary(node, items)

@@ -41,12 +41,7 @@ class Scope:
 
     def fresh(self, stem: str) -> str:
         """A name for the generated text that nothing else has."""
-        name, k = stem, 0
-        while name in self._taken:
-            k += 1
-            name = f"{stem}{k}"
-        self._taken.add(name)
-        return name
+        return fresh_name(stem, self._taken)
 
     def reserve(self, names: Iterable[str]) -> None:
         """Names of the text, which no generated name may be."""
@@ -69,6 +64,23 @@ def _alike(a: Binding, b: Binding) -> bool:
     if isinstance(a, Static) or isinstance(b, Static):
         return isinstance(a, Static) and isinstance(b, Static) and type(a.value) is type(b.value) and a.value == b.value
     return a == b
+
+
+def fresh_name(stem: str, taken: set[str]) -> str:
+    """A name that is not taken; it is then."""
+    name, k = stem, 0
+    while name in taken:
+        k += 1
+        name = f"{stem}{k}"
+    taken.add(name)
+    return name
+
+
+def items_of(found: Meaning) -> tuple[Any, ...] | None:
+    """The meanings in a tuple; None: it is not one."""
+    if isinstance(found, Static) and isinstance(found.value, tuple):
+        return tuple(Static(v) for v in found.value)
+    return found if isinstance(found, tuple) else None
 
 
 def bound_names(tree: ast.AST) -> dict[str, int]:

@@ -24,7 +24,7 @@ from .nodes import (
     integer,
     parts,
 )  # fmt: skip
-from .scope import Static, bound_names
+from .scope import Static, bound_names, items_of
 from .types import BOOL, INT, Scalar
 
 _STATEMENTS = "There are assignments, for ... in range(...), while, if, break, continue, return and calls."
@@ -46,8 +46,14 @@ class StatementReader(CallReader):
     def _statements(self, statements: Sequence[ast.stmt]) -> None:
         for each in statements:
             if not self.is_live:
+                if self.was_decided:
+                    return
                 self.refuse(each, "a line that is never reached", "Leave it out.")
             self._statement(each)
+
+    def _reach(self, is_live: bool = True) -> None:
+        """What follows can be reached, or not, whatever the block before decided."""
+        self.is_live, self.was_decided = is_live, False
 
     def block(self, statements: Sequence[ast.stmt]) -> tuple[Statement, ...]:
         self.blocks.append([])
@@ -63,8 +69,7 @@ class StatementReader(CallReader):
             case ast.Assign([target], value):
                 self._assign(node, target, value)
             case ast.Assign():
-                for target in node.targets:  # a = b = value
-                    self._assign(node, target, node.value)
+                self.assign_to_each(node, node.targets, node.value)
             case ast.AnnAssign(ast.Name(name), annotation, value) if value is not None:
                 declared = self.text.annotation(annotation).type
                 if not isinstance(declared, Scalar):
@@ -89,7 +94,7 @@ class StatementReader(CallReader):
         if isinstance(value, ast.Call) and self.is_call_statement(value):
             self.call_statement(value, target.elts if isinstance(target, ast.Tuple) else [target])
         elif isinstance(target, ast.Tuple):
-            self.assign_several(node, target, value)
+            self.assign_several(node, target, self.meaning(value))
         elif isinstance(value, ast.Call) and self.is_allocation(value):
             self.allocate(node, target, value)
         else:
@@ -106,20 +111,21 @@ class StatementReader(CallReader):
         condition = self.condition(node.test)
         if isinstance(condition, Static):
             self._statements(node.body if condition.value else node.orelse)
+            self.was_decided = not self.is_live
             return
         before = self.scope.branch()
         yes, reached_yes = self._branch(node.body)
         self.scope.defined = before
         no, reached_no = self._branch(node.orelse)
         self.scope.join(reached_yes, reached_no)
-        self.is_live = reached_yes is not None or reached_no is not None
+        self._reach(reached_yes is not None or reached_no is not None)
         self.emit(If(self.number(node.test, condition), yes, no))
 
     def _branch(self, statements: Sequence[ast.stmt]) -> tuple[tuple[Statement, ...], dict[str, Any] | None]:
         self.scope.defined = dict(self.scope.defined)
         body = self.block(statements)
         reached = self.scope.branch() if self.is_live else None
-        self.is_live = True
+        self._reach()
         return body, reached
 
     def _for(self, node: ast.For) -> None:
@@ -135,6 +141,8 @@ class StatementReader(CallReader):
             self.refuse(node, "a loop over what is not a range or a static tuple", "Write for i in range(n).")
         self.loops.append(Loop(None, is_unrolled=True))
         for item in items.value:  # one copy of the body for each
+            if not self.is_live:
+                break
             self._bind_static(node, node.target, item)
             self._statements(node.body)
         self.loops.pop()
@@ -173,7 +181,7 @@ class StatementReader(CallReader):
         before = self._enter_loop(changed)
         self.scope.bind(name, variable)
         body = self.block(node.body)
-        self.is_live = True
+        self._reach()
         self.loops.pop()
         self.scope.defined = before
         self.emit(For(variable, start, stop, step, body))
@@ -193,22 +201,22 @@ class StatementReader(CallReader):
     def _while(self, node: ast.While) -> None:
         if node.orelse:
             self.refuse(node, "while ... else", "Use a variable.")
+        outside = self.scope.branch()
+        before = self._enter_loop(self._changed(node))
         self.guards += 1  # it is computed again and again
         condition = self.condition(node.test)
         self.guards -= 1
         if isinstance(condition, Static) and not condition.value:
+            self.scope.defined = outside
             return
         self.loops.append(Loop(None))
-        before = self._enter_loop(self._changed(node))
         body = self.block(node.body)
         loop = self.loops.pop()
         self.scope.defined = before
         is_endless = isinstance(condition, Static)
         if is_endless:
             self.scope.join(*loop.leaves)
-            self.is_live = bool(loop.leaves)
-        else:
-            self.is_live = True
+        self._reach(bool(loop.leaves) if is_endless else True)
         value = Constant(True, BOOL) if isinstance(condition, Static) else self.number(node.test, condition)
         self.emit(While(value, body))
 
@@ -230,9 +238,8 @@ class StatementReader(CallReader):
                 values = self.call_algorithm(node.value, callee, None)
             else:
                 found = self.meaning(node.value)
-                if isinstance(found, Static) and isinstance(found.value, tuple):
-                    found = tuple(Static(v) for v in found.value)
-                items = found if isinstance(found, tuple) else (found,)
+                items = items_of(found)
+                items = (found,) if items is None else items
                 if any(isinstance(i, View) for i in items):
                     self.refuse(node, "an array is returned", "Write it into a parameter: Out[...].")
                 values = tuple(self.number(node, i) for i in items)

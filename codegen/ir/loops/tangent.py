@@ -36,7 +36,8 @@ from .nodes import (
     plus,
     real,
 )  # fmt: skip
-from .types import BOOL, INT, REAL, ArrayType, Parameter
+from .scope import fresh_name
+from .types import BOOL, INT, REAL, ArrayType
 
 #: Derivatives of functions of one number: from the argument and its tangent.
 _OF_ONE: dict[str, Callable[[Expression, Expression], Expression]] = {
@@ -107,27 +108,21 @@ class _Reader:
 
     def __init__(self, function: Function, wrt: frozenset[str]) -> None:
         self.function = function
-        self.wrt = wrt
-        self.active = self._active()
+        self.active = self._active(wrt)
         self.taken = {p.name for p in function.parameters} | {n for s in function.walk() for n in _bound(s)}
         self.names: dict[str, str] = {}
 
     def name(self, name: str) -> str:
         """The tangent's name: one that the text has not."""
         if name not in self.names:
-            found = f"d_{name}"
-            while found in self.taken:
-                found += "0"
-            self.taken.add(found)
-            self.names[name] = found
+            self.names[name] = fresh_name(f"d_{name}", self.taken)
         return self.names[name]
 
     def result(self) -> Tangent:
         parameters = list(self.function.parameters)
         for p in self.function.parameters:
             if p.name in self.active:
-                access = "out" if p.access == "inout" and p.name not in self.wrt else p.access
-                parameters.append(Parameter(self.name(p.name), p.type, access))
+                parameters.append(replace(p, name=self.name(p.name)))
         results = [*self.function.results, *(t for t in self.function.results if t == REAL)]
         body = self._block(self.function.body)
         suffix = "_".join(sorted(self.active & {p.name for p in self.function.parameters}))
@@ -138,9 +133,9 @@ class _Reader:
 
     # -- what varies -------------------------------------------------------------------------------------------------
 
-    def _active(self) -> set[str]:
+    def _active(self, wrt: frozenset[str]) -> set[str]:
         """Numbers and arrays that depend on what is varied, anywhere in the text."""
-        active = set(self.wrt)
+        active = set(wrt)
         while True:
             before = len(active)
             for statement in self.function.walk():
@@ -238,12 +233,7 @@ class _Reader:
 
     def _zero(self, view: View) -> For:
         """A loop that makes a tangent zero."""
-        name, k = "k", 0
-        while name in self.taken:
-            k += 1
-            name = f"k{k}"
-        self.taken.add(name)
-        index, target = Variable(name, INT), self._view(view)
+        index, target = Variable(fresh_name("k", self.taken), INT), self._view(view)
         store = Store(target.array, plus(target.offset, index), real(0.0))
         return For(index, integer(0), integer(view.type.size), 1, (store,))
 
@@ -352,5 +342,3 @@ def _bound(statement: Statement) -> set[str]:
             return {variable.name}
         case _:
             return set()
-
-

@@ -11,13 +11,17 @@ import pytest
 
 from bladesmith import errors
 from bladesmith.codegen import algorithm
-from bladesmith.codegen.language import Matrix, Out, Real, Vector
+from bladesmith.codegen.language import InOut, Matrix, Out, Real, Rows, Vector, empty
 
 HEAD = """from __future__ import annotations
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.language import *
 import math
 LIMIT = 3
+@algorithm
+def change(y: InOut[Vector[2]]) -> Real:
+    y[0] += 1.0
+    return y[0]
 """
 
 #: Text of a function, what is said, and the line (of the function, from its decorator on).
@@ -95,6 +99,9 @@ REFUSED = [
     ("def f(x: Real):\n    return 10 ** 10 ** 10\n", "very large exponent", 3),
     ("def f(x: Real):\n    return 'a'\n", "not a number", 3),
     ("def f(größe: Real):\n    return größe\n", "letters that C has not", 2),
+    ("def f(x: Real, y: Vector[2]):\n    a = b = zeros(2)\n", "inside an expression", 3),
+    ("def f(x: Real, y: InOut[Vector[2]]):\n    return y[0] + change(y)\n", "changes arrays inside", 3),
+    ("def f(x: Matrix[2, 2]):\n    a = x[0]\n    while a[0] > 0.0:\n        a = x[1]\n", "a may not be defined", 4),
     ("async def f(x: Real):\n    return x\n", "begins with def", 1),
 ]  # fmt: skip
 
@@ -165,6 +172,53 @@ def test_batches_of_any_shape() -> None:
     assert np.array_equal(scaled(x[..., ::-1], 2), x[..., ::-1] * 2)
     assert np.array_equal(scaled(x.astype(">f8"), 2.0), x * 2)
     assert scaled(np.ones(3, np.float32), np.float32(2)).dtype == np.float32
+
+
+@algorithm
+def moved_rows(rows: Rows[2], out: Out[Rows[2]], any_size: Out[Vector]) -> None:
+    """Results as large as the caller's arrays."""
+    for i in range(len(rows)):
+        out[i][:] = rows[i]
+    any_size[0] = 1.0
+
+
+@algorithm
+def around(rows: InOut[Rows[2]], x: Vector[2]) -> Real:
+    """A caller with such arrays."""
+    first = empty(3)
+    moved_rows(rows, rows, first)
+    return first[0] + x[0]
+
+
+def test_results_without_a_size() -> None:
+    with pytest.raises(errors.InputError, match="out is a result without a size"):
+        moved_rows(np.zeros((4, 2)))
+    with pytest.raises(errors.InputError, match="takes 1 arguments"):
+        moved_rows.reference()
+    rows = np.arange(6.0).reshape(3, 2)
+    found, total = around(rows, np.array([2.0, 0.0]))
+    assert np.array_equal(found, rows) and total == 3.0
+
+
+def named_alike(scale: float) -> Any:
+    @algorithm
+    def alike(x: Real) -> Real:
+        return x * scale
+
+    return alike
+
+
+def test_two_algorithms_of_one_name() -> None:
+    one, two = named_alike(2.0), named_alike(3.0)
+
+    @algorithm
+    def both(x: Real) -> Real:
+        return one(x) + two(x)
+
+    with pytest.raises(errors.AlgorithmError, match="have the name alike"):
+        both(1.0)
+    assert both.reference(1.0) == 5.0
+    assert one(1.0) == 2.0 and two(1.0) == 3.0
 
 
 def test_a_target_that_is_not_there() -> None:

@@ -180,6 +180,42 @@ def with_kernels(m: Vector[8], x: InOut[Vector[5]], n: Int) -> Real:
     return total
 
 
+@algorithm
+def aliases(a: InOut[Matrix[3, 2]], b: InOut[Vector[4]], out: Out[Vector[6]]) -> Real:
+    """One storage under two names, and values that are computed before any is assigned."""
+    b[:] = (b[3], b[0], b[1], b[2])
+    b[1:4] = b[0:3]
+    whole = b
+    whole[0], b[1] = b[1], whole[0]
+    p, q = a[0], a[1]
+    for i in range(2):
+        p = a[i]
+        q = a[i + 1]
+        p, q = q, p
+        out[2 * i] = p[0] - q[0]
+        p[1], q[1] = q[1], a[i + 1, 1]
+    x = y = b[2] + 1.0
+    x += y
+    out[5] = out[1] = x * 0.5
+    k, out[3] = 2, b[3]
+    out[k + 2], k = float(k), 5
+    return x - y + float(k)
+
+
+@algorithm
+def kind_of_static(x: Real, value: Static) -> Real:
+    """1, 1.0 and True are three values."""
+    if value is True:
+        return x
+    total = 0.5
+    if value == 1:
+        for k in (value, value + 1):
+            if k == 2:
+                return total + 7 / (2 * k) * x
+            total += k
+    return total
+
+
 rng = np.random.default_rng(5)
 SPECIAL = np.array([0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-310, 1e300])
 
@@ -202,11 +238,15 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[Any, ...]]] = [
     (pair, (rng.normal(size=20), rng.normal(size=20), np.arange(20) % 2 == 0), ()),
     (weighted, (rng.normal(size=(7, 4)),), ("last", WEIGHTS)),
     (weighted, (rng.normal(size=(7, 1)),), ("none", (1.0, 2.0, 4.0))),
+    (aliases, (rng.normal(size=(6, 3, 2)), rng.normal(size=(6, 4))), ()),
+    (kind_of_static, (rng.normal(size=3),), (1,)),
+    (kind_of_static, (rng.normal(size=3),), (1.0,)),
+    (kind_of_static, (rng.normal(size=3),), (True,)),
 ]
 #: Kernels' texts are rewritten formulas: their bits are those of one target as of another, not of the formula.
 KERNELS = (motor_rows(8), points(8), np.arange(8))
 #: Without an array of real numbers an algorithm runs in double precision.
-SINGLE = [case for case in CASES if case[0] not in (elementary, pair)]
+SINGLE = [case for case in CASES if case[0] not in (elementary, pair, kind_of_static)]
 IDS = [f"{case[0].name}{k}" for k, case in enumerate(CASES)]
 needs_compiler = pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
 
@@ -255,7 +295,7 @@ def test_c_in_single_precision_has_the_bits_of_the_text(case: Any) -> None:
 @pytest.mark.parametrize("case", CASES, ids=IDS)
 def test_c_compiles_without_a_warning(case: Any, tmp_path: Path) -> None:
     function, arguments, static = case
-    program = algorithm_extension(function.specialised_for((*arguments, *static)))
+    program = algorithm_extension(function.function_for((*arguments, *static)))
     for name, text in {**program.headers, "main.c": program.source}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     command = [*extension.required_compiler().command, "-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-c", "main.c"]
@@ -303,3 +343,49 @@ def test_kernels_run_with_fifty_digits() -> None:
     assert np.allclose([float(v) for v in point], double, rtol=1e-13)
     assert abs(float(total) - sum_of_doubles) < 1e-9 * abs(sum_of_doubles)
     assert total != float(total)
+
+
+@codegen.kernel(codegen.numbers(3), codegen.scalar, algebra=cga)
+def part_and_square(x, s):
+    return codegen.row([x[1] * s, x[2] * s, x[0] * s]), x[0] * x[0]
+
+
+@algorithm
+def swapped_rows(rows: InOut[Matrix[2, 3]], s: Vector[3]) -> Real:
+    """Two results of a kernel in one array."""
+    part, square = norms(s, 2.0)
+    rows[0][:], rows[1, 2] = part_and_square(rows[0], square)
+    return part[0]
+
+
+@needs_compiler
+def test_two_results_of_a_kernel_in_one_array() -> None:
+    rows, s = rng.normal(size=(2, 3)), rng.normal(size=3)
+    found, first = swapped_rows(rows, s)
+    square = s[0] * s[0] + s[2]
+    assert first == 2.0 * s[0]
+    assert np.allclose(found[0], rows[0][[1, 2, 0]] * square, rtol=1e-15)
+    assert np.allclose(found[1], [*rows[1][:2], rows[0, 0] ** 2], rtol=1e-15)
+
+
+@algorithm
+def weighted_sum(x: Vector[3], rows: Rows[2], y: Real) -> Real:
+    """Arrays that all items share."""
+    total = y
+    for k in range(3):
+        total += x[k]
+    for i in range(len(rows)):
+        total += rows[i, 0] * rows[i, 1]
+    return total
+
+
+@needs_compiler
+@pytest.mark.parametrize("items", [1, 2, 3, 6])
+def test_shared_arrays_may_have_as_many_numbers_as_there_are_items(items: int) -> None:
+    x, rows, y = np.array([1.0, 2.0, 4.0]), np.arange(6.0).reshape(3, 2), np.arange(float(items))
+    expected = y + 7.0 + (rows[:, 0] * rows[:, 1]).sum()
+    assert np.array_equal(weighted_sum(x, rows, y), expected)
+    assert np.array_equal(weighted_sum(x[None], rows[None], y), expected)
+    assert np.array_equal(weighted_sum(np.tile(x, (items, 1)), rows, y), expected)
+    unaligned = np.frombuffer(b"x" + x.tobytes(), np.float64, 3, 1)
+    assert np.array_equal(weighted_sum(unaligned, rows, y), expected)

@@ -128,3 +128,55 @@ def test_fields_that_are_not_there() -> None:
         @algorithm
         def changed(body: Body) -> None:  # type: ignore[valid-type]
             body.mass = 1.0
+
+
+@algorithm
+def pushed(bodies: InOut[Rows[Body]], force: Vector[3]) -> Real:
+    """Rows that are changed."""
+    total = 0.0
+    for i in range(len(bodies)):
+        bodies[i].position[:] = (force[0] * bodies[i].mass, force[1], force[2] + bodies[i].position[2])
+        total += bodies[i].position[0] * bodies[i].position[2]
+    return total
+
+
+def test_tangents_of_rows_that_are_changed() -> None:
+    given, force, along = bodies(4), np.array([0.5, -1.0, 2.0]), np.array([1.0, 0.25, -3.0])
+    found, tangents, total, change = pushed.derivative("force")(given, force, along)
+    step = 1e-6
+    up, above = pushed(given, force + step * along)
+    down, below = pushed(given, force - step * along)
+    assert np.allclose(tangents, (up - down) / (2 * step), atol=1e-8)
+    assert np.isclose(change, (above - below) / (2 * step), rtol=1e-7)
+    assert np.array_equal(found, pushed(given, force)[0]) and total == pushed(given, force)[1]
+    single = pushed.derivative("force")(*(np.asarray(a, np.float32) for a in (given, force, along)))
+    assert single[0].dtype == single[1].dtype == np.float32
+
+
+Twin = record("Twin", weight=Real, rest=Vector[13])
+
+
+@algorithm
+def first_of(row: Vector) -> Real:
+    """Any array: fields are those that a parameter declares."""
+    return row[0]
+
+
+@algorithm
+def first_mass(row: Vector) -> Real:
+    """The field of whoever called first is no field of the parameter."""
+    return row.mass
+
+
+@algorithm
+def both_firsts(body: Body, twin: Twin) -> Real:  # type: ignore[valid-type]
+    """Two records of one size."""
+    return first_of(body) + first_of(twin) + twin.weight
+
+
+def test_records_of_one_size() -> None:
+    a, b = Body.zeros(), Twin.zeros()
+    a.mass, b.weight = 2.0, 3.0
+    assert both_firsts(a, b) == 8.0
+    with pytest.raises(errors.AlgorithmError, match="no attribute mass"):
+        first_mass(a)
