@@ -15,7 +15,6 @@ import numpy as np
 from .algebra.algebra import Algebra, Kind
 from .algebra.multivector import Multivector
 from .compiler import as_written, bind_kernel, optimise_kernel, print_source
-from .declared_formula import Declared, DeclaredFormula
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .execute.arrays import BoundKernel
 from .ir.graph import Graph
@@ -23,6 +22,7 @@ from .ir.loops.language import runs_as_python
 from .optimise.variants import Operations, Variant
 from .rings.protocol import NumericRing, PrecisionRing
 from .trace.calls import call_in_graph
+from .trace.declared_formula import Declared, DeclaredFormula
 from .trace.derivatives import derivative_formula, derivative_kinds
 from .trace.kernel import Formula, Kernel, coefficient_name
 from .trace.outputs import as_outputs

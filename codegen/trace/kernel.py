@@ -121,6 +121,11 @@ def argument_names(formula: Formula) -> list[str]:
     return [p.name for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
 
 
+def symbol_of(algebra: Algebra, name: str) -> str:
+    """Name in generated code of a kernel with this name."""
+    return f"{algebra.name}_{name}"
+
+
 def blade_label(algebra_name: str) -> str:
     """Blade names as they may stand in identifiers: the scalar's "1" becomes "s"."""
     return "s" if algebra_name == "1" else algebra_name

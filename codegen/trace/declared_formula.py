@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from .algebra.algebra import Algebra, Kind, scalar_argument
-from .algebra.algebra import numbers as numbers_kind
-from .compiler import trace_kernel
-from .errors import InputError, KindError, TraceError
-from .ir.loops.language import numbers_in_use
-from .ir.loops.nodes import KernelSignature
-from .rings.protocol import NumericRing, PrecisionRing, Ring
-from .trace.derivatives import tangent_formula
-from .trace.kernel import Formula, Kernel, argument_names
+from ..algebra.algebra import Algebra, Kind, scalar_argument
+from ..algebra.algebra import numbers as numbers_kind
+from ..errors import InputError, KindError, TraceError
+from ..ir.loops.language import numbers_in_use
+from ..ir.loops.nodes import KernelSignature
+from ..rings.protocol import NumericRing, PrecisionRing, Ring
+from .derivatives import tangent_formula
+from .kernel import Formula, Kernel, argument_names, symbol_of
+from .trace import trace
 
 #: Longest row of plain numbers: each is a variable of the generated code.
 MAX_ROW = 1024
@@ -102,8 +102,14 @@ class DeclaredFormula:
         if self._traced is None:
             with self._lock:
                 if self._traced is None:
-                    self._traced = trace_kernel(
-                        self.formula, self.kinds, self.name, self.returns, self.algebra, self.arguments, self.like
+                    self._traced = trace(
+                        self.formula,
+                        self.kinds,
+                        self.name,
+                        self.returns,
+                        self.algebra,
+                        arguments=self.arguments,
+                        like=self.like,
                     )
         return self._traced
 
@@ -114,8 +120,6 @@ class DeclaredFormula:
     @property
     def kernel_signature(self) -> KernelSignature:
         """What algorithms call."""
-        from .targets.c.printer import symbol_of
-
         traced = self.traced
         outputs = tuple((o.name, len(o.nodes)) for o in traced.outputs)
         inputs = tuple((i.name, i.kind.size) for i in traced.inputs)
