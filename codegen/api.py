@@ -156,7 +156,7 @@ class KernelFunction(DeclaredFormula):
         if any(isinstance(a, Multivector) for a in arguments):
             return self._in_formula(arguments)
         if runs_as_python():
-            return self._in_python(arguments)
+            return self.traced.on_numbers_in_use(arguments)
         arrays, owner = self._arrays(arguments)
         return self._wrap(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
 

@@ -6,16 +6,12 @@ from collections.abc import Sequence
 from threading import RLock
 from typing import Any
 
-import numpy as np
-
 from ..algebra.algebra import Algebra, Kind, scalar_argument
 from ..algebra.algebra import numbers as numbers_kind
 from ..errors import InputError, KindError, TraceError
-from ..ir.loops.language import numbers_in_use
 from ..ir.loops.nodes import KernelSignature
-from ..rings.protocol import NumericRing, PrecisionRing, Ring
 from .derivatives import tangent_formula
-from .kernel import Formula, Kernel, argument_names, symbol_of
+from .kernel import Formula, Kernel, argument_names
 from .trace import trace
 
 #: Longest row of plain numbers: each is a variable of the generated code.
@@ -120,10 +116,7 @@ class DeclaredFormula:
     @property
     def kernel_signature(self) -> KernelSignature:
         """What algorithms call."""
-        traced = self.traced
-        outputs = tuple((o.name, len(o.nodes)) for o in traced.outputs)
-        inputs = tuple((i.name, i.kind.size) for i in traced.inputs)
-        return KernelSignature(symbol_of(self.algebra, self.name), outputs, inputs, self)
+        return self.traced.signature(self)
 
     def tangent_signature(self, varying: tuple[str, ...]) -> KernelSignature:
         """What derivatives of algorithms call: the tangents of the results, from the inputs and directions of some."""
@@ -149,17 +142,6 @@ class DeclaredFormula:
         name = f"{self.name}_along_{'_'.join(order)}"
         declared = [*kinds, *(free[n] for n in order)]
         return type(self)(tangents, declared, None, name, self.algebra, names, self.traced)
-
-    def _in_python(self, arguments: Sequence[Any]) -> Any:
-        """The formula itself on the numbers that algorithms use when they run as Python."""
-        numbers = numbers_in_use()
-        precise = PrecisionRing(numbers.dps) if hasattr(numbers, "dps") else None
-        ring: Ring = precise or NumericRing(numbers)
-        convert, back = (precise.context.mpf, numbers.mpf) if precise else (numbers, numbers)
-        items = [[convert(v) for v in np.ravel(np.asarray(a, dtype=object))] for a in arguments]
-        results = [[back(v) for v in r] for r in self.traced.reference(ring, items)]
-        arrays = [r[0] if len(r) == 1 else np.array(r, object if precise else numbers) for r in results]
-        return arrays[0] if len(arrays) == 1 else tuple(arrays)
 
 
 def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:
