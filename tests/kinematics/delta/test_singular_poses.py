@@ -22,7 +22,7 @@ from bladesmith.codegen.rings.protocol import NumericRing
 from bladesmith.kinematics.delta import plots
 from bladesmith.kinematics.delta.robot import DeltaRobot
 
-from ..oracles.sequences import dot
+from ...oracles.sequences import dot
 
 pytestmark = pytest.mark.filterwarnings("error")
 
