@@ -22,7 +22,7 @@ from bladesmith.status import Status
 from bladesmith.tracer.rendering.program import engine_for
 from bladesmith.tracer.rendering.surface_tables import build_surface_tables
 
-from ...support.tracer.scenes import TUBE
+from ....support.tracer.scenes import TUBE
 
 
 def random_surfaces(count, seed, degree=1):
