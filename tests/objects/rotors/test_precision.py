@@ -22,7 +22,7 @@ from bladesmith.codegen.algebra.multivector import Multivector, from_values, sqr
 from bladesmith.codegen.rings.protocol import PrecisionRing
 from bladesmith.dispatch.formulas import evaluate
 
-from ..support.formulas import stock
+from ...support.formulas import stock
 
 PRECISE = PrecisionRing(50)
 COUNT = 100_000
