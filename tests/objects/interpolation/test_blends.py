@@ -13,7 +13,7 @@ from bladesmith.codegen.algebra.multivector import Multivector as Symbolic
 from bladesmith.codegen.algebra.multivector import from_values
 from bladesmith.codegen.rings.protocol import PrecisionRing
 
-from ..support.formulas import stock
+from ...support.formulas import stock
 
 Array = Any
 CGA = stock("cga3d")
