@@ -22,7 +22,7 @@ from bladesmith.codegen.errors import (
     UndeterminedError,
 )
 
-from ..support.kinematics import (
+from ...support.kinematics import (
     ALGEBRAS,
     AXIS,
     STEWART,
