@@ -15,14 +15,12 @@ from bladesmith import kinematics as kin
 from bladesmith import pga3d as pga
 from bladesmith.codegen.errors import BladesmithError, InputError, Interrupted, KindError, ShapeError, SingularError
 
-from ..support.kinematics import ALGEBRAS, AXIS, Delta, FourBar, columns, four_bar, hinge, slide, turn, twist
+from ...support.kinematics import ALGEBRAS, AXIS, Delta, FourBar, columns, four_bar, hinge, slide, turn, twist
+from ...support.mechanisms.poses import BAR, MOTORS, THETA
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-BAR = FourBar()
 START = 0.8
-THETA = np.array([0.3, 0.5, 0.1])
-MOTORS = ["motor_0", "motor_1", "motor_2"]
 NAN = float("nan")
 
 
