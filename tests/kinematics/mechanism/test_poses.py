@@ -1,43 +1,20 @@
 """Poses of mechanisms, and Jacobians at many of them, against closed forms and 50-digit closures."""
 
-import copy
-import pickle
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from bladesmith import Status
 from bladesmith import cga3d as cga
 from bladesmith import kinematics as kin
-from bladesmith import pga3d as pga
-from bladesmith.codegen.errors import BladesmithError, InputError, Interrupted, KindError, ShapeError, SingularError
+from bladesmith.codegen.errors import BladesmithError, Interrupted, SingularError
 
-from ...support.kinematics import ALGEBRAS, AXIS, Delta, FourBar, columns, four_bar, hinge, slide, turn, twist
-from ...support.mechanisms.poses import BAR, MOTORS, THETA
+from ...support.kinematics import ALGEBRAS, AXIS, FourBar, columns, four_bar, slide, turn, twist
+from ...support.mechanisms.poses import BAR, MOTORS, START, THETA, bar, delta, moved
+from .test_bad_targets import NAN
 
 pytestmark = pytest.mark.filterwarnings("error")
-
-START = 0.8
-NAN = float("nan")
-
-
-@cache
-def bar(algebra="cga"):
-    return four_bar(BAR.places(START), ALGEBRAS[algebra])
-
-
-@cache
-def delta(scale=1.0, centre=0.0, algebra="cga"):
-    robot = Delta(scale, np.full(3, centre))
-    return robot, robot.mechanism(THETA, ALGEBRAS[algebra])
-
-
-def moved(poses, body, place):
-    """Where a point of a body is."""
-    return (poses[body] >> poses.mechanism.algebra.point(place)).parameters().xyz
 
 
 # -- four bars: Freudenstein ---------------------------------------------------------------------------------------
@@ -305,197 +282,3 @@ def test_seven_hinges_anywhere(seed):
     np.testing.assert_allclose(slopes, (found[:, 1] - found[:, 2]) / (2 * step), rtol=1e-5, atol=1e-5)
     there = m.at({b: poses[b][0] for b in names})
     np.testing.assert_allclose(there.jacobian(driven, others)[:, 0], slopes, atol=1e-9)
-
-
-# -- one joint ------------------------------------------------------------------------------------------------------
-
-
-@cache
-def held_by(kind):
-    place = np.array([1.0, 2, 3])
-    joints = {
-        "spherical": kin.Spherical("g", "x", cga.point(place)),
-        "planar": kin.Planar("g", "x", cga.plane(AXIS, 3.0)),
-        "cylindrical": kin.Cylindrical("g", "x", cga.line(place, AXIS)),
-        "universal": kin.Universal("g", "x", cga.circle(place, [1, 0, 0], 1), cga.circle(place, [0, 1, 0], 1)),
-        "on a plane": kin.Bilinear("g", "x", cga.plane(AXIS, 3.0), cga.point(place)),
-        "on a plane, the other way": kin.Bilinear("g", "x", cga.point(place), cga.plane(AXIS, 3.0)),
-    }
-    m = kin.Mechanism(["g", "x"], "g")
-    m.add(joints[kind], "j")
-    return m
-
-
-def test_a_ball_turns_by_rotation_vectors():
-    m, place = held_by("spherical"), np.array([1.0, 2, 3])
-    vectors = np.random.default_rng(3).normal(size=(20, 3))
-    vectors *= np.minimum(1, 3 / np.linalg.norm(vectors, axis=-1, keepdims=True))
-    want = Rotation.from_rotvec(vectors).apply([1, 0, 0]) + place
-    for poses in (
-        m.solve_pose({"j": vectors}),
-        m.solve_pose({"j": vectors}, path=True),
-        m.solve_pose({"j": vectors}, start=m.solve_pose({"j": vectors[::-1]})),
-    ):
-        assert not poses.status.any()
-        np.testing.assert_allclose(moved(poses, "x", place + [1, 0, 0]), want, atol=1e-12)
-        np.testing.assert_allclose(moved(poses, "x", place), np.broadcast_to(place, (20, 3)), atol=1e-12)
-        np.testing.assert_allclose(poses.coordinates("j"), vectors, atol=1e-11)
-
-
-@pytest.mark.parametrize("kind", ["planar", "cylindrical"])
-def test_coordinates_come_back(kind):
-    m = held_by(kind)
-    count = len(m.jacobian("x", "j", strict=False))
-    values = np.random.default_rng(4).uniform(-2, 2, (10, count))
-    for poses in (
-        m.solve_pose({"j": values}),
-        m.solve_pose({"j": values}, path=True),
-        m.solve_pose({"j": values}, start=m.solve_pose({"j": values[::-1]})),
-    ):
-        assert not poses.status.any()
-        np.testing.assert_allclose(poses.coordinates("j"), values, atol=1e-11)
-        place = moved(poses, "x", [1, 2, 3])
-        if kind == "planar":
-            np.testing.assert_allclose(place[:, 2], 3, atol=1e-12)
-        else:
-            np.testing.assert_allclose(place, [1, 2, 3] + values[:, 1:] * AXIS, atol=1e-12)
-
-
-def test_a_universal_joint_reaches_what_it_can():
-    """Turned about x of the first body, then about y of the second: R = R_x(a) R_y(b), and nothing else."""
-    m, place = held_by("universal"), np.array([1.0, 2, 3])
-    angles = np.random.default_rng(5).uniform(-1, 1, (6, 2))
-    turns = Rotation.from_euler("XY", angles).as_matrix()
-    matrices = np.zeros((6, 4, 4))
-    matrices[:, :3, :3], matrices[:, 3, 3] = turns, 1
-    matrices[:, :3, 3] = place - turns @ place
-    targets = cga.motor_from_matrix(matrices)
-    poses = m.solve_pose(targets={"x": targets})
-    assert not poses.status.any()
-    np.testing.assert_allclose(moved(poses, "x", [0, 0, 0]), matrices[:, :3, 3], atol=1e-12)
-    twisted = m.solve_pose(targets={"x": (-0.25 * twist(cga, turn(AXIS, place))).exp()})
-    assert twisted.status == Status.NOT_CONVERGED and twisted.residual > 0.05
-
-
-@pytest.mark.compiles
-@pytest.mark.parametrize("kind", ["on a plane", "on a plane, the other way"])
-def test_a_point_stays_on_a_plane(kind):
-    m, rng = held_by(kind), np.random.default_rng(6)
-    on = rng.normal(size=(5, 3)) * [1, 1, 0] + [1, 2, 3]
-    poses = m.solve_pose(targets={"x": ([1.0, 2, 3], on)})
-    assert not poses.status.any()
-    np.testing.assert_allclose(moved(poses, "x", [1, 2, 3]), on, atol=1e-12)
-    if kind == "on a plane":
-        away = m.solve_pose(targets={"x": ([1.0, 2, 3], on + AXIS)})
-        assert (away.status == Status.NOT_CONVERGED).all()
-    else:  # the plane leans, and its point is where it likes
-        point, normal = moved(poses, "x", [1, 2, 3]), moved(poses, "x", [1, 2, 4]) - moved(poses, "x", [1, 2, 3])
-        np.testing.assert_allclose(((point - [1, 2, 3]) * normal).sum(-1), 0, atol=1e-12)
-
-
-# -- what is asked wrongly -----------------------------------------------------------------------------------------
-
-ASKED = {
-    "a list to drive": (lambda m: m.solve_pose(["a"]), InputError, "a mapping"),
-    "a word to drive": (lambda m: m.solve_pose("a"), InputError, "a mapping"),
-    "an unknown joint": (lambda m: m.solve_pose({"x": 1}), InputError, "not a joint"),
-    "a body to drive": (lambda m: m.solve_pose({"crank": 1}), InputError, "not a joint"),
-    "a joint twice": (lambda m: m.solve_pose({"a": 1, m.joints[0]: 1}), InputError, "driven twice"),
-    "a word for an angle": (lambda m: m.solve_pose({"a": "x"}), InputError, "real numbers"),
-    "None for an angle": (lambda m: m.solve_pose({"a": None}), InputError, "real numbers"),
-    "a complex angle": (lambda m: m.solve_pose({"a": 1j}), InputError, "real numbers"),
-    "ragged angles": (lambda m: m.solve_pose({"a": [[1], [2, 3]]}), InputError, "ragged"),
-    "a loop joint": (lambda m: m.solve_pose({m.joints[m.tree.loop_joints[0]]: 1}), InputError, "closes a loop"),
-    "a list of targets": (lambda m: m.solve_pose(targets=["crank"]), InputError, "a mapping"),
-    "the fixed body": (lambda m: m.solve_pose(targets={"ground": cga.translator((0, 0, 0))}), InputError, "is fixed"),
-    "an unknown body": (
-        lambda m: m.solve_pose(targets={"crnk": cga.translator((0, 0, 0))}),
-        InputError,
-        "did you mean",
-    ),
-    "a word for a motor": (lambda m: m.solve_pose(targets={"crank": "x"}), InputError, "a motor of cga3d"),
-    "a motor of no unit": (
-        lambda m: m.solve_pose(targets={"crank": 2 * cga.translator((0, 0, 0))}),
-        KindError,
-        "motor",
-    ),
-    "a motor of another algebra": (
-        lambda m: m.solve_pose(targets={"crank": pga.translator((0, 0, 0))}),
-        BladesmithError,
-        "pga3d",
-    ),
-    "a point of two": (lambda m: m.solve_pose(targets={"crank": ([0, 1], [0, 0, 1])}), ShapeError, "3. is needed"),
-    "points": (
-        lambda m: m.solve_pose(targets={"crank": (np.zeros((2, 3)), [0, 0, 1])}),
-        InputError,
-        r"\(3,\) is needed",
-    ),
-    "a place of two": (lambda m: m.solve_pose(targets={"crank": ([0, 1, 0], [0, 0])}), ShapeError, "3. is needed"),
-    "a line for a place": (
-        lambda m: m.solve_pose(targets={"crank": ([0, 1, 0], cga.line((0, 0, 0), AXIS))}),
-        InputError,
-        "is a line",
-    ),
-    "a word to start from": (lambda m: m.solve_pose({"a": 1}, start="x"), InputError, "a mapping"),
-    "a start of another": (
-        lambda m: m.solve_pose({"a": 1}, start=held_by("spherical").solve_pose({"j": [0, 0, 1]})),
-        InputError,
-        "of another mechanism",
-    ),
-    "batches that do not fit": (
-        lambda m: m.solve_pose({"a": [1, 2]}, start={"crank": cga.translator(np.zeros((3, 3)))}),
-        ShapeError,
-        r"\(3,\).*\(2,\)",
-    ),
-    "a path of one": (lambda m: m.solve_pose({"a": 1}, path=True), ShapeError, "an axis of steps"),
-    "threads by name": (lambda m: m.solve_pose({"a": 1}, threads="x"), InputError, "threads"),
-    "no threads": (lambda m: m.solve_pose({"a": 1}, threads=0), InputError, "threads"),
-    "coordinates of nothing": (lambda m: m.solve_pose({"a": 0.1}).coordinates("x"), InputError, "not a joint"),
-    "a pose of nobody": (lambda m: m.solve_pose({"a": 0.1})["x"], InputError, "no body"),
-    "many poses at once": (lambda m: m.at(m.solve_pose({"a": [0.1, 0.2]})), InputError, "one item"),
-    "Jacobians at a word": (lambda m: m.jacobian("a", "crank", poses="x"), InputError, "a mapping"),
-    "Jacobians without inputs": (lambda m: m.jacobian([], "crank", poses={}), InputError, "no inputs"),
-    "Jacobians without outputs": (lambda m: m.jacobian("a", [], poses={}), InputError, "no outputs"),
-    "the fixed body moves": (lambda m: m.jacobian("ground", "crank", poses={}), InputError, "is fixed"),
-    "the fixed body is asked": (lambda m: m.jacobian("a", "ground", poses={}), InputError, "is fixed"),
-    "an input twice": (lambda m: m.jacobian(["a", "a"], "crank", poses={}), InputError, "twice"),
-    "three of a pair": (lambda m: m.jacobian(("crank", 1, 2), "crank", poses={}), InputError, "as a list"),
-    "twists that are none": (
-        lambda m: m.jacobian(("crank", NAN * twist(cga, np.ones(6))), "rocker", poses={}),
-        InputError,
-        "not finite",
-    ),
-    "an unknown method": (lambda m: m.jacobian("a", "crank", poses={}, method="magic"), InputError, "magic"),
-    "freedoms that vary": (
-        lambda _: held_by("universal").solve_pose({"j": [0, 0]}),
-        InputError,
-        "change with the pose",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", ASKED)
-def test_what_is_asked_wrongly_is_answered(name):
-    call, error, why = ASKED[name]
-    with pytest.raises(error, match=why) as caught:
-        call(bar())
-    assert isinstance(caught.value, BladesmithError) and "\n" not in str(caught.value)
-
-
-@pytest.mark.filterwarnings("error")
-def test_poses_that_are_not_found_are_no_numbers() -> None:
-    up, bars = (0, 0, 1), kin.Mechanism(["frame", "left", "coupler", "right"], "frame")  # Watt's linkage
-    ends = [("frame", "left", (0, 0, 0)), ("left", "coupler", (2, 0, 0)), ("coupler", "right", (2, 1, 0))]
-    for a, b, at in [*ends, ("frame", "right", (4, 1, 0))]:
-        bars.add(hinge(a, b, at, up))
-    found = bars.solve_pose({bars.joints[0]: [0.0, 0.3, 3.0, 0.2]})
-    assert found.status.tolist() == [Status.OK, Status.OK, Status.UNREACHABLE, Status.OK]
-    none = np.isnan(found["coupler"].values)
-    assert none[2].all() and not none[[0, 1, 3]].any() and np.isnan(found.coordinates(bars.joints[3])[2]).all()
-    rates, status = bars.jacobian(bars.joints[0], "coupler", poses=found, status=True)
-    assert np.isnan(rates[2]).all() and status[2] and not status[[0, 1, 3]].any()
-    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
-        assert np.array_equal(other["left"].values, found["left"].values, equal_nan=True)
-        again = other.mechanism.at({name: other[name][1] for name in other.mechanism.moving})
-        assert again.mobility() == 1 and again.residual() < 1e-10
-        assert pickle.loads(pickle.dumps(again)).mobility() == 1

@@ -18,7 +18,7 @@ from bladesmith.kinematics.task import report
 from bladesmith.kinematics.task.tool_path import ToolPath
 from bladesmith.status import Status
 
-from ..support.checkout import CHECKOUT
+from ...support.checkout import CHECKOUT
 
 EXAMPLES = CHECKOUT / "examples" / "kinematics"
 
