@@ -26,13 +26,12 @@ from ...support.kinematics import (
     turn,
     twist,
 )
-from ...support.mechanisms.poses import BAR
+from ...support.mechanisms.poses import BAR, NAN
 
 pytestmark = pytest.mark.filterwarnings("error")
 
 POINT = cga.point((1, 2, 3))
 TWIST = twist(cga, turn(AXIS, [0, 0, 0]))
-NAN = float("nan")
 
 
 def some():

@@ -13,11 +13,9 @@ from bladesmith import pga3d as pga
 from bladesmith.codegen.errors import BladesmithError, InputError, KindError, ShapeError
 
 from ...support.kinematics import AXIS, hinge, twist
-from ...support.mechanisms.poses import bar, held_by
+from ...support.mechanisms.poses import NAN, bar, held_by
 
 pytestmark = pytest.mark.filterwarnings("error")
-
-NAN = float("nan")
 
 ASKED = {
     "a list to drive": (lambda m: m.solve_pose(["a"]), InputError, "a mapping"),

@@ -11,8 +11,7 @@ from bladesmith import kinematics as kin
 from bladesmith.codegen.errors import BladesmithError, Interrupted, SingularError
 
 from ...support.kinematics import ALGEBRAS, AXIS, FourBar, columns, four_bar, slide, turn, twist
-from ...support.mechanisms.poses import BAR, MOTORS, START, THETA, bar, delta, moved
-from .test_bad_targets import NAN
+from ...support.mechanisms.poses import BAR, MOTORS, NAN, START, THETA, bar, delta, moved
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -12,9 +12,8 @@ from ..kinematics import ALGEBRAS, AXIS, Delta, FourBar, four_bar
 THETA = np.array([0.3, 0.5, 0.1])
 MOTORS = ["motor_0", "motor_1", "motor_2"]
 BAR = FourBar()
-
-
 START = 0.8
+NAN = float("nan")
 
 
 @cache
