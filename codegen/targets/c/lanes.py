@@ -153,7 +153,7 @@ class LanePrinter(CLoopPrinter):
 
     def __init__(self, function: Function, lanes: Lanes) -> None:
         super().__init__(function)
-        self.lanes, self.names, self.count_ = lanes, lanes.names[function], 0
+        self.lanes, self.names, self._count = lanes, lanes.names[function], 0
 
     def type_of(self, name: str, scalar: Scalar) -> str:
         return "V" if name in self.names else super().type_of(name, scalar)
@@ -189,10 +189,9 @@ class LanePrinter(CLoopPrinter):
             return self._vector(each)
         if each.array.name in self.names:
             return super().argument(call, k, before)
-        name, self.count_ = f"shared{self.count_}_", self.count_ + 1
-        size = each.type.size if not each.type.is_open else None
-        if size is None:
-            raise AlgorithmError(f"{each.array.name} is shared by items, and differs elsewhere", where=callee.name)
+        if each.type.is_open:
+            raise AlgorithmError(f"{each.array.name} is shared by items, and differs elsewhere", where=self.function.name)
+        name, size, self._count = f"shared{self._count}_", each.type.size, self._count + 1
         before += [f"V {name}[{size}];", f"FN(load_broadcast)({name}, {self.view(each)}, {size});"]
         return name
 
