@@ -20,9 +20,9 @@ from .algorithm_api import AlgorithmFunction as AlgorithmFunction
 from .algorithm_api import algorithm as algorithm
 from .api import KernelFunction as KernelFunction
 from .api import kernel as kernel
-from .api import numbers as numbers
-from .api import scalar as scalar
 from .errors import TraceError as TraceError
 from .generator import generate as generate
+from .trace.declared_formula import numbers as numbers
+from .trace.declared_formula import scalar as scalar
 from .trace.outputs import named as named
 from .trace.outputs import row as row

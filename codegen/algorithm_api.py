@@ -33,7 +33,7 @@ def algorithm(function: Callable[..., Any]) -> AlgorithmFunction:
     ----------
     function : callable
         With an annotation for each parameter: `Real`, `Int`, `Bool`, `Vector[n]`, `Matrix[m, n]`, `Rows[n]`,
-        `IntVector[n]`, `IntRows[n]`, `Out[...]`, `InOut[...]`, `Static`.
+        `IntVector[n]`, `IntRows[n]`, `Reals`, `Ints`, `Out[...]`, `InOut[...]`, `Static`.
 
     Raises
     ------

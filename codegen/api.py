@@ -8,55 +8,28 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from threading import RLock
 from typing import Any
 
 import numpy as np
 
-from .algebra.algebra import Algebra, Kind, scalar_argument
-from .algebra.algebra import numbers as numbers_kind
+from .algebra.algebra import Algebra, Kind
 from .algebra.multivector import Multivector
-from .compiler import as_written, bind_kernel, optimise_kernel, print_source, trace_kernel
+from .compiler import as_written, bind_kernel, optimise_kernel, print_source
 from .errors import AlgebraMismatchError, CompilerMissingError, InputError, KindError, TraceError
 from .execute.arrays import BoundKernel
 from .ir.graph import Graph
-from .ir.loops.language import numbers_in_use, runs_as_python
-from .ir.loops.nodes import KernelSignature
+from .ir.loops.language import runs_as_python
 from .optimise.variants import Operations, Variant
-from .rings.protocol import NumericRing, PrecisionRing, Ring
+from .rings.protocol import NumericRing, PrecisionRing
 from .trace.calls import call_in_graph
-from .trace.derivatives import derivative_formula, derivative_kinds, tangent_formula
-from .trace.kernel import Formula, Kernel, argument_names, coefficient_name
+from .trace.declared_formula import Declared, DeclaredFormula
+from .trace.derivatives import derivative_formula, derivative_kinds
+from .trace.kernel import Formula, Kernel, coefficient_name
 from .trace.outputs import as_outputs
 
 #: Where a kernel can run: compiled C, numba, a CUDA device, or the numba text on NumPy columns.
 TARGETS = ("c", "numba", "cuda", "numpy")
-#: Longest row of plain numbers: each is a variable of the generated code.
-MAX_ROW = 1024
 _log = logging.getLogger("bladesmith")
-
-
-class ScalarArgument:
-    """Marks a plain number per item; the algebra comes from the kernel's other arguments."""
-
-
-class RowArgument:
-    """Marks a row of plain numbers per item."""
-
-    def __init__(self, count: int) -> None:
-        self.count = count
-
-
-#: Declares an argument that is a plain number: an array of shape (...).
-scalar = ScalarArgument()
-Declared = Kind | ScalarArgument | RowArgument
-
-
-def numbers(count: int) -> RowArgument:
-    """Declare an argument that is a row of ``count`` numbers: an array of shape (..., count)."""
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_ROW:
-        raise InputError(f"numbers({count!r}): a row has from 1 to {MAX_ROW} entries.")
-    return RowArgument(count)
 
 
 def kernel(
@@ -98,17 +71,13 @@ def kernel(
     return decorate
 
 
-class KernelFunction:
+class KernelFunction(DeclaredFormula):
     """A declared kernel; see `kernel`.
 
     Parameters
     ----------
-    formula, declared, returns, name, algebra
-        As for `kernel`.
-    arguments : sequence of str, optional
-        Names of the arguments; default: the formula's.
-    like : Kernel, optional
-        The kernel that this one is the derivative of: results have its layouts, where they suffice.
+    formula, declared, returns, name, algebra, arguments, like
+        As for `DeclaredFormula`.
     search : bool
         False: the kernel is printed as its formula is written, and nothing is searched.
     """
@@ -124,50 +93,13 @@ class KernelFunction:
         like: Kernel | None = None,
         search: bool = True,
     ) -> None:
-        home = algebra or next((k.algebra for k in declared if isinstance(k, Kind)), None)
-        if home is None:
-            raise TraceError(
-                f"{name} has no multivector argument; say which algebra it belongs to, for example "
-                "algebra=bladesmith.cga3d."
-            )
-        self.formula = formula
-        self.kinds = tuple(_kind(k, home, name) for k in declared)
-        self.returns = returns
-        self.like = like
+        super().__init__(formula, declared, returns, name, algebra, arguments, like)
         self.search = search
-        self.name = name
-        self.algebra = home
-        self.arguments = list(arguments or argument_names(formula))
-        if not name.isidentifier():
-            raise TraceError(f"{name!r} is not a valid name of a kernel: give it one, name=...")
-        if len(self.arguments) != len(self.kinds):
-            raise TraceError(
-                f"{name} takes {len(self.arguments)} arguments ({', '.join(self.arguments) or 'none'}), but "
-                f"{len(self.kinds)} kinds were declared."
-            )
-        if not self.arguments:
-            raise TraceError(f"{name} has no arguments: it is a constant and needs no kernel.")
-        self.__doc__ = formula.__doc__
-        self.__name__ = name
         self._bound: dict[tuple[str, str], Any] = {}
-        self._tangents: dict[tuple[str, ...], KernelFunction] = {}
-        self._lock = RLock()
-        self._traced: Kernel | None = None
         self._variant: Variant | None = None
         self._pair: Callable[[Any, Any], Any] | None = None
 
     # -- stages --------------------------------------------------------------------------------------------
-
-    @property
-    def traced(self) -> Kernel:
-        """The kernel's expression graph, made once."""
-        if self._traced is None:
-            with self._lock:
-                if self._traced is None:
-                    self._traced = trace_kernel(
-                        self.formula, self.kinds, self.name, self.returns, self.algebra, self.arguments, self.like
-                    )
-        return self._traced
 
     @property
     def variant(self) -> Variant:
@@ -214,54 +146,6 @@ class KernelFunction:
 
     # -- calls ---------------------------------------------------------------------------------------------
 
-    is_callable_in_algorithms = True
-
-    @property
-    def kernel_signature(self) -> KernelSignature:
-        """What algorithms call."""
-        from .targets.c.printer import symbol_of
-
-        traced = self.traced
-        outputs = tuple((o.name, len(o.nodes)) for o in traced.outputs)
-        inputs = tuple((i.name, i.kind.size) for i in traced.inputs)
-        return KernelSignature(symbol_of(self.algebra, self.name), outputs, inputs, self)
-
-    def tangent_signature(self, varying: tuple[str, ...]) -> KernelSignature:
-        """What derivatives of algorithms call: the tangents of the results, from the inputs and directions of some."""
-        found = self._tangents.get(varying)
-        if found is None:
-            found = self._tangents[varying] = self._tangent_kernel(varying)
-        return found.kernel_signature
-
-    def _tangent_kernel(self, varying: tuple[str, ...]) -> KernelFunction:
-        constant = [name for name in self.arguments if name not in varying]
-        whole = tangent_formula(self.formula, self.formula.__module__, constant)
-
-        def tangents(*arguments: Any) -> Any:
-            results = whole(*arguments)
-            return tuple(results[len(results) // 2 :])
-
-        tangents.__doc__ = f"Tangents of {self.name}."
-        order = [name for name in self.arguments if name in varying]
-        by_name = dict(zip(self.arguments, self.kinds, strict=True))
-        free = {n: k if k.form == "numbers" or k.is_scalar_argument else k.layout for n, k in by_name.items()}
-        kinds = [free[n] if n in varying else k for n, k in by_name.items()]
-        names = [*self.arguments, *(f"d_{n}" for n in order)]
-        name = f"{self.name}_along_{'_'.join(order)}"
-        declared = [*kinds, *(free[n] for n in order)]
-        return KernelFunction(tangents, declared, None, name, self.algebra, names, self.traced)
-
-    def _in_python(self, arguments: Sequence[Any]) -> Any:
-        """The formula itself on the numbers that algorithms use when they run as Python."""
-        numbers = numbers_in_use()
-        precise = PrecisionRing(numbers.dps) if hasattr(numbers, "dps") else None
-        ring: Ring = precise or NumericRing(numbers)
-        convert, back = (precise.context.mpf, numbers.mpf) if precise else (numbers, numbers)
-        items = [[convert(v) for v in np.ravel(np.asarray(a, dtype=object))] for a in arguments]
-        results = [[back(v) for v in r] for r in self.traced.reference(ring, items)]
-        arrays = [r[0] if len(r) == 1 else np.array(r, object if precise else numbers) for r in results]
-        return arrays[0] if len(arrays) == 1 else tuple(arrays)
-
     def __call__(self, *arguments: Any, **by_name: Any) -> Any:
         if by_name:
             arguments = self._positional(arguments, by_name)
@@ -272,7 +156,7 @@ class KernelFunction:
         if any(isinstance(a, Multivector) for a in arguments):
             return self._in_formula(arguments)
         if runs_as_python():
-            return self._in_python(arguments)
+            return self.traced.on_numbers_in_use(arguments)
         arrays, owner = self._arrays(arguments)
         return self._wrap(self.bound("c", arrays)(*arrays), owner, self._is_proved(arguments))
 
@@ -400,16 +284,6 @@ class KernelFunction:
     def __repr__(self) -> str:
         kinds = ", ".join(f"{n}: {k.name}" for n, k in zip(self.arguments, self.kinds, strict=True))
         return f"<kernel {self.name}({kinds})>"
-
-
-def _kind(declared: Declared, algebra: Algebra, name: str) -> Kind:
-    if isinstance(declared, Kind):
-        return declared
-    if isinstance(declared, ScalarArgument):
-        return scalar_argument(algebra)
-    if isinstance(declared, RowArgument):
-        return numbers_kind(algebra, declared.count)
-    raise KindError(f"{name}: {declared!r} is not a kind; use algebra.kind(), algebra.layout() or codegen.scalar.")
 
 
 def _has_numba() -> bool:

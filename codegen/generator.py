@@ -31,9 +31,9 @@ from .optimise.factor.record import Record
 from .optimise.variants import Variant
 from .progress import ProgressOption, open_progress
 from .targets.c.extension import main_files
-from .targets.c.printer import symbol, symbol_of
+from .targets.c.printer import symbol
 from .targets.c.table_product import general_files
-from .trace.kernel import Kernel
+from .trace.kernel import Kernel, symbol_of
 
 MANIFEST_FORMAT = 2
 #: Table of what kernels cost.

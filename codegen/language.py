@@ -9,10 +9,12 @@ from .ir.loops.language import (
     InOut,
     Int,
     IntRows,
+    Ints,
     IntVector,
     Matrix,
     Out,
     Real,
+    Reals,
     Rows,
     Static,
     Vector,
@@ -30,7 +32,7 @@ from .ir.loops.language import (
 from .ir.loops.records import Record, RecordArray, record
 
 __all__ = [
-    "INFINITY", "NAN", "Bool", "InOut", "Int", "IntRows", "IntVector", "Matrix", "Out", "Real", "Record",
-    "RecordArray", "Rows", "Static", "Vector", "atan2", "cos", "empty", "epsilon", "exp", "int_zeros", "log", "record",
-    "sin", "sqrt", "zeros",
+    "INFINITY", "NAN", "Bool", "InOut", "Int", "IntRows", "IntVector", "Ints", "Matrix", "Out", "Real", "Reals",
+    "Record", "RecordArray", "Rows", "Static", "Vector", "atan2", "cos", "empty", "epsilon", "exp", "int_zeros", "log",
+    "record", "sin", "sqrt", "zeros",
 ]  # fmt: skip

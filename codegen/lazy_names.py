@@ -14,29 +14,37 @@ from pathlib import Path
 from typing import Any
 
 
-def lazy_names(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """``__getattr__``, ``__dir__`` and ``__all__`` of a package.
+def lazy_names(package: str, file: str, more: tuple[str, ...] = ()) -> tuple[Callable[[str], Any], Callable[[], Any]]:
+    """``__getattr__``, which knows ``__all__`` as well, and ``__dir__`` of a package; its stub is read at first use.
 
     Parameters
     ----------
     package, file : str
         Its ``__name__`` and ``__file__``.
+    more : tuple of str
+        Public names that the package finds by itself.
     """
-    homes = _imports(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
-    names = sorted(homes)
+    homes: dict[str, tuple[str, str]] = {}
+
+    def names() -> list[str]:
+        if not homes:
+            homes.update(_imports(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")))
+        return [*sorted(homes), *more]
 
     def find(name: str) -> Any:
-        if name not in homes:
+        if name == "__all__":
+            value: Any = names()
+        elif name.startswith("__") or name not in names() or name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        module, original = homes[name]
-        if module.strip("."):
-            value = getattr(import_module(module, package), original)
         else:
-            value = import_module(module + original, package)
+            module, original = homes[name]
+            is_module = not module.strip(".")
+            value = import_module(module + original if is_module else module, package)
+            value = value if is_module else getattr(value, original)
         setattr(sys.modules[package], name, value)
         return value
 
-    return find, lambda: names, names
+    return find, names
 
 
 def _imports(stub: str) -> dict[str, tuple[str, str]]:

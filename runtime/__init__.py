@@ -28,8 +28,7 @@ _OLD_MODULES = {
         ("report", "benchmarks"),
     )
 }
-_find, _names, __all__ = lazy_names(__name__, __file__)
-__all__ = [*__all__, *_ALGEBRAS]
+_find, _names = lazy_names(__name__, __file__, _ALGEBRAS)
 
 
 def __getattr__(name: str) -> Any:
@@ -93,4 +92,4 @@ sys.meta_path.append(_Finder())  # after all others: it is called for names that
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_names())

@@ -30,14 +30,15 @@ WARNING_FLAGS: tuple[str, ...] = ("-Wall", "-Wextra", "-Werror")
 HASH_MACRO = "BS_SOURCE_HASH"
 """Defined as a C string while an extension is compiled; `bs_source_hash()` in the generated C returns it."""
 
-UNIT_FLAGS: tuple[str, ...] = ("-O1", "-ftree-slp-vectorize")
+UNIT_FLAGS: tuple[str, ...] = ("-O1", "-ftree-slp-vectorize", "-fexpensive-optimizations")
 """Of units of kernels, after `C_FLAGS`: code as fast as -O3 makes it, in two thirds of the time. Without the second one
-the root of a vector is taken lane by lane. Measured in docs/decisions.md."""
+the root of a vector is taken lane by lane; without the third gcc leaves the upper halves of the vector registers in use
+when a loop ends (no vzeroupper), and all code that has no AVX, such as most programs, runs at up to half its speed from
+then on. Measured in docs/decisions.md."""
 
-OTHER_UNIT_FLAGS: Mapping[str, tuple[str, ...]] = dict.fromkeys(
-    ("delta", "delta_frame", "exponentials", "invariant", "maps", "motions", "screws"), ("-O2",)
-)
-"""The same by module of formulas: where the others cost more than 5 % of some kernel's speed (sines and series)."""
+FULL_UNITS = frozenset(("delta", "delta_frame", "exponentials", "invariant", "maps", "motions", "rotors", "screws"))
+"""Modules of formulas that are compiled by `C_FLAGS` alone: where `UNIT_FLAGS` cost more than 5 % of some kernel's
+speed (sines and series)."""
 
 FIRST_MODULES: Mapping[str, frozenset[str]] = {
     "cga3d": frozenset(
@@ -77,7 +78,7 @@ def unit_options(module: str, instance: Any, made_of: str) -> tuple[str, ...]:
         "BS_TAG": instance.tag,
         HASH_MACRO: f'"{made_of}"',
     }
-    return (*(f"-D{name}={value}" for name, value in defined.items()), *OTHER_UNIT_FLAGS.get(module, UNIT_FLAGS))
+    return (*(f"-D{name}={value}" for name, value in defined.items()), *(() if module in FULL_UNITS else UNIT_FLAGS))
 
 
 def source_hash(files: Mapping[str, str]) -> str:

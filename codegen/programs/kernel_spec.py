@@ -9,13 +9,14 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .. import compiler
 from ..algebra.algebra import Algebra, Kind, numbers, scalar_argument
 from ..algebra.loader import algebra_from_data
 from ..build import kernel_cache
 from ..errors import TraceError
+from ..ir.loops.nodes import KernelSignature
 
 if TYPE_CHECKING:
     from ..optimise.variants import Variant
@@ -56,6 +57,24 @@ class KernelSpec:
     def key(self) -> str:
         """The specification as text."""
         return kernel_cache.key_of(self.formula, self.kinds, self.name, self.algebra)
+
+    # -- in algorithms -------------------------------------------------------------------------------------------------
+
+    is_callable_in_algorithms = True
+
+    @property
+    def kernel_signature(self) -> KernelSignature:
+        """What algorithms call."""
+        return trace_spec(self).signature(self)
+
+    @property
+    def variant(self) -> Variant:
+        """What is printed: the formula as written."""
+        return compiler.as_written(trace_spec(self))
+
+    def __call__(self, *arguments: Any) -> Any:
+        """The formula on numbers, where an algorithm runs as Python."""
+        return trace_spec(self).on_numbers_in_use(arguments)
 
 
 @cache

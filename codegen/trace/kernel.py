@@ -9,11 +9,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..algebra.algebra import Algebra, Kind
 from ..algebra.multivector import Multivector, from_values
 from ..ir.argument import Argument
 from ..ir.graph import Graph, Node, evaluate, reachable
-from ..rings.protocol import Ring
+from ..ir.loops.language import numbers_in_use
+from ..ir.loops.nodes import KernelSignature
+from ..rings.protocol import NumericRing, PrecisionRing, Ring
 from .outputs import as_outputs
 
 Formula = Callable[..., Any]
@@ -107,6 +111,23 @@ class Kernel:
             for result, output in zip(results, self.outputs, strict=True)
         ]
 
+    def signature(self, home: Any) -> KernelSignature:
+        """The kernel as algorithms call it. ``home``: what declares it, whose ``variant`` is printed."""
+        outputs = tuple((o.name, len(o.nodes)) for o in self.outputs)
+        inputs = tuple((i.name, i.kind.size) for i in self.inputs)
+        return KernelSignature(symbol_of(self.algebra, self.name), outputs, inputs, home)
+
+    def on_numbers_in_use(self, arguments: Sequence[Any]) -> Any:
+        """The formula itself on the numbers that algorithms use when they run as Python."""
+        numbers = numbers_in_use()
+        precise = PrecisionRing(numbers.dps) if hasattr(numbers, "dps") else None
+        ring: Ring = precise or NumericRing(numbers)
+        convert, back = (precise.context.mpf, numbers.mpf) if precise else (numbers, numbers)
+        items = [[convert(v) for v in np.ravel(np.asarray(a, dtype=object))] for a in arguments]
+        results = [[back(v) for v in r] for r in self.reference(ring, items)]
+        arrays = [r[0] if len(r) == 1 else np.array(r, object if precise else numbers) for r in results]
+        return arrays[0] if len(arrays) == 1 else tuple(arrays)
+
 
 def operand(kind: Kind, ring: Ring, values: Sequence[Any], row: Callable[..., Any] | None = None) -> Any:
     """Argument of a formula: a multivector, or for rows of numbers a tuple of scalars, perhaps a named one."""
@@ -119,6 +140,11 @@ def operand(kind: Kind, ring: Ring, values: Sequence[Any], row: Callable[..., An
 def argument_names(formula: Formula) -> list[str]:
     """Names of a formula's arguments; those with defaults are no inputs of its kernel."""
     return [p.name for p in inspect.signature(formula).parameters.values() if p.default is p.empty]
+
+
+def symbol_of(algebra: Algebra, name: str) -> str:
+    """Name in generated code of a kernel with this name."""
+    return f"{algebra.name}_{name}"
 
 
 def blade_label(algebra_name: str) -> str:

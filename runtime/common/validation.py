@@ -252,9 +252,12 @@ def real_array(
     value: Any, name: str, shape: Axes | None = None, error: type[BladesmithError] = InputError
 ) -> NDArray[Any]:
     """Array of float64 or float32, of a shape; masked and complex numbers and truth values are not valid."""
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise error(f"{name} masks some of its numbers; fill them first: x.filled(value).")
-    array = as_array(value, name, error)
+    if type(value) is np.ndarray:
+        array = value
+    else:
+        if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+            raise error(f"{name} masks some of its numbers; fill them first: x.filled(value).")
+        array = as_array(value, name, error)
     if array.dtype != F64 and array.dtype != F32:
         if array.dtype.kind not in "iuf" and (array.dtype.kind != "b" or array.size):
             if array.ndim == 0:

@@ -244,10 +244,9 @@ def invalidate(x: M, bad: NDArray[np.bool_]) -> M:
 
 def propagate_invalid(result: M, x: MultivectorData) -> M:
     """The result of a function of x: items of x that are not finite have no answer, and x's status or `INVALID`."""
-    with np.errstate(all="ignore"):
-        bad = ~np.isfinite(x._data).all(-1)
-    if not bad.any():
+    if np.isfinite(x._data).all():
         return result
+    bad = ~np.isfinite(x._data).all(-1)
     statuses = (invalidate(x, bad)._status, result._status)
     given, known = (np.zeros(x.shape, np.uint8) if status is None else status for status in statuses)
     data = np.where(bad[..., None], result.dtype.type(np.nan), result._data)

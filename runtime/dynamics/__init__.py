@@ -8,5 +8,5 @@ from __future__ import annotations
 from ..codegen.lazy_names import lazy_names
 from ..common.deprecation import renamed_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)
 __getattr__ = renamed_names(__name__, __getattr__, recorded="as_record")

@@ -1,12 +1,14 @@
-"""Pictures of studies: units of time, and shares against what is promised."""
+"""Pictures of studies: units of time, names of settings, and fractions against what is promised."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 
 from bladesmith.benchmarks.harness import plot
 from bladesmith.benchmarks.harness.runner import Measurement, time_text, time_unit
-from bladesmith.benchmarks.harness.study import Case, Study
+from bladesmith.benchmarks.harness.study import Case, Study, setting_text
 from bladesmith.benchmarks.harness.write import plot as write_plot
 
 
@@ -47,15 +49,41 @@ def test_all_panels_of_a_picture_have_one_unit(scale, name):
         assert low < min(xs) and max(xs) < high
 
 
+@pytest.mark.parametrize(
+    ("knob", "setting", "text"),
+    [
+        ("iterations", 5, "5 iterations"), ("samples", 64, "64 samples"), ("step", 1e-3, "step 0.001"),
+        ("tolerance", 1e-8, "tolerance 1e-08"), ("precision", "float32", "float32"), ("steps", None, ""),
+    ],
+)  # fmt: skip
+def test_settings_have_their_name(knob, setting, text):
+    assert setting_text(knob, setting) == text
+
+
+def test_legends_name_the_settings():
+    plain = row(method="plain")
+    points = [replace(row(method="newton"), knob="iterations", setting=n) for n in ("5", "10")]
+    figure = plot.draw(study(), [plain, *points])
+    assert legend_of(figure) == ["plain", "newton (iterations)"]
+    assert [label.get_text() for label in figure.axes[0].texts] == ["5", "10"]
+    swept = [replace(r, sweep="distance", value=x) for r in (plain, *points) for x in (0.1, 1.0)]
+    names = ["plain", "newton, 5 iterations", "newton, 10 iterations"]
+    assert legend_of(plot.draw_sweeps(study(), swept)) == names
+
+
+def legend_of(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("hits", "count"), [(190, 200), (200, 200), (0, 10), (1, 3), (9_500, 10_000)])
-def test_intervals_of_shares(hits, count):
+def test_intervals_of_fractions(hits, count):
     stats = pytest.importorskip("scipy.stats")
     wanted = stats.binomtest(hits, count).proportion_ci(0.95, "wilson")
     assert plot._interval(hits, count) == pytest.approx((hits / count, wanted.low, wanted.high), abs=1e-6)
 
 
-def test_a_picture_of_shares_tells_which_cases_keep_the_promise(tmp_path):
+def test_a_picture_of_fractions_tells_which_cases_keep_the_promise(tmp_path):
     rows = [row(lost=10, case="right"), row(lost=1, case="too wide"), row(lost=40, case="too narrow")]
     figure = plot.draw_fractions(study(promised=0.95), rows)
     (panel,) = figure.axes

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....templates.numba import elementary
-from .types import BOOL, INT, REAL, AccessAnnotation, Annotation, ArrayAnnotation, StaticType
+from .types import BOOL, INT, REAL, AccessAnnotation, Annotation, ArrayAnnotation, ArrayType, StaticType
 
 if TYPE_CHECKING:
     Real = Any
@@ -39,6 +39,10 @@ IntVector: Any = ArrayAnnotation(INT, 1)
 Rows: Any = ArrayAnnotation(REAL, 1, is_open=True)
 #: ``IntRows[2]``: the same of integers.
 IntRows: Any = ArrayAnnotation(INT, 1, is_open=True)
+#: Numbers, as many as there are at run time.
+Reals: Any = Annotation(ArrayType(REAL, (None,)))
+#: Integers, as many as there are at run time.
+Ints: Any = Annotation(ArrayType(INT, (None,)))
 #: ``Out[Vector[3]]``: an array that the algorithm writes. When it is called by a user, a result.
 Out: Any = AccessAnnotation("out")
 #: ``InOut[Vector[3]]``: an array that it changes. When it is called by a user, a copy is changed and returned.

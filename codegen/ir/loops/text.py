@@ -112,7 +112,8 @@ class AlgorithmText:
             self.refuse(
                 node,
                 f"{ast.unparse(node)} is not a type of algorithms",
-                "Use Real, Int, Bool, Static, Vector, Matrix, Rows, IntVector, IntRows, Out[...] or InOut[...].",
+                "Use Real, Int, Bool, Static, Vector, Matrix, Rows, Reals, IntVector, IntRows, Ints, Out[...] or "
+                "InOut[...].",
             )
         return declared
 

@@ -190,7 +190,9 @@ class LanePrinter(CLoopPrinter):
         if each.array.name in self.names:
             return super().argument(call, k, before)
         if each.type.is_open:
-            raise AlgorithmError(f"{each.array.name} is shared by items, and differs elsewhere", where=self.function.name)
+            raise AlgorithmError(
+                f"{each.array.name} is shared by items, and differs elsewhere", where=self.function.name
+            )
         name, size, self._count = f"shared{self._count}_", each.type.size, self._count + 1
         before += [f"V {name}[{size}];", f"FN(load_broadcast)({name}, {self.view(each)}, {size});"]
         return name

@@ -145,11 +145,7 @@ class CLoopPrinter(LoopPrinter):
             parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
         head = _wrapped(f"BS_OUTLINED {result} FN({function.name})(", parameters or ["void"], ")")
         unused = [f"(void){c_name(p.name)};" for p in function.parameters if not self._is_used(p)]
-        counted = {p.array.name for s in function.walk() for e in expressions(s) for p in parts(e) if isinstance(p, Count)}
-        unused += [
-            f"(void){c_name(p.name)}_count_;" for p in function.parameters
-            if isinstance(p.type, ArrayType) and p.type.is_open and p.name not in counted
-        ]  # fmt: skip
+        unused += [f"(void){c_name(name)}_count_;" for name in self._uncounted()]
         return [f"/* {note} */", *head, "{", *_indent([*unused, *self._body()]), "}"]
 
     def _parameter(self, parameter: Parameter) -> list[str]:
@@ -178,6 +174,13 @@ class CLoopPrinter(LoopPrinter):
                 if parameter.name in _names(expression):
                     return True
         return False
+
+    def _uncounted(self) -> list[str]:
+        """Open arrays whose number of rows nothing asks for."""
+        found = [p for s in self.function.walk() for e in expressions(s) for p in parts(e)]
+        counted = {p.array.name for p in found if isinstance(p, Count)}
+        open_ones = [p for p in self.function.parameters if isinstance(p.type, ArrayType) and p.type.is_open]
+        return [p.name for p in open_ones if p.name not in counted]
 
     def _body(self) -> list[str]:
         names = {p.name for p in self.function.parameters}

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ...algebra.algebra import Algebra
 from ...ir.graph import Node
 from ...optimise.variants import Variant
-from ...trace.kernel import Kernel, coefficient_name
+from ...trace.kernel import Kernel, coefficient_name, symbol_of
 from ..printer import Printer, comment_text, decimal
 
 FUNCTIONS = {
@@ -26,11 +25,6 @@ ELEMENTARY = frozenset(("sin", "cos", "exp", "log", "atan2", *(f"stumpff{k}" for
 def symbol(kernel: Kernel) -> str:
     """Name of a kernel in generated code."""
     return symbol_of(kernel.algebra, kernel.name)
-
-
-def symbol_of(algebra: Algebra, name: str) -> str:
-    """The same from the kernel's own name."""
-    return f"{algebra.name}_{name}"
 
 
 class CPrinter(Printer):

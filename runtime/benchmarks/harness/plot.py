@@ -95,7 +95,7 @@ def draw_fractions(study: Study, rows: Sequence[Measurement]) -> Figure:
     names = [f"{r.case}\n{r.method}" if several else r.case for r in rows]
     panel.set_yticks(range(len(rows)), names, fontsize=LABEL_SIZE + 2)
     panel.set_ylim(len(rows) - 0.4, -0.6)
-    panel.set_xlabel(f"share not lost, in percent; dashed: the {promised:g} % that are promised")
+    panel.set_xlabel(f"fraction not lost, in percent; dashed: the {promised:g} % that are promised")
     panel.set_title(", ".join(methods))
     panel.grid(True, axis="x", alpha=0.3)
     inside = Line2D([], [], marker="o", color="C0", label="95 % interval holds what is promised")
@@ -118,7 +118,7 @@ def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
     Colors are those of the methods, or of the settings of a single one; lines and marks those of a method's settings.
     """
     names = list(dict.fromkeys(r.sweep for r in rows if r.sweep))
-    lines = list(dict.fromkeys((r.method, r.setting) for r in rows if r.sweep))
+    lines = list(dict.fromkeys((r.method, r.setting_text) for r in rows if r.sweep))
     size = (4.6 * len(names), 7.2 if study.draws_fractions else 4.4)
     figure = Figure(figsize=size, dpi=DOTS_PER_INCH, layout="constrained")
     grid = figure.subplots(2 if study.draws_fractions else 1, len(names), squeeze=False, sharex="col", sharey="row")
@@ -136,9 +136,9 @@ def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
         for each in column:
             each.grid(True, which="major", alpha=0.3)
         for method, setting in lines:
-            case_rows = [r for r in rows if r.sweep == name and (r.method, r.setting) == (method, setting)]
+            case_rows = [r for r in rows if r.sweep == name and (r.method, r.setting_text) == (method, setting)]
             color, style, marker = looks[method, setting]
-            label = f"{method} {setting}".strip()
+            label = f"{method}, {setting}" if setting else method
             handles.setdefault(label, Line2D([], [], linestyle=style, marker=marker, ms=4, color=color, label=label))
             _curve(panel, [(float(r.value or 0), r) for r in case_rows], color, style, marker, ms=4)
             if study.draws_fractions:
@@ -147,7 +147,7 @@ def draw_sweeps(study: Study, rows: Sequence[Measurement]) -> Figure:
                 column[0].plot([r.value for r in case_rows], fractions, style, marker=marker, ms=ms, color=color)
     grid[-1, 0].set_ylabel(f"largest error ({study.unit})")
     if study.draws_fractions:
-        grid[0, 0].set(ylabel="share not lost", ylim=(-0.06, 1.06))
+        grid[0, 0].set(ylabel="fraction not lost", ylim=(-0.06, 1.06))
     figure.legend(handles=list(handles.values()), loc="outside upper center", ncols=3, frameon=False)
     return figure
 
@@ -186,7 +186,9 @@ def _curve(
 
 
 def _legend(figure: Figure, methods: Sequence[str], rows: Sequence[Measurement]) -> None:
-    handles = [Line2D([], [], color=f"C{i}", marker="o", label=method) for i, method in enumerate(methods)]
+    knobs = {r.method: f" ({r.knob})" for r in rows if r.setting}  # settings are written beside the points
+    names = [method + knobs.get(method, "") for method in methods]
+    handles = [Line2D([], [], color=f"C{i}", marker="o", label=name) for i, name in enumerate(names)]
     if any(r.lost and not _all_lost(r) for r in rows):
         label = "hollow: some answers lost"
         handles.append(Line2D([], [], color="gray", marker="o", fillstyle="none", linestyle="", label=label))
@@ -198,7 +200,7 @@ def _legend(figure: Figure, methods: Sequence[str], rows: Sequence[Measurement])
 
 
 def _label(panel: Any, rows: Sequence[Measurement], unit: float) -> None:
-    """Settings and losses beside the points, each in the first place that is free and inside its panel."""
+    """Settings, whose names are in the legend, and losses beside the points, in the first free place of their panel."""
     across = panel.get_xaxis_transform()
     anchors = [
         ((r.nanoseconds / unit, LOST_HEIGHT), across)

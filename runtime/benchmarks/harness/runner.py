@@ -11,7 +11,7 @@ import numpy as np
 
 from ...codegen.interrupts import keep_partial
 from ...common.progress import ProgressOption, open_progress
-from .study import Case, Method, Study, optional_module
+from .study import Case, Method, Study, optional_module, setting_text
 
 #: Seed of all inputs.
 SEED = 20260101
@@ -53,6 +53,11 @@ class Measurement:
     sweep: str = ""
     value: float | None = None
 
+    @property
+    def setting_text(self) -> str:
+        """The setting with its name."""
+        return setting_text(self.knob, self.setting)
+
 
 def run_study(study: Study, quick: bool = False, progress: ProgressOption = False) -> list[Measurement]:
     """Run every method on every case.
@@ -86,7 +91,8 @@ def run_study(study: Study, quick: bool = False, progress: ProgressOption = Fals
                     inputs = case.make(np.random.default_rng([SEED, number]), items)
                     inputs_by_count[items] = inputs, study.reference(inputs)
                 for setting in method.settings:
-                    report(done, f"{case.name}, {method.name} {setting or ''}".rstrip())
+                    named = setting_text(method.knob, setting)
+                    report(done, ", ".join(part for part in (case.name, method.name, named) if part))
                     row = _measure(study, case, method, setting, *inputs_by_count[items], items, quick)
                     rows += [] if row is None else [row]
                     done += 1

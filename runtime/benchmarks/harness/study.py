@@ -30,7 +30,7 @@ class Method:
     run : callable
         ``run(inputs, setting)`` returns the answer for all items of a case: the call that is timed.
     knob : str
-        Name of the parameter, for the reader: "samples", "precision", ...
+        Name of the parameter, for the reader: "samples", "precision", "step", ...; of a number of things the plural.
     settings : tuple
         Values of the parameter, cheap first.
     slow : bool
@@ -57,6 +57,14 @@ class Method:
     repeats: int | None = None
     prepare: Callable[[], Any] | None = None
     requires: str = ""
+
+
+def setting_text(knob: str, setting: Any) -> str:
+    """A setting with its name: "5 iterations", "step 0.001", "float32"; nothing for methods without one."""
+    text = "" if setting is None else str(setting)
+    if text in ("", *PRECISIONS):
+        return text
+    return f"{text} {knob}" if text.isdecimal() else f"{knob} {text}"
 
 
 @dataclass(frozen=True)

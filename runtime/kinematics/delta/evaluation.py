@@ -40,10 +40,13 @@ def evaluate(formula: str, operands: Sequence[Array], threads: int | None = None
     prepared = [np.asarray(a, dtype, order="C") for a in operands]  # numbers stay numbers
     keys = tuple(a.shape[-1] if a.ndim else 0 for a in prepared)
     kernel = resolve_kernel(stock_algebra("cga3d"), formula, keys)
-    threads = parallel.thread_count(threads)
-    items = math.prod(np.broadcast_shapes(*(a.shape[:-1] for a in prepared)))
+    if threads is not None:
+        threads = parallel.thread_count(threads)
+    leads = {a.shape[:-1] for a in prepared} - {()}  # of one pose there is none, of a batch one
+    items = math.prod(leads.pop() if len(leads) == 1 else np.broadcast_shapes(*leads))
     run: Any = kernel.run.ready(items, prepared) if isinstance(kernel.run, TieredKernel) else kernel.run
-    results = run(*prepared) if items < 2 * parallel.GRAIN else _run_parallel(run, prepared, threads)
+    is_small = items < 2 * parallel.GRAIN
+    results = run(*prepared) if is_small else _run_parallel(run, prepared, parallel.thread_count(threads))
     results = results if isinstance(results, tuple) else (results,)
     values = [v for v, o in zip(results, kernel.outputs, strict=True) if not o.is_status]
     codes = next((v for v, o in zip(results, kernel.outputs, strict=True) if o.is_status), None)

@@ -14,16 +14,19 @@ import bladesmith as bs
 from bladesmith import codegen
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.build import extension
+from bladesmith.codegen.formulas.products import versors
 from bladesmith.codegen.language import (
     INFINITY,
     Bool,
     InOut,
     Int,
     IntRows,
+    Ints,
     IntVector,
     Matrix,
     Out,
     Real,
+    Reals,
     Rows,
     Static,
     Vector,
@@ -39,6 +42,7 @@ from bladesmith.codegen.language import (
     zeros,
 )  # fmt: skip
 from bladesmith.codegen.programs.algorithms import algorithm_extension
+from bladesmith.codegen.programs.kernel_spec import KernelSpec
 
 cga = bs.cga3d
 SCALE = 3
@@ -117,6 +121,21 @@ def arrays(a: InOut[Matrix[3, 3]], b: InOut[Vector[3]], indices: IntRows[1]) -> 
         row = a[k]
         row[-1] = last
     return last + third[0]
+
+
+@algorithm
+def last_row(rows: Matrix, place: Ints) -> Real:
+    """The last of some rows, of any length and number."""
+    return rows[place[0] - 1][0]
+
+
+@algorithm
+def numbers(x: InOut[Reals], order: InOut[Ints], rows: Rows[2], unused: Ints) -> Real:
+    """Single numbers, as many as there are at run time; some arrays whose number nothing asks for."""
+    for i in range(len(x)):
+        x[i] += rows[order[i]][1] - rows[order[i], 0]
+        order[i] = len(order) - order[i]
+    return last_row(rows, order)
 
 
 @algorithm
@@ -234,6 +253,11 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[Any, ...]]] = [
     (arithmetic, (rng.choice(SPECIAL, (80, 4)), np.arange(80) - 40, np.full(80, -7), rng.random(80) < 0.5), ()),
     (control, (rng.normal(size=(12, 9, 2)), rng.normal(size=12)), ()),
     (arrays, (rng.normal(size=(9, 3, 3)), rng.normal(size=(9, 3)), np.array([[2], [0], [1]])), ()),
+    (
+        numbers,
+        (rng.normal(size=(9, 4)), np.tile([2, 0, 1, 2], (9, 1)), rng.normal(size=(9, 4, 2)), np.zeros((9, 1), int)),
+        (),
+    ),
     (elementary, (rng.normal(size=50), rng.normal(size=50)), ()),
     (pair, (rng.normal(size=20), rng.normal(size=20), np.arange(20) % 2 == 0), ()),
     (weighted, (rng.normal(size=(7, 4)),), ("last", WEIGHTS)),
@@ -343,6 +367,24 @@ def test_kernels_run_with_fifty_digits() -> None:
     assert np.allclose([float(v) for v in point], double, rtol=1e-13)
     assert abs(float(total) - sum_of_doubles) < 1e-9 * abs(sum_of_doubles)
     assert total != float(total)
+
+
+turned = KernelSpec(versors.sandwich, ("motor", "point"), "turned")
+
+
+@algorithm
+def turned_twice(m: Vector[8], x: InOut[Vector[5]]) -> None:
+    """A kernel as programs declare them."""
+    for _ in range(2):
+        x[:] = turned(m, x)
+
+
+@needs_compiler
+def test_kernels_of_programs_in_algorithms() -> None:
+    m, x = motor_rows(8), points(8)
+    found = turned_twice(m, x)
+    expected = [turned_twice.reference(*each) for each in zip(m, x, strict=True)]
+    assert np.allclose(found, expected, rtol=1e-12)
 
 
 @codegen.kernel(codegen.numbers(3), codegen.scalar, algebra=cga)

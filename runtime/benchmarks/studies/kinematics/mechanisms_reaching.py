@@ -172,10 +172,10 @@ STUDY = Study(
     title="Poses by Newton's method",
     methods=(
         Method("solve_pose", by_newton, repeats=1, prepare=prepare),
-        Method(f"solve_pose, path of {STEPS}", partial(by_newton, steps=STEPS), repeats=1),
-        Method("Chain.inverse, one attempt", partial(by_chain, attempts=1), "steps", BUDGETS, repeats=1),
-        Method("Chain.inverse", partial(by_chain, attempts=32), "steps", BUDGETS[-1:], repeats=1),
-        Method("plain Newton, NumPy", plain, "steps", BUDGETS, repeats=1),
+        Method(f"solve_pose, path of {STEPS} steps", partial(by_newton, steps=STEPS), repeats=1),
+        Method("Chain.inverse, one attempt", partial(by_chain, attempts=1), "iterations", BUDGETS, repeats=1),
+        Method("Chain.inverse", partial(by_chain, attempts=32), "iterations", BUDGETS[-1:], repeats=1),
+        Method("plain Newton, NumPy", plain, "iterations", BUDGETS, repeats=1),
     ),
     cases=(
         Case("Delta, motors driven by 0.5", partial(delta_goals, distance=0.5, target="angles")),

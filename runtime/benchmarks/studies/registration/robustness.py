@@ -41,8 +41,8 @@ STUDY = replace(
         Case("20 lines, a tenth away, noise 0.001", partial(near, value=NEAR, name="displacement")),
         *sweep_cases("displacement: radians, half widths", DISPLACEMENTS, partial(near, name="displacement")),
         *sweep_cases("noise; a tenth away", NOISES, partial(near, name="noise")),
-        *sweep_cases("share of wrong objects; a tenth away", FRACTIONS, partial(near, name="outliers")),
-        *sweep_cases("share of missing objects; a tenth away", FRACTIONS, partial(near, name="missing")),
+        *sweep_cases("fraction of wrong objects; a tenth away", FRACTIONS, partial(near, name="outliers")),
+        *sweep_cases("fraction of missing objects; a tenth away", FRACTIONS, partial(near, name="missing")),
         *(
             Case(
                 f"{n} lines",
