@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from .. import compiler
 from ..build import source_digest
@@ -10,16 +10,17 @@ from ..ir.graph import reachable
 from ..ir.loops.nodes import Function, KernelSignature
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Scalar
 from ..optimise.variants import Variant
-from ..targets.c.loops import c_functions, needs_elementary
+from ..targets.c.instances import ONE_BY_ONE, Instance
+from ..targets.c.lanes import Lanes
+from ..targets.c.loops import CLoopPrinter, c_functions, needs_elementary
 from ..targets.c.printer import ELEMENTARY
 from ..targets.c.source import ExtensionSource
 from ..targets.loops import in_calling_order
 from ..targets.numba.loops import elementary_functions, frame, numba_functions, numba_name
 from ..targets.numba.rows import row_function
-from ..targets.templates import included_headers, render
+from ..targets.templates import render
+from . import FUNCTIONS, extension_of
 
-#: Where an algorithm's text is in the C program.
-_FUNCTIONS = "algorithm_functions.h"
 _MAIN = "algorithm.c.j2"
 #: What texts that import it depend on, from the package's folder.
 _ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
@@ -80,31 +81,55 @@ def _variant(signature: KernelSignature) -> Variant:
     return variant
 
 
-def algorithm_extension(function: Function) -> ExtensionSource:
-    """C text of an algorithm and its loops over items in both precisions, ready to compile."""
-    files = algorithm_files(function)
-    headers = {**included_headers([files["kernels.c"]], [_FUNCTIONS]), _FUNCTIONS: files[_FUNCTIONS]}
-    return ExtensionSource(f"algorithm_{function.name}", files["kernels.cdef"], files["kernels.c"], headers)
+def algorithm_extension(
+    function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None
+) -> ExtensionSource:
+    """C text of an algorithm and its loops over items, ready to compile.
+
+    Parameters
+    ----------
+    function : Function
+    instances : sequence of Instance
+        Precisions and vector widths: default both precisions, one item after the other.
+    shared : collection of str, optional
+        Parameters that all items share. Where they are named, several items are computed at once, as many as a vector
+        of the instance has lanes; default: one.
+
+    Raises
+    ------
+    AlgorithmError
+        If items of which several are computed at once may take different paths.
+    """
+    return extension_of(f"algorithm_{function.name}", algorithm_files(function, instances, shared))
 
 
-def algorithm_files(function: Function) -> dict[str, str]:
+def algorithm_files(
+    function: Function, instances: Sequence[Instance] = ONE_BY_ONE, shared: Collection[str] | None = None
+) -> dict[str, str]:
     """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
+    printer: Callable[[Function], CLoopPrinter]
     variants = kernel_variants(function)
     elementary = needs_elementary([function]) or any(n.op in ELEMENTARY for v in variants for n in reachable(v.roots))
     kernels = "".join(compiler.print_function(v) for v in variants)
     arguments = (
-        "(ptrdiff_t begin, ptrdiff_t end, void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts);"
+        "(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end);"
     )
+    arrays, item, printer = None, _c_item(function), CLoopPrinter
+    if shared is not None:
+        lanes = Lanes(function, shared)
+        arrays, item = lanes.item()
+        printer = lanes.printer
+    values = {"instances": instances, "arrays": arrays, "item": item, "elementary": elementary}
     return {
-        "kernels.c": render(_MAIN, function=function, item=_c_item(function), elementary=elementary),
-        _FUNCTIONS: kernels + "\n" + c_functions([function]),
-        "kernels.cdef": "\n".join(f"void bs_loop_{p}{arguments}" for p in ("f64", "f32")) + "\n",
+        "kernels.c": render(_MAIN, function=function, **values),
+        FUNCTIONS: kernels + "\n" + c_functions([function], printer),
+        "kernels.cdef": "\n".join(f"void bs_loop_{i.tag}{arguments}" for i in instances) + "\n",
     }
 
 
 def algorithm_text(function: Function) -> str:
     """C text of an algorithm and what it calls, for reading."""
-    return algorithm_files(function)[_FUNCTIONS].lstrip()
+    return algorithm_files(function)[FUNCTIONS].lstrip()
 
 
 def algorithm_numba(function: Function) -> str:
