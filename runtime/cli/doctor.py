@@ -31,8 +31,8 @@ Facts = dict[str, str]
 
 _PACKAGES = ("numpy", "cffi", "sympy", "jinja2", "click", "pydantic")
 WITHOUT_COMPILER = (
-    "kernels that were not compiled at install run by numba or NumPy, also those of your own; simulations, chains, "
-    "poses of mechanisms and surfaces along curves of degree 4 and more do not run"
+    "kernels that were not compiled at install run by numba or NumPy, also those of your own; chains run by numba; "
+    "simulations, poses of mechanisms and surfaces along curves of degree 4 and more do not run"
 )
 _NAME_LENGTH = 100  # bytes for a graphics processor's name; the driver cuts longer ones
 

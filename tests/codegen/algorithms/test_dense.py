@@ -43,6 +43,13 @@ def ranked(x: InOut[Vector[9]], rank: Int) -> Real:
     return value
 
 
+@algorithm
+def damped(a: Matrix[6, 9], n: Int, b: Vector[6], damping: Real, x: Out[Vector[9]]) -> Real:
+    """Damped least squares in the first n columns."""
+    left = dense.solve_damped(a, n, b, damping, x)
+    return left
+
+
 def symmetric(n: int, count: int, spread: float, seed: int) -> np.ndarray:
     """Symmetric positive matrices with eigenvalues over some powers of ten."""
     rng = np.random.default_rng(seed)
@@ -100,3 +107,21 @@ def test_ranks() -> None:
     order, found = ranked(x, ranks)
     assert np.array_equal(found, np.sort(x)[np.arange(500), ranks])
     assert np.array_equal(np.sort(order), np.sort(x))
+
+
+@pytest.mark.parametrize("n", [2, 6, 9])
+@pytest.mark.parametrize("damping", [1.0, 1e-3])
+def test_damped_least_squares(n: int, damping: float) -> None:
+    rng = np.random.default_rng(n)
+    a, b = rng.normal(size=(50, 6, 9)), rng.normal(size=(50, 6))
+    x, left = damped(a, n, b, damping)
+    for k in range(50):
+        system = np.concatenate([a[k, :, :n], damping * np.eye(n)])
+        expected = np.linalg.lstsq(system, np.concatenate([b[k], np.zeros(n)]), rcond=None)[0]
+        assert np.abs(x[k, :n] - expected).max() < 1e-9 * np.abs(expected).max() and not x[k, n:].any()
+        assert abs(left[k] - ((b[k] - a[k, :, :n] @ x[k, :n]) ** 2).sum()) < 1e-12
+    with mpmath.workdps(50):
+        precise, rest = damped.reference(a[0], n, b[0], damping, numbers=mpmath.mp)
+    assert (
+        max(abs(float(p - v)) for p, v in zip(precise[:n], x[0], strict=False)) < 1e-12 and abs(rest - left[0]) < 1e-12
+    )
