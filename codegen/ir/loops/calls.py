@@ -41,7 +41,8 @@ class CallReader(AssignmentReader):
         return whole(array)
 
     def is_call_statement(self, value: ast.Call) -> bool:
-        if isinstance(value.func, ast.Name) and value.func.id in self.bound:
+        name = value.func.id if isinstance(value.func, ast.Name) else ""
+        if name in self.bound and not isinstance(self.scope.defined.get(name), Static):
             return False
         return getattr(self.callee_of(value), "is_callable_in_algorithms", False)
 
