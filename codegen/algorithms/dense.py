@@ -172,3 +172,40 @@ def solve_damped(a: Matrix, n: Int, b: Vector, damping: Real, x: Out[Vector]) ->
             rest -= a[r, j] * x[j]
         left += rest * rest
     return left
+
+
+@algorithm
+def rank_of(a: InOut[Matrix], n: Int, dependent: Real) -> Int:
+    """Rank of the first n columns of a, by elimination: the longest row, off all others, then the next.
+
+    Rows of which less is left than the dependent fraction of the longest count as zero; a is changed.
+    """
+    m = len(a)
+    squares = empty(m)
+    most = 0.0
+    rank = 0
+    for r in range(m):
+        squares[r] = 0.0
+        for j in range(n):
+            squares[r] += a[r, j] * a[r, j]
+        most = max(most, squares[r])
+    for _ in range(m):
+        best = 0
+        for r in range(1, m):
+            best = r if squares[r] > squares[best] else best
+        if not squares[best] > dependent * dependent * most:
+            break
+        rank += 1
+        for r in range(m):
+            if r == best or squares[r] < 0.0:
+                continue
+            c = 0.0
+            for j in range(n):
+                c += a[r, j] * a[best, j]
+            c /= squares[best]
+            squares[r] = 0.0
+            for j in range(n):
+                a[r, j] -= c * a[best, j]
+                squares[r] += a[r, j] * a[r, j]
+        squares[best] = -1.0
+    return rank

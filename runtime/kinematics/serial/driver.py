@@ -31,7 +31,7 @@ GRAIN = 32
 
 @dataclass(frozen=True)
 class ChainParameters:
-    """Parameters of a chain, in the records of codegen/algorithms/chains.py.
+    """Parameters of a chain, in the records of codegen/algorithms/chain_records.py.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class SearchOptions:
     restarts : array (m, n)
         Where the next attempts begin, after the first.
     numbers : array (3,)
-        `Search` of codegen/algorithms/chains.py: tolerance, length, reach.
+        `Search` of codegen/algorithms/chain_records.py: tolerance, length, reach.
     counts : integer array (2,)
         Iterations of each attempt; 1 where what is out of reach is approached all the same.
     """

@@ -13,7 +13,8 @@ import pytest
 import bladesmith as bs
 from bladesmith.codegen import algorithm
 from bladesmith.codegen.algorithms.chain_frames import JacobianFrame
-from bladesmith.codegen.algorithms.chains import ChainAlgorithms, ChainKernels, Frame, Joint, Search, chain_algorithms
+from bladesmith.codegen.algorithms.chain_records import Frame, Joint, Search
+from bladesmith.codegen.algorithms.chains import ChainAlgorithms, ChainKernels, chain_algorithms
 from bladesmith.codegen.api import KernelFunction
 from bladesmith.codegen.build import extension
 from bladesmith.codegen.build.cpu_features import has_wide_vectors

@@ -50,6 +50,13 @@ def damped(a: Matrix[6, 9], n: Int, b: Vector[6], damping: Real, x: Out[Vector[9
     return left
 
 
+@algorithm
+def rank(a: InOut[Matrix[6, 9]], n: Int) -> Int:
+    """Rank of the first n columns."""
+    found = dense.rank_of(a, n, 1e-7)
+    return found
+
+
 def symmetric(n: int, count: int, spread: float, seed: int) -> np.ndarray:
     """Symmetric positive matrices with eigenvalues over some powers of ten."""
     rng = np.random.default_rng(seed)
@@ -126,3 +133,13 @@ def test_damped_least_squares(n: int, damping: float) -> None:
     assert (
         max(abs(float(p - v)) for p, v in zip(precise[:n], x[0], strict=False)) < 1e-8 and abs(rest - left[0]) < 1e-12
     )
+
+
+@pytest.mark.parametrize("n", [1, 5, 9])
+def test_ranks_of_columns(n: int) -> None:
+    rng = np.random.default_rng(n)
+    for expected in range(min(n, 6) + 1):
+        a = np.zeros((40, 6, 9))
+        a[:, :, :n] = rng.normal(size=(40, 6, expected)) @ rng.normal(size=(40, expected, n))
+        _, found = rank(10.0 ** rng.uniform(-9, 9, (40, 1, 1)) * a, n)
+        assert found.tolist() == [expected] * 40
