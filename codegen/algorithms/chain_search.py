@@ -1,6 +1,6 @@
 """Serial chains: the search for coordinates that bring the tool to a pose, by damped Newton steps.
 
-The error is a rotation and the path of the tool's origin. A length of the chain's own counts as a radian, so that metres
+The error is a rotation and the path of the tool's origin. A length of the chain counts as a radian, so that metres
 or microns make no difference.
 """
 
