@@ -260,7 +260,7 @@ RUNS = {
     ),
     "merging": lambda: objects.merge_similar(LINES, 0.5),
     "simulations": NEEDS_ONE["a simulation"][0],
-    "chains": NEEDS_ONE["forward"][0],
+    "chains": lambda: CHAIN["forward"](chain()),
     "mechanisms": NEEDS_ONE["a pose"][0],
 }
 
