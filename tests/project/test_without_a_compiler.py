@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from bladesmith.cli.doctor import command as doctor
 from bladesmith.codegen.build.extension import generated_extension, load
 from bladesmith.codegen.declarations import plain_spec
 from bladesmith.codegen.generator import generate
+from bladesmith.codegen.language import Real, Reals
+from bladesmith.codegen.targets.capabilities import PROGRAMS, compiled_only, markdown_table
 from bladesmith.dispatch.installed import bundled_folder, headers, installed_program
 from bladesmith.errors import CompilerMissingError
 from bladesmith.kinematics.serial import driver
@@ -57,7 +60,7 @@ def no_compiler(request, monkeypatch, tmp_path):
     else:
         monkeypatch.setenv("CC", "")
         monkeypatch.setenv("PATH", str(tmp_path))
-    caches = [program.engine_for, program._stock, driver._module]
+    caches = [program.engine_for, program._stock, driver._loop]
     from bladesmith.dynamics.integration import driver as dynamics_engine
 
     caches.append(dynamics_engine.driver)
@@ -97,10 +100,6 @@ NEEDS_ONE = {
     "one ray": (lambda: tracer.EvolvedCircles(circles(5)).intersect([0, -9, 0], [0, 1, 0]), "evolved_circles_4 are"),
     "a simulation": (lambda: dynamics.Simulation(body()).run(0.1), "simulations are compiled"),
     "a system": (lambda: dynamics.Simulation(DELTA.system(DELTA.inverse(Y))).run(0.1), "simulations are compiled"),
-    "forward": (lambda: chain().forward([0.1, 0.2]), "chains are compiled"),
-    "jacobian": (lambda: chain().jacobian([0.1, 0.2]), "chains are compiled"),
-    "inverse": (lambda: chain().inverse(cga.translator([1, 0, 0])), "chains are compiled"),
-    "singularity": (lambda: chain().singularity([0.1, 0.2]), "chains are compiled"),
     "a pose": (lambda: DELTA.mechanism(DELTA.inverse(Y)).solve_pose(), "poses of mechanisms are compiled"),
 }
 
@@ -158,6 +157,37 @@ def test_what_does_not_need_one_gives_the_same(name, no_compiler, monkeypatch):
     assert np.shape(found) == np.shape(expected) and np.array_equal(found, expected, equal_nan=is_array)
 
 
+CHAIN = {
+    "forward": lambda chain: chain.forward([0.1, 0.2]).values,
+    "jacobian": lambda chain: chain.jacobian([0.1, 0.2]),
+    "velocity": lambda chain: chain.velocity([0.1, 0.2], [0.3, 0.4]).values,
+    "inverse": lambda chain: chain.inverse(chain.forward([0.1, 0.2]), start=[0.2, 0.1]).q,
+    "singularity": lambda chain: chain.singularity([0.1, 0.2]).singular_values,
+}
+
+
+@pytest.mark.peers
+@pytest.mark.compiles
+@pytest.mark.parametrize("no_compiler", ["PATH"], indirect=True)
+def test_chains_run_by_numba_to_the_same_bits(no_compiler, monkeypatch, caplog):
+    pytest.importorskip("numba")
+    found = {name: run(chain()) for name, run in CHAIN.items()}
+    told = {r.getMessage() for r in caplog.records if "chains" in r.getMessage()}
+    assert f"inverse of chains runs by numba: {no_compiler}." in told
+    monkeypatch.undo()
+    driver._loop.cache_clear()
+    for name, run in CHAIN.items():
+        assert found[name].tobytes() == run(chain()).tobytes()
+
+
+@pytest.mark.parametrize("name", CHAIN)
+def test_chains_with_neither_say_so(name, no_compiler, monkeypatch):
+    monkeypatch.setattr(driver, "find_spec", lambda package: None)
+    with pytest.raises(CompilerMissingError, match="chains are compiled at their first use") as caught:
+        CHAIN[name](chain())
+    assert str(caught.value).startswith(no_compiler) and "Install gcc or clang" in str(caught.value)
+
+
 def fresh_kernel():
     @codegen.kernel(cga.kind("motor"), cga.kind("point"))
     def shifted(m, x):
@@ -202,8 +232,57 @@ def test_doctor_says_what_runs(no_compiler):
     assert found["targets"]["C"] == "installed kernels only"
     assert "install gcc or clang" in found["compiler"]["compiler"]
     lacks = found["compiler"]["without it"]
-    assert all(word in lacks for word in ("simulations", "chains", "mechanisms", "degree 4"))
+    assert all(word in lacks for word in compiled_only())
+    assert found["programs"]["scenes"].startswith("C: yes; numba: ")
     assert "target" not in found["compiler"]["compiler"] + lacks
+
+
+@codegen.algorithm
+def total(x: Reals) -> Real:
+    """The sum of numbers."""
+    result = 0.0
+    for i in range(len(x)):
+        result += x[i]
+    return result
+
+
+#: One call of each program of which nothing is installed here.
+RUNS = {
+    "kernels": lambda: fresh_kernel()(MOTOR, cga.point([1.0, 2.0, 3.0])),
+    "algorithms": lambda: total(np.arange(4.0)),
+    "table products": lambda: (
+        bs.algebra(2, 1, 1).multivector(np.ones(16)) * bs.algebra(2, 1, 1).multivector(np.ones(16))
+    ),
+    "all pairs": lambda: objects.cost_matrix(LINES, LINES),
+    "scenes": lambda: render(tracer.Sphere((0, 0, 0), 1.0)),
+    "registration": lambda: registration.register(
+        registration.Model(lines=LINES), registration.Model(lines=MOTOR >> LINES), backend="numba"
+    ),
+    "merging": lambda: objects.merge_similar(LINES, 0.5),
+    "simulations": NEEDS_ONE["a simulation"][0],
+    "chains": lambda: CHAIN["forward"](chain()),
+    "mechanisms": NEEDS_ONE["a pose"][0],
+}
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+@pytest.mark.parametrize("name", RUNS)
+def test_the_table_of_targets_is_true(name, no_compiler):
+    stock = {"scenes": "scene", "merging": "merge", "registration": "reform"}
+    if name in stock and installed_program(stock[name]) is not None:
+        pytest.skip("compiled at install")
+    if name in compiled_only():
+        with pytest.raises(CompilerMissingError):
+            RUNS[name]()
+    else:
+        RUNS[name]()
+
+
+def test_the_table_of_targets_is_that_of_the_docs():
+    assert RUNS.keys() == PROGRAMS.keys()
+    text = (Path(__file__).parents[2] / "docs" / "targets.md").read_text(encoding="utf-8")
+    assert markdown_table() in text
 
 
 def test_no_text_is_made_for_nothing(tmp_path):
