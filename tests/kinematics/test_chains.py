@@ -361,6 +361,14 @@ def test_inverse_reaches_poses(algebra, scale, center):
     assert np.abs(error[:, :3, 3]).max() < 1e-12 * (scale + np.abs(center).max())
 
 
+def test_targets_in_single_precision():
+    chain = arm()
+    targets = chain.forward(np.random.default_rng(8).uniform(-1, 1, (5, 6)))
+    single = chain.inverse(targets.astype(np.float32), tolerance=1e-6)
+    assert (single.status == 0).all()
+    assert np.abs(chain.forward(single.q).values - targets.values).max() < 1e-5
+
+
 def test_inverse_of_mixed_chains():
     for seed in range(4):
         chain, q = mixed(bs.cga3d, seed, count=7)
@@ -515,6 +523,7 @@ def test_a_stretched_arm_cannot_move_outwards():
         (lambda: arm(length=0.0), InputError, "length"),
         (lambda: Chain(revolute_axis([0, 0, 0], UP)), ShapeError, "shape"),
         (lambda: Chain([revolute_axis([0, 0, 0], UP)], bs.pga3d.translator([0, 0, 0])), AlgebraMismatchError, "tool"),
+        (lambda: Chain([revolute_axis([0, 0, 0], UP)], target="cuda"), InputError, "one of c, numba"),
         (lambda: Chain([revolute_axis([0, 0, 0], UP)] * (CLASSES[-1] + 1)).forward(np.zeros(CLASSES[-1] + 1)),
          InputError, "longer than the longest"),
         (lambda: arm().forward([1, 2]), ShapeError, "q has shape"),

@@ -198,7 +198,7 @@ class Driver:
             (0, 0, 0, 0, 0, 0, 0, 0, 8, n, n, 1, 1, 1, 1, 1), (n, 0, 0, n, restarts, 0, 0, 0, 0, n, n, 0, 0, 0, 0, 0),
         )  # fmt: skip
         search = (options.limits, options.restarts, options.numbers, options.counts[:1], options.counts[1:])
-        given = np.ascontiguousarray(motors), np.ascontiguousarray(starts)
+        given = np.ascontiguousarray(motors, np.float64), np.ascontiguousarray(starts)
         bound = _bound(plan, *search, *given, *results.values())
         parallel.run(bound, len(motors), threads, progress=progress, grain=GRAIN)
 
