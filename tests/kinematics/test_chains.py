@@ -537,6 +537,8 @@ def test_a_stretched_arm_cannot_move_outwards():
         (lambda: arm().inverse(bs.cga3d.point([0, 0, 0])), GradeError, "not a motor"),
         (lambda: arm().inverse(arm().tool, attempts=0), InputError, "attempts"),
         (lambda: arm().inverse(arm().tool, iterations=1.5), InputError, "iterations"),
+        (lambda: arm().inverse(arm().tool, iterations=2**70), InputError, "iterations"),
+        (lambda: arm().inverse(arm().tool, attempts=2**40), InputError, "attempts"),
         (lambda: arm().inverse(arm().tool, tolerance=-1), InputError, "tolerance"),
         (lambda: revolute_axis([0, 0, 0], [0, 0, 0], strict=True), SingularError, "INVALID"),
     ],

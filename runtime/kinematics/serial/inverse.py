@@ -25,6 +25,8 @@ from .reachability import REACH_MARGIN, is_beyond
 Array = NDArray[Any]
 #: Targets that are worth a call of an executor: some ten milliseconds of work.
 TARGETS_PER_CALL = 512
+#: Most iterations, and most attempts.
+MOST = 1_000_000
 #: Seed of the starts of further attempts.
 SEED = 0
 #: Half range of the starts of further attempts for joints without limits, in radians or the chain's lengths.
@@ -144,8 +146,8 @@ def _search_options(
     """Options of the search, checked; cached for further calls with the same ones."""
     key = (
         positive_float(tolerance, "tolerance"),
-        as_int(iterations, "iterations"),
-        as_int(attempts, "attempts"),
+        as_int(iterations, "iterations", high=MOST),
+        as_int(attempts, "attempts", high=MOST),
         nearest,
     )
     options = chain.searches.get(key)
