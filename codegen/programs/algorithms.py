@@ -12,7 +12,7 @@ from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Scalar
 from ..optimise.variants import Variant
 from ..targets.c.instances import ONE_BY_ONE, Instance
 from ..targets.c.lanes import Lanes
-from ..targets.c.loops import CLoopPrinter, c_functions, needs_elementary
+from ..targets.c.loops import CLoopPrinter, c_function_name, c_functions, needs_elementary
 from ..targets.c.printer import ELEMENTARY
 from ..targets.c.source import ExtensionSource
 from ..targets.loops import in_calling_order
@@ -48,20 +48,21 @@ def _c_item(function: Function) -> list[str]:
             arguments.append(f"&result{k}_")
             after.append(f"{result} = result{k}_;")
     prefix = f"{results[0]} = " if len(results) == 1 else ""
-    return [*lines, f"{prefix}FN({function.name})({', '.join(arguments)});", *after]
+    return [*lines, f"{prefix}FN({c_function_name(function.name)})({', '.join(arguments)});", *after]
 
 
 def _numba_item(function: Function) -> tuple[list[str], str]:
     """Names of the arrays, and the statement that computes item i."""
     names, arguments = [], []
     for k, p in enumerate(function.parameters):
-        names.append(f"{p.name}_")
+        name = f"{p.name}_items_"
+        names.append(name)
         if isinstance(p.type, ArrayType):
-            arguments += [f"{p.name}_", f"i * strides[{k}]", *([f"counts[{k}]"] if p.type.is_open else [])]
+            arguments += [name, f"i * strides[{k}]", *([f"counts[{k}]"] if p.type.is_open else [])]
         else:
-            arguments.append(f"{p.name}_[i * strides[{k}]]" + (" != 0" if p.type == BOOL else ""))
+            arguments.append(f"{name}[i * strides[{k}]]" + (" != 0" if p.type == BOOL else ""))
     first = len(names)
-    results = [f"result{k}_" for k in range(len(function.results))]
+    results = [f"returned{k}_" for k in range(len(function.results))]
     for work, size in frame(function).items():
         arguments += [work, "0"] if size else []
     targets = ", ".join(f"{r}[i * strides[{first + k}]]" for k, r in enumerate(results))

@@ -28,7 +28,7 @@ from ...ir.loops.nodes import (
 )  # fmt: skip
 from ...ir.loops.types import REAL, ArrayType, Parameter, Scalar
 from ..loops import in_calling_order
-from .loops import CLoopPrinter
+from .loops import CLoopPrinter, c_function_name
 
 #: Functions of vectors: their results are vectors, whatever they are given.
 _OF_VECTORS = frozenset(("sqrt", "abs", "sin", "cos", "exp", "log", "atan2"))
@@ -144,7 +144,7 @@ class Lanes:
             store.append(f"FN(bs_scatter)(&result{k}_, {row});")
         declared = [f"V result{k}_;" for k in range(count)]
         arguments += [f"&result{k}_" for k in range(count) if count > 1]
-        call = f"{'result0_ = ' if count == 1 else ''}FN({self.root.name})({', '.join(arguments)});"
+        call = f"{'result0_ = ' if count == 1 else ''}FN({c_function_name(self.root.name)})({', '.join(arguments)});"
         return arrays, [*load, *declared, call, *store]
 
 

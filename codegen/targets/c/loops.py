@@ -6,7 +6,9 @@ A number is declared where it is first assigned, as far inside the blocks as its
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 
 from ...ir.loops.nodes import (
     Allocate,
@@ -37,6 +39,7 @@ from ...ir.loops.nodes import (
 from ...ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
 from ..loops import LoopPrinter, in_calling_order
 from ..printer import comment_text
+from ..templates import template_text
 
 _TYPES = {REAL: "S", INT: "ptrdiff_t", BOOL: "int"}
 #: Functions of numbers: those of loops.h in small letters.
@@ -60,9 +63,24 @@ alignas alignof and and_eq asm auto bool break case catch char class const conti
 explicit export extern false float for friend goto if inline int long main mutable namespace nan new not operator or
 private protected ptrdiff_t public register restrict return short signed size_t sizeof static struct switch template
 this throw true try typedef typename union unsigned using virtual void volatile wchar_t while xor int32_t int64_t
-uint8_t uint32_t uint64_t threadIdx blockIdx blockDim gridDim
+errno linux unix stdin stdout stderr uint8_t uint32_t uint64_t threadIdx blockIdx blockDim gridDim
 """
 _TAKEN = frozenset(_WORDS.split())
+
+
+#: Headers before the functions of an algorithm.
+_HEADERS = ("instance.h", "rows.h", "loops.h", "elementary.h")
+
+
+def c_function_name(name: str) -> str:
+    """A name of an algorithm, to which the instance's tag is added: never one of the headers."""
+    return f"{name}_" if name in _library() else c_name(name)
+
+
+@cache
+def _library() -> frozenset[str]:
+    """Functions of the headers, without their tags."""
+    return frozenset(name for header in _HEADERS for name in re.findall(r"FN\((\w+)\)", template_text(header)))
 
 
 class CLoopPrinter(LoopPrinter):
@@ -84,7 +102,7 @@ class CLoopPrinter(LoopPrinter):
             if math.isinf(number):
                 return "K(BS_HUGE_VALUE)" if number > 0 else "-K(BS_HUGE_VALUE)"
             return "K(BS_NOT_A_NUMBER)" if math.isnan(number) else f"K({number!r})"
-        return str(int(value.value))
+        return str(int(value.value)) if value.value != -(1 << 63) else "(-9223372036854775807 - 1)"
 
     def variable(self, name: str) -> str:
         return c_name(name)
@@ -143,7 +161,7 @@ class CLoopPrinter(LoopPrinter):
         parameters = [text for p in function.parameters for text in self._parameter(p)]
         if len(function.results) > 1:
             parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
-        head = _wrapped(f"BS_OUTLINED {result} FN({function.name})(", parameters or ["void"], ")")
+        head = _wrapped(f"BS_OUTLINED {result} FN({c_function_name(function.name)})(", parameters or ["void"], ")")
         unused = [f"(void){c_name(p.name)};" for p in function.parameters if not self._is_used(p)]
         unused += [f"(void){c_name(name)}_count_;" for name in self._uncounted()]
         return [f"/* {note} */", *head, "{", *_indent([*unused, *self._body()]), "}"]
@@ -263,7 +281,7 @@ class CLoopPrinter(LoopPrinter):
             for r in call.results
             if r.name not in declared and len(call.results) > 1
         ]
-        name = f"FN({call.callee.name})("
+        name = f"FN({c_function_name(call.callee.name)})("
         if len(call.results) == 1 and len(call.callee.results) == 1:
             result = call.results[0]
             prefix = "" if result.name in declared else f"const {self.type_of(result.name, result.type)} "

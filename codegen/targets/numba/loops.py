@@ -92,6 +92,7 @@ class NumbaLoopPrinter(LoopPrinter):
                 self.offsets[statement.array.name] = used[work]
                 used[work] += statement.array.type.size
         self.own = used
+        self.callees = {c.name if isinstance(c, Function) else c.symbol for c in function.callees()}
 
     # -- expressions -------------------------------------------------------------------------------------------------
 
@@ -104,22 +105,22 @@ class NumbaLoopPrinter(LoopPrinter):
         return repr(value.value)
 
     def variable(self, name: str) -> str:
-        return numba_name(name)
+        return f"{name}_" if name in self.callees else numba_name(name)
 
     def count(self, array: Array) -> str:
-        return f"{numba_name(array.name)}_count_"
+        return f"{self.variable(array.name)}_count_"
 
     def load(self, array: Array, index: Expression) -> str:
         name, base = self._base(array)
         if isinstance(base, int):
-            return f"{name}[{_sum(f'{_WORK[array.type.scalar]}at_', self.text(plus(integer(base), index)))}]"
+            return f"{name}[{_sum(f'at_{_WORK[array.type.scalar]}', self.text(plus(integer(base), index)))}]"
         return f"{name}[{_sum(base, self.text(index))}]"
 
     def _base(self, array: Array) -> tuple[str, str | int]:
         """The flat array, and where this one begins in it: an offset in the frame, or a parameter."""
         if array.is_local:
             return _WORK[array.type.scalar], self.offsets[array.name]
-        return numba_name(array.name), f"{numba_name(array.name)}_at_"
+        return self.variable(array.name), f"{self.variable(array.name)}_at_"
 
     def select(self, condition: str, yes: str, no: str) -> str:
         return f"{yes} if {condition} else {no}"
@@ -142,13 +143,13 @@ class NumbaLoopPrinter(LoopPrinter):
     def lines(self) -> list[str]:
         names: list[str] = []
         for p in self.function.parameters:
-            name = numba_name(p.name)
+            name = self.variable(p.name)
             names.append(name)
             if isinstance(p.type, ArrayType):
                 names += [f"{name}_at_", *([f"{name}_count_"] if p.type.is_open else [])]
         for work, size in frame(self.function).items():
             if size:
-                names += [work, f"{work}at_"]
+                names += [work, f"at_{work}"]
         head = f"def {numba_name(self.function.name)}({wrap(names, 1)}):"
         return [*head.splitlines(), f'{_INDENT}"""{_quoted(self.function.note)}"""', *self._block(self.function.body)]
 
@@ -159,7 +160,7 @@ class NumbaLoopPrinter(LoopPrinter):
     def _statement(self, statement: Statement) -> list[str]:
         match statement:
             case Assign(target, value):
-                return [f"{numba_name(target.name)} = {self.text(value)}"]
+                return [f"{self.variable(target.name)} = {self.text(value)}"]
             case Allocate(array, is_zero):
                 return self._zero(array) if is_zero else []
             case Store(array, index, value):
@@ -172,7 +173,7 @@ class NumbaLoopPrinter(LoopPrinter):
                     bounds.append(str(step))
                 elif bounds[0] == "0":
                     bounds = bounds[1:]
-                return [f"for {numba_name(variable.name)} in range({', '.join(bounds)}):", *self._block(inner)]
+                return [f"for {self.variable(variable.name)} in range({', '.join(bounds)}):", *self._block(inner)]
             case While(condition, inner):
                 return [f"while {self.text(condition)}:", *self._block(inner)]
             case If(condition, yes, no):
@@ -190,8 +191,8 @@ class NumbaLoopPrinter(LoopPrinter):
         zero = "0" if array.type.scalar == INT else "0.0"
         work = _WORK[array.type.scalar]
         first = self.offsets[array.name]
-        at = _sum(f"{work}at_", str(first))
-        return [f"{work}[{at}:{_sum(f'{work}at_', str(first + array.type.size))}] = {zero}"]
+        at = _sum(f"at_{work}", str(first))
+        return [f"{work}[{at}:{_sum(f'at_{work}', str(first + array.type.size))}] = {zero}"]
 
     def _call(self, call: Call) -> list[str]:
         arguments: list[str] = []
@@ -201,8 +202,8 @@ class NumbaLoopPrinter(LoopPrinter):
             return f"{call.callee.symbol}({wrap(arguments, 1)})".splitlines()
         for work, size in frame(call.callee).items():
             if size:
-                arguments += [work, _sum(f"{work}at_", str(self.own[work]))]
-        results = ", ".join(numba_name(r.name) for r in call.results)
+                arguments += [work, _sum(f"at_{work}", str(self.own[work]))]
+        results = ", ".join(self.variable(r.name) for r in call.results)
         prefix = f"{results} = " if results else ""
         return f"{prefix}{numba_name(call.callee.name)}({wrap(arguments, 1)})".splitlines()
 
