@@ -223,7 +223,10 @@ class AlgorithmFunction(Algorithm, CompiledAlgorithm):
                 f"{self.name}: {parameter.name} is a result without a size.",
                 remedy="Declare it, such as Out[Vector[3]], take it as InOut[...], or call it from an algorithm.",
             )
-        axes, shape = type.axes, np.shape(value)
+        try:
+            axes, shape = type.axes, np.shape(value)
+        except ValueError:
+            raise InputError(f"{self.name}: {parameter.name} has rows of several lengths.") from None
         if len(shape) < axes or 0 in shape[len(shape) - axes :]:
             raise InputError(f"{self.name}: {parameter.name} has shape {shape}; it needs {axes} axes, not empty.")
         return ArrayType(type.scalar, shape[len(shape) - axes :])

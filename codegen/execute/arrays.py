@@ -297,7 +297,10 @@ class Plan:
 
 def floating(value: Any, name: str) -> Array:
     """The value as an array of float64 or float32."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise InputError(f"{name} has rows of several lengths.") from None
     if array.dtype == _F64 or array.dtype == _F32:
         return array
     if array.dtype.kind not in "iuf" and not (array.dtype.kind == "b" and array.size == 0):

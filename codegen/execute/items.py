@@ -17,6 +17,8 @@ from .arrays import Array, broadcast_leads, floating, parallel_for
 if TYPE_CHECKING:
     from ..ir.loops.nodes import Function
 
+#: Integers are less than this.
+_LIMIT = 1 << 63
 #: Runs items [begin, end).
 Run = Callable[[int, int], None]
 
@@ -145,9 +147,10 @@ def number_argument(name: str, parameter: Parameter, value: Any, dtype: Any) -> 
     if parameter.type == REAL:
         return floating(value, f"{name}: {parameter.name}").astype(dtype, copy=False)
     array = np.asarray(value)
-    if parameter.type == BOOL and array.dtype.kind == "b":
-        return array.astype(dtype)
-    return integers(name, parameter, value)
+    is_truth = parameter.type == BOOL
+    if not (is_truth and array.dtype.kind == "b"):
+        array = integers(name, parameter, value)
+    return (array != 0).astype(dtype) if is_truth else array
 
 
 def integers(name: str, parameter: Parameter, value: Any) -> Array:
@@ -155,6 +158,8 @@ def integers(name: str, parameter: Parameter, value: Any) -> Array:
     array = np.asarray(value)
     if array.dtype.kind not in "iu":
         raise InputError(f"{name}: {parameter.name} has type {array.dtype}; integers are needed.")
+    if array.dtype.kind == "u" and array.size and int(array.max()) >= _LIMIT:
+        raise InputError(f"{name}: {parameter.name} has an integer of more than 64 bits with a sign.")
     return array.astype(np.int64)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import RLock
@@ -22,6 +23,10 @@ from .types import REAL, ArrayType, Parameter, Scalar, StaticType
 #: Calls inside calls, and instances of one algorithm: more than this is a recursion or a mistake.
 _DEEPEST, _MOST_INSTANCES = 64, 4096
 _DIGITS = 8
+#: Letters of a static value in a name, and of a name.
+_LONGEST, _LONGEST_NAME = 24, 96
+#: Numbers in the local arrays of an algorithm and of those that it calls: C has them on the stack.
+_MOST_LOCAL = 1 << 17
 
 
 class Algorithm:
@@ -97,7 +102,16 @@ class Algorithm:
         reader = StatementReader(self.text, parameters, statics)
         body = reader.read()
         name = "_".join([self.name, *suffix])
-        return Function(name, self.text.note, tuple(parameters), reader.results or (), body)
+        if len(name) > _LONGEST_NAME:
+            name = f"{name[:_LONGEST_NAME]}_{_digest(name)}"
+        function = Function(name, self.text.note, tuple(parameters), reader.results or (), body)
+        if function.local_size > _MOST_LOCAL:
+            self.text.refuse(
+                self.text.tree,
+                f"local arrays have {function.local_size} numbers, with those of its callees; {_MOST_LOCAL} fit",
+                "Take a large array as a parameter: InOut[...].",
+            )
+        return function
 
     def inputs(self) -> list[Parameter]:
         """Parameters that a call gives."""
@@ -196,8 +210,13 @@ def _is_concrete(parameter: Parameter) -> bool:
 
 
 def _suffix(value: Any) -> str:
-    """Of a name, for a static value."""
-    text = repr(value)
-    if isinstance(value, (bool, int, str)) and str(value).isidentifier() or str(value).isdigit():
-        return str(value).lower()
+    """Of a name, for a static value: another for each, in letters that every target has."""
+    text = str(value)
+    is_word = isinstance(value, str) and re.fullmatch("[a-z][a-z0-9_]*", text) and value not in ("true", "false")
+    if len(text) <= _LONGEST and (is_word or type(value) is bool or (type(value) is int and value >= 0)):
+        return text.lower()
+    return _digest(repr(value))
+
+
+def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]

@@ -14,6 +14,9 @@ from .static import plain
 from .text import AlgorithmText
 from .types import BOOL, INT, REAL, ArrayType, Scalar
 
+#: Integers are less than this, and not less than minus this.
+LIMIT = 1 << 63
+
 
 class ElementReader(ABC):
     """What names and elements of arrays mean, and meanings as numbers."""
@@ -51,6 +54,8 @@ class ElementReader(ABC):
             kinds: dict[type, Scalar] = {bool: BOOL, int: INT, float: REAL}
             if type(value) not in kinds:
                 self.refuse(node, f"{value!r} is not a number", "Static strings and tuples only decide branches.")
+            if type(value) is int and not -LIMIT <= value < LIMIT:
+                self.refuse(node, "an integer of more than 64 bits", "Write a real number, such as 2.0 ** 70.")
             return Constant(value, kinds[type(value)])
         if isinstance(found, (View, tuple)):
             self.refuse(node, "an array or a tuple stands where a number should", "Take one element of it.")
@@ -148,6 +153,8 @@ class ElementReader(ABC):
             return base
         length = base.type.sizes[0]
         low = integer(0) if bounds.lower is None else self.expression(bounds.lower)
+        if low.type != INT:
+            self.refuse(bounds, f"a slice begins at a value of type {low.type}", "Use an integer.")
         if isinstance(low, Constant):
             high = length if bounds.upper is None else self.static(bounds.upper, "the end of a slice")
             count = high - int(low.value) if isinstance(high, int) else 0
@@ -155,7 +162,7 @@ class ElementReader(ABC):
             count = self._length_of_moving_slice(bounds)
         begin = int(low.value) if isinstance(low, Constant) else 0
         is_inside = isinstance(count, int) and count > 0 and begin >= 0 and (length is None or begin + count <= length)
-        if low.type != INT or not is_inside:
+        if not is_inside:
             what = f"a slice of length {count} from {ast.unparse(bounds.lower or ast.Constant(0))} of {base.type}"
             self.refuse(bounds, what, "Take one inside, not empty.")
         offset = plus(base.offset, scaled(low, base.type.stride(0)))

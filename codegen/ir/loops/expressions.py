@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any
 
@@ -71,9 +72,10 @@ class ExpressionReader(ElementReader):
         if not isinstance(node.op, (ast.USub, ast.UAdd)):
             self.refuse(node, "an operator that algorithms have not", _WHAT_THERE_IS)
         if isinstance(found, Static):
-            operand = self.number(node.operand, found)
-            value = operand.value if isinstance(operand, Constant) else 0
-            return Static(-value if isinstance(node.op, ast.USub) else value)
+            value = plain(found.value)
+            if not isinstance(value, (int, float)):
+                self.number(node.operand, found)  # refuses it
+            return Static(-value if isinstance(node.op, ast.USub) else +value)
         inner = self._arithmetic(node.operand, self.number(node.operand, found))
         return Unary("-", inner, inner.type) if isinstance(node.op, ast.USub) else inner
 
@@ -171,7 +173,7 @@ class ExpressionReader(ElementReader):
             case _, [argument] if function is float:
                 found = self.meaning(argument)
                 if isinstance(found, Static):
-                    return Static(float(plain(found.value)))
+                    return self._fold(node, float, plain(found.value))
                 value = self.number(argument, found)
                 if value.type != INT:
                     self.refuse(node, "float() of what is not an integer", "Reals need no conversion.")
@@ -220,9 +222,16 @@ class ExpressionReader(ElementReader):
         finally:
             self.guards -= 1
 
+    def _fold(self, node: ast.AST, function: Callable[..., Any], *values: Any) -> Static:
+        """A function of static values."""
+        try:
+            return Static(function(*values))
+        except (ArithmeticError, TypeError, ValueError) as error:
+            self.refuse(node, f"static values give no result ({error})", "Look at the values of the names in it.")
+
     def _length(self, node: ast.Call, found: Meaning) -> Meaning:
         if isinstance(found, Static):
-            return Static(len(found.value))
+            return self._fold(node, len, found.value)
         if not isinstance(found, View):
             self.refuse(node, "the length of what is not an array", "Take len() of an array.")
         length = found.type.sizes[0]
@@ -234,7 +243,7 @@ class ExpressionReader(ElementReader):
     def _truncated(self, node: ast.Call, argument: ast.expr) -> Meaning:
         found = self.meaning(argument)
         if isinstance(found, Static) and isinstance(found.value, (int, float, IntEnum)):
-            return Static(int(found.value))
+            return self._fold(node, int, found.value)
         value = self.number(argument, found)
         if value.type == INT:
             return value
@@ -245,7 +254,7 @@ class ExpressionReader(ElementReader):
         meanings = self.meaning(first), self.meaning(second)
         if all(isinstance(m, Static) for m in meanings):
             values = [plain(m.value) for m in meanings if isinstance(m, Static)]
-            return Static(min(values) if operator == "<" else max(values))
+            return self._fold(node, min if operator == "<" else max, *values)
         a, b = self.number(first, meanings[0]), self.number(second, meanings[1])
         if a.type != b.type:
             a, b = self.converted(node, a, REAL), self.converted(node, b, REAL)

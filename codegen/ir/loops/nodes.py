@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from .types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
@@ -219,6 +220,12 @@ class Function:
     def walk(self) -> Iterator[Statement]:
         """All statements, in the order of the text."""
         yield from walk(self.body)
+
+    @cached_property
+    def local_size(self) -> int:
+        """Numbers in its local arrays and in those of what it calls, at the deepest."""
+        own = sum(s.array.type.size for s in self.walk() if isinstance(s, Allocate))
+        return own + max((c.local_size for c in self.callees() if isinstance(c, Function)), default=0)
 
     def callees(self) -> list[Function | KernelSignature]:
         """What it calls, each once."""

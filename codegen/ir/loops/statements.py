@@ -8,6 +8,7 @@ from typing import Any
 
 from .assignments import Loop
 from .calls import CallReader
+from .elements import LIMIT
 from .nodes import (
     Break,
     Constant,
@@ -166,7 +167,7 @@ class StatementReader(CallReader):
         bounds = [self.expression(a, INT) for a in call.args[:2]]
         start, stop = (integer(0), bounds[0]) if len(bounds) == 1 else bounds
         step = self.static(call.args[2], "the step of a range") if len(call.args) == 3 else 1
-        if not isinstance(step, int) or step == 0:
+        if not isinstance(step, int) or step == 0 or abs(step) >= LIMIT:
             self.refuse(node, f"a range with the step {step!r}", "Use a static integer, not 0.")
         known = self.scope.types.get(name)
         if name in self.scope.defined or (known is not None and known != Variable(name, INT)):

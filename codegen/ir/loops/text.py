@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 import builtins
 import inspect
-import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from enum import Enum, IntEnum
 from types import ModuleType
 from typing import Any, NoReturn
@@ -45,8 +45,8 @@ class AlgorithmText:
                 where=self.name,
                 remedy="Define it in a file or a notebook, not at a prompt or by exec.",
             ) from None
-        self.lines = textwrap.dedent("".join(lines)).splitlines()
-        tree = ast.parse("\n".join(self.lines)).body[0]
+        self.lines = [line.rstrip("\r\n") for line in lines]
+        tree = _definition("".join(lines))
         if not isinstance(tree, ast.FunctionDef):
             raise AlgorithmError(
                 "an algorithm is a function that begins with def", where=f"{self.file}:{self.first}", remedy="Use def."
@@ -67,8 +67,8 @@ class AlgorithmText:
 
     def _names(self) -> dict[str, Any]:
         """Values of names from outside the function."""
-        outside = inspect.getclosurevars(self.function)
-        return {**vars(builtins), **self.function.__globals__, **outside.nonlocals}
+        cells = zip(self.function.__code__.co_freevars, self.function.__closure__ or (), strict=False)
+        return {**vars(builtins), **self.function.__globals__, **dict(_filled(cells))}
 
     def _parameters(self) -> tuple[Parameter, ...]:
         arguments = self.tree.args
@@ -166,6 +166,25 @@ class AlgorithmText:
         if not name.isascii():
             self.refuse(node, f"the name {name} has letters that C has not", "Use letters of ASCII.")
         return name
+
+
+def _definition(source: str) -> ast.AST | None:
+    """The syntax tree of a function, which may be indented; None: there is no statement by itself."""
+    is_inside = source[:1].isspace()
+    try:
+        tree = ast.parse(f"if True:\n{source}" if is_inside else source).body[0]
+    except SyntaxError:
+        return None
+    if not isinstance(tree, ast.If):
+        return tree
+    return ast.increment_lineno(tree.body[0], -1)
+
+
+def _filled(cells: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
+    """Names of an enclosing function that have a value by now: the algorithm's own has not."""
+    for name, cell in cells:
+        with suppress(ValueError):
+            yield name, cell.cell_contents
 
 
 def is_static(value: Any) -> bool:

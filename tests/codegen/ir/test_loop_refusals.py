@@ -11,7 +11,7 @@ import pytest
 
 from bladesmith import errors
 from bladesmith.codegen import algorithm
-from bladesmith.codegen.language import InOut, Matrix, Out, Real, Rows, Vector, empty
+from bladesmith.codegen.language import InOut, Int, Matrix, Out, Real, Rows, Vector, empty
 
 HEAD = """from __future__ import annotations
 from bladesmith.codegen import algorithm
@@ -49,7 +49,16 @@ REFUSED = [
     ("def f(n: Int):\n    for i in range(0, n, n):\n        pass\n", "not static", 3),
     ("def f(n: Int):\n    for i in range(0, n, 0):\n        pass\n", "the step 0", 3),
     ("def f(n: Int):\n    for i in range(n):\n        pass\n    else:\n        n = 1\n", "for ... else", 3),
+    ("def f(n: Int):\n    for i in range(0, n, 2 ** 70):\n        pass\n", "with the step", 3),
     ("def f(n: Int):\n    n = 0.5\n", "Int elsewhere", 3),
+    ("def f(n: Int):\n    return n + 2 ** 70\n", "more than 64 bits", 3),
+    ("def f(x: Reals):\n    return x[2 ** 70]\n", "more than 64 bits", 3),
+    ("def f(x: Real):\n    return x + int(INFINITY)\n", "cannot convert float infinity", 3),
+    ("def f(x: Real):\n    return x + float('abc')\n", "could not convert string", 3),
+    ("def f(x: Real):\n    return x + len(5)\n", "has no len", 3),
+    ("def f(x: Real):\n    return x + min('a', 1)\n", "not supported between", 3),
+    ("def f(x: Vector[4]):\n    y = x[NAN:3]\n", "begins at a value of type Real", 3),
+    ("def f(x: Real):\n    y = zeros(3000000)\n", "have 3000000 numbers", 2),
     ("def f(x: Real):\n    x = 1\n    return x\n", None, 0),
     ("def f(x: Real):\n    return x ** 2\n", "x * x", 3),
     ("def f(x: Real):\n    return x // 2\n", "// of real numbers", 3),
@@ -68,7 +77,7 @@ REFUSED = [
     ("def f(x: Vector[3], n: Int):\n    y = x[n:]\n", "length is not seen", 3),
     ("def f(x: Vector[3], n: Int):\n    y = x[n : n + n]\n", "not static", 3),
     ("def f(x: Vector[3], n: Int):\n    y = x[n : n + 4]\n", "a slice of length 4", 3),
-    ("def f(x: Vector[3], y: Real):\n    z = x[y : y + 2]\n", "a slice of length 2", 3),
+    ("def f(x: Vector[3], y: Real):\n    z = x[y : y + 2]\n", "begins at a value of type Real", 3),
     ("def f(x: Vector[3]):\n    z = x[2:1]\n", "a slice of length -1", 3),
     ("def f(x: Rows[3]):\n    z = x[1:]\n", "a slice of length 0", 3),
     ("def f(x: Vector[3]):\n    x[0] = 1.0\n", "is an input", 3),
@@ -234,6 +243,27 @@ def test_a_target_that_is_not_there() -> None:
         scaled.source("fortran")
     with pytest.raises(errors.InputError, match="declares a Python function"):
         algorithm(3)  # type: ignore[arg-type]
+
+
+def test_a_function_that_calls_itself_in_a_function() -> None:
+    with pytest.raises(errors.AlgorithmError, match="again calls itself"):
+
+        @algorithm
+        def again(x: Real) -> Real:
+            return again(x)  # type: ignore[no-any-return]
+
+
+def test_arguments_that_have_no_shape_or_do_not_fit() -> None:
+    @algorithm
+    def first(x: Vector, y: Vector[2], n: Int) -> Real:
+        return x[0] + y[0] + float(n)
+
+    with pytest.raises(errors.InputError, match="x has rows of several lengths"):
+        first([[1.0, 2.0], [3.0]], [1.0, 2.0], 1)
+    with pytest.raises(errors.InputError, match="y has rows of several lengths"):
+        first([1.0, 2.0], [[1.0, 2.0], [3.0]], 1)
+    with pytest.raises(errors.InputError, match="n has an integer of more than 64 bits"):
+        first([1.0], [1.0, 2.0], np.array(2**64 - 1, np.uint64))
 
 
 def test_a_function_without_text() -> None:
