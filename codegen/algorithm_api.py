@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import CompilerMissingError, InputError
-from .execute.items import ItemFunction, c_loop, numba_loop
+from .execute.items import ItemFunction, c_loop, printed_loop
 from .ir.loops import language
 from .ir.loops.algorithm import Algorithm
 from .ir.loops.nodes import Function
@@ -307,8 +307,8 @@ def _loop(function: Function, target: str, precision: str) -> Any:
         from .build.extension import load
 
         try:
-            return c_loop(load(algorithm_extension(function)), precision)
+            return c_loop(load(algorithm_extension(function)), f"bs_loop_{precision}")
         except CompilerMissingError:
             if precision == "f32":
                 raise
-    return numba_loop(function.name, algorithm_numba(function), function)
+    return printed_loop(function.name, algorithm_numba(function), function)

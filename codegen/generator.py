@@ -233,7 +233,7 @@ def generate_programs(anew: bool = True) -> dict[str, dict[str, str]]:
     Kernels are made ``anew``, or taken from what the package carries while their sources are the same.
     """
     from .programs.kernel_spec import without_kernel_cache
-    from .programs.merging import merge_program
+    from .programs.merging.program import merge_program
     from .programs.registration.registration import KINDS, reform_program
     from .programs.tracer.scene import EVERYTHING, scene_program
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -133,9 +133,9 @@ def integers(name: str, parameter: Parameter, value: Any) -> Array:
     return array.astype(np.int64)
 
 
-def c_loop(library: Any, precision: str) -> Loop:
-    """The loop of a compiled program."""
-    ffi, run = library.ffi, getattr(library.lib, f"bs_loop_{precision}")
+def c_loop(library: Any, name: str) -> Loop:
+    """A loop of a compiled program."""
+    ffi, run = library.ffi, getattr(library.lib, name)
 
     def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:
         pointers = ffi.new("void *[]", [ffi.from_buffer(a) for a in arrays])
@@ -144,21 +144,31 @@ def c_loop(library: Any, precision: str) -> Loop:
     return loop
 
 
-def numba_loop(name: str, text: str, function: Function) -> Loop:
-    """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before."""
-    from .numba_cache import CachedModule
+def numba_signature(dtypes: Iterable[Any]) -> Any:
+    """Types of a loop over flat arrays of these types."""
     from .numba_jit import numba
 
     types = numba().types
-    of = {REAL: types.float64, INT: types.int64, BOOL: types.int64}
-    scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
-    arrays = [types.Array(of[s], 1, "C") for s in (*scalars, *function.results)]  # type: ignore[index]
+    of = {np.dtype(np.float64): types.float64, np.dtype(np.int64): types.int64}
     row = types.Array(types.int64, 1, "C")
-    module = CachedModule(name, text, {"loop_over_items_": types.void(types.intp, types.intp, row, row, *arrays)})
-    compiled = module["loop_over_items_"]
+    return types.void(types.intp, types.intp, row, row, *(types.Array(of[np.dtype(d)], 1, "C") for d in dtypes))
+
+
+def numba_loop(compiled: Callable[..., None]) -> Loop:
+    """A loop that numba has compiled."""
 
     def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:
         writable = [a if a.flags.writeable and a.flags.aligned else a.copy() for a in arrays]
         compiled(begin, end, np.array(strides, np.int64), np.array(counts, np.int64), *writable)
 
     return loop
+
+
+def printed_loop(name: str, text: str, function: Function) -> Loop:
+    """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before."""
+    from .numba_cache import CachedModule
+
+    of = {REAL: np.float64, INT: np.int64, BOOL: np.int64}
+    scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
+    signature = numba_signature(of[s] for s in (*scalars, *function.results))  # type: ignore[index]
+    return numba_loop(CachedModule(name, text, {"loop_over_items_": signature})["loop_over_items_"])

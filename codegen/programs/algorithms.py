@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from .. import compiler
 from ..build import source_digest
 from ..ir.graph import reachable
 from ..ir.loops.nodes import Function, KernelSignature
-from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Scalar
+from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
 from ..optimise.variants import Variant
 from ..targets.c.loops import c_functions, needs_elementary
 from ..targets.c.printer import ELEMENTARY
@@ -17,10 +19,14 @@ from ..targets.loops import in_calling_order
 from ..targets.numba.loops import elementary_functions, frame, numba_functions, numba_name
 from ..targets.numba.rows import row_function
 from ..targets.templates import included_headers, render
+from . import Program, kernels_header
+from .kernel_spec import KernelSpec, print_specs
 
 #: Where an algorithm's text is in the C program.
 _FUNCTIONS = "algorithm_functions.h"
 _MAIN = "algorithm.c.j2"
+#: What callers of a stock program's algorithms read: their parameters.
+ENTRIES = "algorithms.json"
 #: What texts that import it depend on, from the package's folder.
 _ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
 
@@ -67,17 +73,32 @@ def _numba_item(function: Function) -> tuple[list[str], str]:
     return [*names, *results], f"{targets}{' = ' if results else ''}{numba_name(function.name)}({', '.join(arguments)})"
 
 
-def kernel_variants(function: Function) -> list[Variant]:
-    """Variants of all kernels of an algorithm and of those that it calls, and of their callees, callees first."""
+def kernel_variants(functions: Iterable[Function]) -> list[Variant]:
+    """Variants of all kernels of algorithms and of those that they call, and of their callees, callees first."""
     from ..targets.c.extension import in_dependency_order
 
-    _, kernels = in_calling_order([function])
+    _, kernels = in_calling_order(functions)
     return in_dependency_order([_variant(k) for k in kernels])
 
 
 def _variant(signature: KernelSignature) -> Variant:
     variant: Variant = signature.kernel.variant
     return variant
+
+
+def _uses_elementary(functions: Sequence[Function]) -> bool:
+    nodes = (n for v in kernel_variants(functions) for n in reachable(v.roots))
+    return needs_elementary(functions) or any(n.op in ELEMENTARY for n in nodes)
+
+
+def _declarations(names: Iterable[str]) -> str:
+    arguments = (
+        "(ptrdiff_t begin, ptrdiff_t end, void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts);"
+    )
+    return "".join(f"void {name}{arguments}\n" for name in names)
+
+
+# -- one algorithm -------------------------------------------------------------------------------------------------
 
 
 def algorithm_extension(function: Function) -> ExtensionSource:
@@ -89,16 +110,15 @@ def algorithm_extension(function: Function) -> ExtensionSource:
 
 def algorithm_files(function: Function) -> dict[str, str]:
     """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
-    variants = kernel_variants(function)
-    elementary = needs_elementary([function]) or any(n.op in ELEMENTARY for v in variants for n in reachable(v.roots))
-    kernels = "".join(compiler.print_function(v) for v in variants)
-    arguments = (
-        "(ptrdiff_t begin, ptrdiff_t end, void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts);"
-    )
+    kernels = "".join(compiler.print_function(v) for v in kernel_variants([function]))
+    driver = render(
+        _MAIN, title=function.name, parts={"": {"bs_loop": _c_item(function)}}, precisions=(64, 32), headers=[_FUNCTIONS],
+        elementary=_uses_elementary([function]), is_stock=False,
+    )  # fmt: skip
     return {
-        "kernels.c": render(_MAIN, function=function, item=_c_item(function), elementary=elementary),
+        "kernels.c": driver,
         _FUNCTIONS: kernels + "\n" + c_functions([function]),
-        "kernels.cdef": "\n".join(f"void bs_loop_{p}{arguments}" for p in ("f64", "f32")) + "\n",
+        "kernels.cdef": _declarations(f"bs_loop_{p}" for p in ("f64", "f32")),
     }
 
 
@@ -109,21 +129,76 @@ def algorithm_text(function: Function) -> str:
 
 def algorithm_numba(function: Function) -> str:
     """Python text of an algorithm and its loop over items, for numba."""
-    kernels = [row_function(v) for v in kernel_variants(function)]
-    arrays, call = _numba_item(function)
-    used = sorted({*elementary_functions([function]), *_row_elementary(function)})
+    return _numba_text(function.name, {"loop_over_items_": function})
+
+
+def _numba_text(title: str, functions: Mapping[str, Function]) -> str:
+    """Python text of algorithms, what they call, and their loops over items by name."""
+    variants = kernel_variants(functions.values())
+    in_kernels = {n.op for v in variants for n in reachable(v.roots) if n.op in ELEMENTARY}
+    used = sorted({*elementary_functions(functions.values()), *in_kernels})
     return render(
         "algorithm.py.j2",
-        function=function,
-        kernels=kernels,
-        text=numba_functions([function]),
-        arrays=arrays,
-        call=call,
-        work=frame(function),
+        title=title,
+        kernels=[row_function(v) for v in variants],
+        text=numba_functions(functions.values()),
+        loops=[_numba_loop(name, function) for name, function in functions.items()],
         elementary=used,
         digest=source_digest.digest(_ELEMENTARY_SOURCES) if used else "",
     )
 
 
-def _row_elementary(function: Function) -> Sequence[str]:
-    return [n.op for v in kernel_variants(function) for n in reachable(v.roots) if n.op in ELEMENTARY]
+def _numba_loop(name: str, function: Function) -> dict[str, Any]:
+    arrays, call = _numba_item(function)
+    return {"name": name, "arrays": arrays, "call": call, "work": frame(function)}
+
+
+# -- stock programs ------------------------------------------------------------------------------------------------
+
+
+def stock_program(
+    name: str, title: str, parts: Mapping[str, Mapping[str, Function]], specs: Sequence[KernelSpec]
+) -> Program:
+    """Algorithms in double precision as a program for a generated folder: in C, and for numba.
+
+    Parameters
+    ----------
+    name, title : str
+    parts : mapping of str to mapping of str to Function
+        By the names that callers know; a part is compiled by itself where it is needed first.
+    specs : sequence of KernelSpec
+        The kernels that they call.
+    """
+    texts = print_specs(specs)
+    functions = {f"{n}_{part}": f for part, named in parts.items() for n, f in named.items()}
+    roots = list(functions.values())
+    driver = render(
+        _MAIN, title=title, precisions=(64,), headers=["kernels.h", _FUNCTIONS], elementary=_uses_elementary(roots),
+        parts={part: {f"bs_{n}_{part}": _c_item(f) for n, f in named.items()} for part, named in parts.items()},
+        is_stock=True,
+    )  # fmt: skip
+    files = {
+        "kernels.c": driver,
+        "kernels.h": kernels_header(texts),
+        _FUNCTIONS: c_functions(roots),
+        "kernels.cdef": "const char *bs_source_hash(void);\n" + _declarations(f"bs_{n}_f64" for n in functions),
+        "kernels.py": _numba_text(title, functions),
+        ENTRIES: _entries(functions),
+    }
+    return Program(name, tuple(texts), files, driver=tuple(specs))
+
+
+def _entries(functions: Mapping[str, Function]) -> str:
+    """JSON: of each function the parameters, as name, type of numbers and whether it is an array; types of results."""
+    found = {
+        name: {"parameters": [_parameter(p) for p in f.parameters], "results": [str(t) for t in f.results]}
+        for name, f in functions.items()
+    }
+    lines = (f" {json.dumps(name)}: {json.dumps(entry)}" for name, entry in found.items())
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _parameter(parameter: Parameter) -> tuple[str, str, bool]:
+    if isinstance(parameter.type, ArrayType):
+        return parameter.name, str(parameter.type.scalar), True
+    return parameter.name, str(parameter.type), False

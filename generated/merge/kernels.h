@@ -175,7 +175,7 @@ BS_INLINE void FN(cga3d_aligned_mean_point)(V *RESTRICT out, V *RESTRICT status,
   status[0] = t44; /* 1 */
 }
 
-/* cga3d_landmark_point: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 0 mul, 0 add. */
+/* cga3d_landmark_point: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 0 mul, 0 add. */
 BS_INLINE void FN(cga3d_landmark_point)(V *RESTRICT out, const V *RESTRICT x_in)
 {
   const V x_e1 = x_in[0];
@@ -884,7 +884,7 @@ BS_INLINE void FN(cga3d_aligned_mean_point_pair)(V *RESTRICT out, V *RESTRICT st
   status[0] = t159; /* 1 */
 }
 
-/* cga3d_landmark_point_pair: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 53 mul, 27 add, 16 other. */
+/* cga3d_landmark_point_pair: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 69 mul, 38 add, 22 other. */
 BS_INLINE void FN(cga3d_landmark_point_pair)(V *RESTRICT out, const V *RESTRICT x_in)
 {
   const V x_e12 = x_in[0];
@@ -906,37 +906,64 @@ BS_INLINE void FN(cga3d_landmark_point_pair)(V *RESTRICT out, const V *RESTRICT 
   const V t6 = x_e12 * x_e2ni;
   const V t7 = x_e13 * x_e3ni;
   const V t8 = x_e1ni * x_noni;
-  const V t9 = K(1.0) / (x_e1no * x_e1ni + x_e2no * x_e2ni + x_e3no * x_e3ni + x_noni * x_noni);
-  const V t10 = SELECT(t2, (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t5, (t8 - t6 - t7) * t9);
-  const V t11 = x_e12 * x_e1ni;
-  const V t12 = x_e23 * x_e3ni;
-  const V t13 = x_e2ni * x_noni;
-  const V t14 = SELECT(t2, (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t5, (t11 - t12 + t13) * t9);
-  const V t15 = x_e13 * x_e1ni;
-  const V t16 = x_e23 * x_e2ni;
-  const V t17 = x_e3ni * x_noni;
-  const V t18 = SELECT(t2, (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t5, (t15 + t16 + t17) * t9);
-  const V t19 = x_e1ni * x_e1ni;
-  const V t20 = x_e2ni * x_e2ni;
-  const V t21 = x_e3ni * x_e3ni;
-  const V t22 = SQRT(K(4.0) * t19 + K(4.0) * t20 + K(4.0) * t21);
-  const M t23 = LT(SPLAT(0.0), t22);
-  const V t24 = SELECT(t23, K(2.0) * (K(2.0) * t19 + K(2.0) * t20 + K(2.0) * t21), t3);
-  const V t25 = K(1.0) / t24;
-  const V t26 = SELECT(t23, (K(2.0) * t8 - K(2.0) * t6 - K(2.0) * t7) * t25, SPLAT(0.0));
-  const V t27 = SELECT(t23, (K(2.0) * t11 - K(2.0) * t12 + K(2.0) * t13) * t25, SPLAT(0.0));
-  const V t28 = SELECT(t23, (K(2.0) * t15 + K(2.0) * t16 + K(2.0) * t17) * t25, SPLAT(0.0));
-  out[0] = t10;
-  out[1] = t14;
-  out[2] = t18;
+  const V t9 = x_noni * x_noni;
+  const V t10 = K(1.0) / (x_e1no * x_e1ni + x_e2no * x_e2ni + x_e3no * x_e3ni + t9);
+  const V t11 = SELECT(t2, (-x_e12 * x_e2no - x_e13 * x_e3no - x_e1no * x_noni) * t5, (t8 - t6 - t7) * t10);
+  const V t12 = x_e12 * x_e1ni;
+  const V t13 = x_e23 * x_e3ni;
+  const V t14 = x_e2ni * x_noni;
+  const V t15 = SELECT(t2, (x_e12 * x_e1no - x_e23 * x_e3no - x_e2no * x_noni) * t5, (t12 - t13 + t14) * t10);
+  const V t16 = x_e13 * x_e1ni;
+  const V t17 = x_e23 * x_e2ni;
+  const V t18 = x_e3ni * x_noni;
+  const V t19 = SELECT(t2, (x_e13 * x_e1no + x_e23 * x_e2no - x_e3no * x_noni) * t5, (t16 + t17 + t18) * t10);
+  const V t20 = x_e1ni * x_e1ni;
+  const V t21 = x_e2ni * x_e2ni;
+  const V t22 = x_e3ni * x_e3ni;
+  const V t23 = SQRT(K(4.0) * t20 + K(4.0) * t21 + K(4.0) * t22);
+  const M t24 = LT(SPLAT(0.0), t23);
+  const V t25 = SELECT(t24, K(2.0) * (K(2.0) * t20 + K(2.0) * t21 + K(2.0) * t22), t3);
+  const V t26 = K(1.0) / t25;
+  const V t27 = SELECT(t24, (K(2.0) * t8 - K(2.0) * t6 - K(2.0) * t7) * t26, SPLAT(0.0));
+  const V t28 = SELECT(t24, (K(2.0) * t12 - K(2.0) * t13 + K(2.0) * t14) * t26, SPLAT(0.0));
+  const V t29 = SELECT(t24, (K(2.0) * t16 + K(2.0) * t17 + K(2.0) * t18) * t26, SPLAT(0.0));
+  const V t30 = SQRT(SPLAT(0.5));
+  const V t31 = x_e1no * t30;
+  const V t32 = SQRT(SPLAT(2.0));
+  const V t33 = x_e1ni * t32;
+  const V t34 = (((x_e12 * x_e12 + x_e13 * x_e13) + t31 * t31) + t33 * t33) + x_e23 * x_e23;
+  const V t35 = x_e2no * t30;
+  const V t36 = x_e2ni * t32;
+  const V t37 = x_e3no * t30;
+  const V t38 = x_e3ni * t32;
+  const V t39 = ((((t34 + t35 * t35) + t36 * t36) + t37 * t37) + t38 * t38) + t9;
+  const V t40 = t39 * t39 - K(1.0);
+  const M t41 = LT(SPLAT(0.0), t40);
+  const V t42 = SQRT(t40);
+  const V t43 = SELECT(t41, t42, SPLAT(0.0));
+  const V t44 = SQRT(t39 + t43);
+  out[0] = t11;
+  out[1] = t15;
+  out[2] = t19;
   out[3] = SPLAT(0.0);
   out[4] = SPLAT(0.0);
   out[5] = SPLAT(0.0);
   out[6] = t1;
-  out[7] = t26;
-  out[8] = t27;
-  out[9] = t28;
-  out[10] = t22;
+  out[7] = t27;
+  out[8] = t28;
+  out[9] = t29;
+  out[10] = t23;
+  out[11] = t44;
+  out[12] = x_e12;
+  out[13] = x_e13;
+  out[14] = t31;
+  out[15] = t33;
+  out[16] = x_e23;
+  out[17] = t35;
+  out[18] = t36;
+  out[19] = t37;
+  out[20] = t38;
+  out[21] = x_noni;
 }
 
 /* cga3d_cost_line: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 70 mul, 35 add, 8 other. */
@@ -1227,7 +1254,7 @@ BS_INLINE void FN(cga3d_aligned_mean_line)(V *RESTRICT out, V *RESTRICT status, 
   status[0] = t66; /* 1 */
 }
 
-/* cga3d_landmark_line: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 12 mul, 5 add, 1 other. */
+/* cga3d_landmark_line: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 12 mul, 5 add, 1 other. */
 BS_INLINE void FN(cga3d_landmark_line)(V *RESTRICT out, const V *RESTRICT x_in)
 {
   const V x_e12ni = x_in[0];
@@ -1940,7 +1967,7 @@ BS_INLINE void FN(cga3d_aligned_mean_circle)(V *RESTRICT out, V *RESTRICT status
   status[0] = t159; /* 1 */
 }
 
-/* cga3d_landmark_circle: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 55 mul, 29 add, 19 other. */
+/* cga3d_landmark_circle: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 69 mul, 40 add, 25 other. */
 BS_INLINE void FN(cga3d_landmark_circle)(V *RESTRICT out, const V *RESTRICT x_in)
 {
   const V x_e123 = x_in[0];
@@ -1962,41 +1989,70 @@ BS_INLINE void FN(cga3d_landmark_circle)(V *RESTRICT out, const V *RESTRICT x_in
   const V t6 = x_e123 * x_e23ni;
   const V t7 = x_e12ni * x_e2noni;
   const V t8 = x_e13ni * x_e3noni;
-  const V t9 = x_e12no * x_e12ni + x_e13no * x_e13ni + x_e1noni * x_e1noni + x_e23no * x_e23ni + x_e2noni * x_e2noni + x_e3noni * x_e3noni;
-  const V t10 = K(1.0) / t9;
-  const V t11 = SELECT(t2, (x_e123 * x_e23no + x_e12no * x_e2noni + x_e13no * x_e3noni) * t5, (t6 - t7 - t8) * t10);
-  const V t12 = x_e123 * x_e13ni;
-  const V t13 = x_e12ni * x_e1noni;
-  const V t14 = x_e23ni * x_e3noni;
-  const V t15 = SELECT(t2, (x_e23no * x_e3noni - x_e123 * x_e13no - x_e12no * x_e1noni) * t5, (t13 - t12 - t14) * t10);
-  const V t16 = x_e123 * x_e12ni;
-  const V t17 = x_e13ni * x_e1noni;
-  const V t18 = x_e23ni * x_e2noni;
-  const V t19 = SELECT(t2, (x_e123 * x_e12no - x_e13no * x_e1noni - x_e23no * x_e2noni) * t5, (t16 + t17 + t18) * t10);
-  const V t20 = SELECT(t2, SPLAT(0.0), x_e1noni);
-  const V t21 = SELECT(t2, SPLAT(0.0), x_e2noni);
-  const V t22 = SELECT(t2, SPLAT(0.0), x_e3noni);
-  const V t23 = x_e12ni * x_e12ni;
-  const V t24 = x_e13ni * x_e13ni;
-  const V t25 = x_e23ni * x_e23ni;
-  const V t26 = SQRT(K(4.0) * t23 + K(4.0) * t24 + K(4.0) * t25);
-  const M t27 = LT(SPLAT(0.0), t26);
-  const V t28 = SELECT(t27, K(2.0) * (K(2.0) * t23 + K(2.0) * t24 + K(2.0) * t25), t3);
-  const V t29 = K(1.0) / t28;
-  const V t30 = SELECT(t27, (K(2.0) * t6 - K(2.0) * t7 - K(2.0) * t8) * t29, SPLAT(0.0));
-  const V t31 = SELECT(t27, (K(2.0) * t13 - K(2.0) * t12 - K(2.0) * t14) * t29, SPLAT(0.0));
-  const V t32 = SELECT(t27, (K(2.0) * t16 + K(2.0) * t17 + K(2.0) * t18) * t29, SPLAT(0.0));
-  out[0] = t11;
-  out[1] = t15;
-  out[2] = t19;
-  out[3] = t20;
-  out[4] = t21;
-  out[5] = t22;
+  const V t9 = x_e1noni * x_e1noni;
+  const V t10 = x_e2noni * x_e2noni;
+  const V t11 = x_e3noni * x_e3noni;
+  const V t12 = x_e12no * x_e12ni + x_e13no * x_e13ni + t9 + x_e23no * x_e23ni + t10 + t11;
+  const V t13 = K(1.0) / t12;
+  const V t14 = SELECT(t2, (x_e123 * x_e23no + x_e12no * x_e2noni + x_e13no * x_e3noni) * t5, (t6 - t7 - t8) * t13);
+  const V t15 = x_e123 * x_e13ni;
+  const V t16 = x_e12ni * x_e1noni;
+  const V t17 = x_e23ni * x_e3noni;
+  const V t18 = SELECT(t2, (x_e23no * x_e3noni - x_e123 * x_e13no - x_e12no * x_e1noni) * t5, (t16 - t15 - t17) * t13);
+  const V t19 = x_e123 * x_e12ni;
+  const V t20 = x_e13ni * x_e1noni;
+  const V t21 = x_e23ni * x_e2noni;
+  const V t22 = SELECT(t2, (x_e123 * x_e12no - x_e13no * x_e1noni - x_e23no * x_e2noni) * t5, (t19 + t20 + t21) * t13);
+  const V t23 = SELECT(t2, SPLAT(0.0), x_e1noni);
+  const V t24 = SELECT(t2, SPLAT(0.0), x_e2noni);
+  const V t25 = SELECT(t2, SPLAT(0.0), x_e3noni);
+  const V t26 = x_e12ni * x_e12ni;
+  const V t27 = x_e13ni * x_e13ni;
+  const V t28 = x_e23ni * x_e23ni;
+  const V t29 = SQRT(K(4.0) * t26 + K(4.0) * t27 + K(4.0) * t28);
+  const M t30 = LT(SPLAT(0.0), t29);
+  const V t31 = SELECT(t30, K(2.0) * (K(2.0) * t26 + K(2.0) * t27 + K(2.0) * t28), t3);
+  const V t32 = K(1.0) / t31;
+  const V t33 = SELECT(t30, (K(2.0) * t6 - K(2.0) * t7 - K(2.0) * t8) * t32, SPLAT(0.0));
+  const V t34 = SELECT(t30, (K(2.0) * t16 - K(2.0) * t15 - K(2.0) * t17) * t32, SPLAT(0.0));
+  const V t35 = SELECT(t30, (K(2.0) * t19 + K(2.0) * t20 + K(2.0) * t21) * t32, SPLAT(0.0));
+  const V t36 = SQRT(SPLAT(0.5));
+  const V t37 = x_e12no * t36;
+  const V t38 = SQRT(SPLAT(2.0));
+  const V t39 = x_e12ni * t38;
+  const V t40 = x_e13no * t36;
+  const V t41 = x_e13ni * t38;
+  const V t42 = ((((x_e123 * x_e123 + t37 * t37) + t39 * t39) + t40 * t40) + t41 * t41) + t9;
+  const V t43 = x_e23no * t36;
+  const V t44 = x_e23ni * t38;
+  const V t45 = (((t42 + t43 * t43) + t44 * t44) + t10) + t11;
+  const V t46 = t45 * t45 - K(1.0);
+  const M t47 = LT(SPLAT(0.0), t46);
+  const V t48 = SQRT(t46);
+  const V t49 = SELECT(t47, t48, SPLAT(0.0));
+  const V t50 = SQRT(t45 + t49);
+  out[0] = t14;
+  out[1] = t18;
+  out[2] = t22;
+  out[3] = t23;
+  out[4] = t24;
+  out[5] = t25;
   out[6] = t1;
-  out[7] = t30;
-  out[8] = t31;
-  out[9] = t32;
-  out[10] = t26;
+  out[7] = t33;
+  out[8] = t34;
+  out[9] = t35;
+  out[10] = t29;
+  out[11] = t50;
+  out[12] = x_e123;
+  out[13] = t37;
+  out[14] = t39;
+  out[15] = t40;
+  out[16] = t41;
+  out[17] = x_e1noni;
+  out[18] = t43;
+  out[19] = t44;
+  out[20] = x_e2noni;
+  out[21] = x_e3noni;
 }
 
 /* cga3d_cost_plane: `rotor_cost` of the rotor from x1 to x2, which is that from x2 to x1. NaN unless `is_plain`. 43 mul, 20 add, 10 other. */
@@ -2233,7 +2289,7 @@ BS_INLINE void FN(cga3d_aligned_mean_plane)(V *RESTRICT out, V *RESTRICT status,
   status[0] = t56; /* 1 */
 }
 
-/* cga3d_landmark_plane: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 9 mul, 2 add, 1 other. */
+/* cga3d_landmark_plane: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 9 mul, 2 add, 1 other. */
 BS_INLINE void FN(cga3d_landmark_plane)(V *RESTRICT out, const V *RESTRICT x_in)
 {
   const V x_e123ni = x_in[0];
@@ -2553,7 +2609,7 @@ BS_INLINE void FN(cga3d_aligned_mean_sphere)(V *RESTRICT out, V *RESTRICT status
   status[0] = t71; /* 1 */
 }
 
-/* cga3d_landmark_sphere: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too. 26 mul, 3 add, 19 other. */
+/* cga3d_landmark_sphere: Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more. 31 mul, 9 add, 25 other. */
 BS_INLINE void FN(cga3d_landmark_sphere)(V *RESTRICT out, const V *RESTRICT x_in)
 {
   const V x_e123no = x_in[0];
@@ -2568,33 +2624,51 @@ BS_INLINE void FN(cga3d_landmark_sphere)(V *RESTRICT out, const V *RESTRICT x_in
   const V t4 = SELECT(t2, -t0, t3);
   const V t5 = K(1.0) / t4;
   const V t6 = x_e123ni * x_e23noni;
-  const V t7 = -x_e123no * x_e123ni - x_e12noni * x_e12noni - x_e13noni * x_e13noni - x_e23noni * x_e23noni;
-  const V t8 = K(1.0) / t7;
-  const V t9 = SELECT(t2, x_e123no * x_e23noni * t5, -t6 * t8);
-  const V t10 = x_e123ni * x_e13noni;
-  const V t11 = SELECT(t2, -x_e123no * x_e13noni * t5, t10 * t8);
-  const V t12 = x_e123ni * x_e12noni;
-  const V t13 = SELECT(t2, x_e123no * x_e12noni * t5, -t12 * t8);
-  const V t14 = SELECT(t2, SPLAT(0.0), x_e23noni);
-  const V t15 = SELECT(t2, SPLAT(0.0), -x_e13noni);
-  const V t16 = SELECT(t2, SPLAT(0.0), x_e12noni);
-  const V t17 = x_e123ni * x_e123ni;
-  const V t18 = SQRT(K(4.0) * t17);
-  const M t19 = LT(SPLAT(0.0), t18);
-  const V t20 = SELECT(t19, -K(4.0) * t17, t3);
-  const V t21 = K(1.0) / t20;
-  const V t22 = SELECT(t19, -K(2.0) * (t6 * t21), SPLAT(0.0));
-  const V t23 = SELECT(t19, K(2.0) * (t10 * t21), SPLAT(0.0));
-  const V t24 = SELECT(t19, -K(2.0) * (t12 * t21), SPLAT(0.0));
-  out[0] = t9;
-  out[1] = t11;
-  out[2] = t13;
-  out[3] = t14;
-  out[4] = t15;
-  out[5] = t16;
+  const V t7 = x_e12noni * x_e12noni;
+  const V t8 = x_e13noni * x_e13noni;
+  const V t9 = x_e23noni * x_e23noni;
+  const V t10 = K(1.0) / (-x_e123no * x_e123ni - t7 - t8 - t9);
+  const V t11 = SELECT(t2, x_e123no * x_e23noni * t5, -t6 * t10);
+  const V t12 = x_e123ni * x_e13noni;
+  const V t13 = SELECT(t2, -x_e123no * x_e13noni * t5, t12 * t10);
+  const V t14 = x_e123ni * x_e12noni;
+  const V t15 = SELECT(t2, x_e123no * x_e12noni * t5, -t14 * t10);
+  const V t16 = SELECT(t2, SPLAT(0.0), x_e23noni);
+  const V t17 = SELECT(t2, SPLAT(0.0), -x_e13noni);
+  const V t18 = SELECT(t2, SPLAT(0.0), x_e12noni);
+  const V t19 = x_e123ni * x_e123ni;
+  const V t20 = SQRT(K(4.0) * t19);
+  const M t21 = LT(SPLAT(0.0), t20);
+  const V t22 = SELECT(t21, -K(4.0) * t19, t3);
+  const V t23 = K(1.0) / t22;
+  const V t24 = SELECT(t21, -K(2.0) * (t6 * t23), SPLAT(0.0));
+  const V t25 = SELECT(t21, K(2.0) * (t12 * t23), SPLAT(0.0));
+  const V t26 = SELECT(t21, -K(2.0) * (t14 * t23), SPLAT(0.0));
+  const V t27 = SQRT(SPLAT(0.5));
+  const V t28 = x_e123no * t27;
+  const V t29 = SQRT(SPLAT(2.0));
+  const V t30 = x_e123ni * t29;
+  const V t31 = (((t28 * t28 + t30 * t30) + t7) + t8) + t9;
+  const V t32 = t31 * t31 - K(1.0);
+  const M t33 = LT(SPLAT(0.0), t32);
+  const V t34 = SQRT(t32);
+  const V t35 = SELECT(t33, t34, SPLAT(0.0));
+  const V t36 = SQRT(t31 + t35);
+  out[0] = t11;
+  out[1] = t13;
+  out[2] = t15;
+  out[3] = t16;
+  out[4] = t17;
+  out[5] = t18;
   out[6] = t1;
-  out[7] = t22;
-  out[8] = t23;
-  out[9] = t24;
-  out[10] = t18;
+  out[7] = t24;
+  out[8] = t25;
+  out[9] = t26;
+  out[10] = t20;
+  out[11] = t36;
+  out[12] = t28;
+  out[13] = t30;
+  out[14] = x_e12noni;
+  out[15] = x_e13noni;
+  out[16] = x_e23noni;
 }

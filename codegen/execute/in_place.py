@@ -1,0 +1,72 @@
+"""Algorithms of generated programs on arrays that their caller owns: changed where they lie, and not checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .items import Loop, numba_signature
+
+_DTYPES = {"Real": np.float64, "Int": np.int64, "Bool": np.int64}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What callers of an algorithm know.
+
+    Parameters
+    ----------
+    name : str
+    parameters : tuple of (str, str, bool)
+        Name, type of numbers, and whether it is an array.
+    results : tuple of str
+        Types of numbers.
+    """
+
+    name: str
+    parameters: tuple[tuple[str, str, bool], ...]
+    results: tuple[str, ...]
+
+    def signature(self) -> Any:
+        """Types for numba."""
+        return numba_signature([_DTYPES[type] for type in (*(p[1] for p in self.parameters), *self.results)])
+
+
+def read_entries(text: str) -> dict[str, Entry]:
+    """Entries by name, from the JSON text of a program."""
+    return {
+        name: Entry(name, tuple((n, type, is_array) for n, type, is_array in entry["parameters"]), tuple(entry["results"]))
+        for name, entry in json.loads(text).items()
+    }
+
+
+class InPlace:
+    """An algorithm of a compiled program.
+
+    Parameters
+    ----------
+    entry : Entry
+    loop : callable
+        See `items.Loop`.
+    """
+
+    def __init__(self, entry: Entry, loop: Loop) -> None:
+        self.entry, self.loop = entry, loop
+
+    def __call__(self, arguments: Mapping[str, Any]) -> Any:
+        """Run on arguments by name, arrays in double precision or 64-bit integers, contiguous; what it returns."""
+        taken, counts = [], []
+        for name, type, is_array in self.entry.parameters:
+            given = arguments[name]
+            taken.append(given.reshape(-1) if is_array else np.array([given], _DTYPES[type]))
+            counts.append(len(given) if is_array else 0)
+        returned = [np.empty(1, _DTYPES[type]) for type in self.entry.results]
+        taken += returned
+        counts += [0] * len(returned)
+        self.loop(0, 1, taken, [0] * len(taken), counts)
+        results = tuple(r[0].item() for r in returned)
+        return results[0] if len(results) == 1 else results
