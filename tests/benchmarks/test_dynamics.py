@@ -106,7 +106,7 @@ def test_truths_of_pendulums_are_motions_about_what_stays(case):
 # -- errors ------------------------------------------------------------------------------------------------
 
 
-def test_errors_are_angles_and_shares():
+def test_errors_are_angles_and_fractions():
     inputs = motions_of(tops.STUDY.cases[3], 4)
     exact = integrators.truth(replace(inputs, duration=0.1))
     angle = 1e-3

@@ -166,7 +166,7 @@ def test_registrations_find_what_the_text_does_not():
     assert row.lost == 0 and row.max_error < 1e-9
 
 
-def test_sweeps_are_run_at_one_setting_and_drawn_with_shares():
+def test_sweeps_are_run_at_one_setting_and_drawn_with_fractions():
     study = load_study("robustness")
     ours = (replace(study.methods[0], most=2, repeats=0),)
     cases = (study.cases[0], *(c for c in study.cases if c.sweep and c.sweep[1] in (0.1, 0.2)))
@@ -176,7 +176,7 @@ def test_sweeps_are_run_at_one_setting_and_drawn_with_shares():
     figure = plot.draw_sweeps(small, results)
     sweeps = {c.sweep[0] for c in cases if c.sweep}
     assert len(figure.axes) == 2 * len(sweeps)
-    assert figure.axes[0].get_ylabel() == "share not lost"
+    assert figure.axes[0].get_ylabel() == "fraction not lost"
     heights = np.concatenate([line.get_ydata() for line in figure.axes[0].lines])
     assert ((heights >= 0) & (heights <= 1)).all() and len(heights)
 

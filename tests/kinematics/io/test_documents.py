@@ -1,54 +1,22 @@
-"""Mechanism files: what they describe against geometry written out here, and faults that name file, line and key."""
+"""Mechanism files: what they describe against geometry written out here, joints, files of motions."""
 
 import csv
 import io
 import json
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import bladesmith as bs
 from bladesmith.dynamics import couple, twist, wrench
-from bladesmith.errors import InputError, SingularError
-from bladesmith.kinematics.delta.robot import DeltaRobot
+from bladesmith.errors import InputError
 from bladesmith.kinematics.io.reader import load_mechanism
 from bladesmith.kinematics.plotting import glyphs
 from bladesmith.kinematics.task import report
 from bladesmith.kinematics.task.tool_path import ToolPath
 from bladesmith.status import Status
 
-from ..support.checkout import CHECKOUT
-
-EXAMPLES = CHECKOUT / "examples" / "kinematics"
-
-
-@pytest.fixture(scope="module")
-def setups():
-    return {
-        name: load_mechanism(EXAMPLES / f"{name}.toml") for name in ("delta", "four_bar", "stewart", "arm", "scara")
-    }
-
-
-class Motions(dict):
-    """Motions of the examples by name, computed at the first use: each compiles a program."""
-
-    def __init__(self, setups):
-        self.setups = setups
-
-    def __missing__(self, name):
-        return self.setdefault(name, self.setups[name].motion())
-
-
-@pytest.fixture(scope="module")
-def motions(setups):
-    return Motions(setups)
-
-
-def written(tmp_path, text, name="robot.toml"):
-    (tmp_path / name).write_text(text)
-    return tmp_path / name
-
+from ...support.mechanisms.documents import DELTA, EXAMPLES, FOUR, PAIR, written
 
 # -- the examples, against what geometry says ------------------------------------------------------------------
 
@@ -170,101 +138,6 @@ def test_the_workspace_of_a_scara_is_that_of_two_arms_with_limits(setups):
     )
 
 
-# -- poses -----------------------------------------------------------------------------------------------------
-
-DELTA = """
-[delta]
-base_radius = 0.4
-effector_radius = 0.15
-upper_arm = 0.6
-forearm = 1.2
-"""
-
-
-@pytest.mark.slow
-def test_workers_sample_the_same_workspace(setups, monkeypatch):
-    monkeypatch.setattr("bladesmith.kinematics.delta.workspace.POSITIONS_PER_CALL", 1000)
-    for name in ("scara", "delta"):
-        here, reports = setups[name].workspace(), []
-        with ThreadPoolExecutor(2) as pool:
-            there = setups[name].workspace(progress=reports.append, executor=pool)
-        np.testing.assert_array_equal(here.condition, there.condition)
-        assert len(reports) > 1 and reports[-1].done == there.reachable.size
-
-
-def test_poses_by_joints_and_by_places_are_one(tmp_path):
-    robot = DeltaRobot(0.4, 0.15, 0.6, 1.2)
-    by_angles = load_mechanism(
-        written(tmp_path, DELTA + "[pose]\njoints = { motor_1 = 20, motor_3 = 30 }\ndegrees = true\n")
-    )
-    found = by_angles.found()
-    assert np.allclose(found.coordinates[0, [0, 2]], np.radians([20, 30]))
-    there = ", ".join(repr(float(x)) for x in robot.forward(found.coordinates[0]))
-    back = load_mechanism(written(tmp_path, DELTA + f"[pose]\nposition = [{there}]\n")).found()
-    assert np.abs(back.coordinates - found.coordinates).max() < 1e-12
-    assert abs(back.condition[0] - np.linalg.cond(robot.forward_jacobian(found.coordinates[0]))) < 1e-9
-
-
-def test_a_delta_stands_where_it_is_best_if_nothing_is_said(tmp_path):
-    found = load_mechanism(written(tmp_path, DELTA)).found()
-    assert np.ptp(found.coordinates) < 1e-12 and np.abs(found.position[0, :2]).max() < 1e-12
-    robot, axis = DeltaRobot(0.4, 0.15, 0.6, 1.2), np.zeros((500, 3))
-    axis[:, 2] = np.linspace(0.01, 1.79, 500)
-    theta, status = robot.inverse(axis, status=True)
-    others = [np.linalg.cond(robot.forward_jacobian(x)) for x in theta[status == Status.OK]]
-    assert found.condition[0] < 1.001 * min(others)
-
-
-def test_what_cannot_be_reached_says_why(tmp_path):
-    with pytest.raises(
-        SingularError, match=r"robot.toml: no pose has the tool at \(1.4, 0, 1\): UNREACHABLE, arms 2, 3"
-    ):
-        load_mechanism(written(tmp_path, DELTA + "[pose]\nposition = [1.4, 0, 1]\n")).found()
-
-
-def test_a_stretched_arm_is_singular_and_loses_the_direction_along_it(tmp_path):
-    angle = np.radians(120)
-    way = np.array([np.cos(angle), 0, np.sin(angle)])
-    place = np.array([0.25, 0, 0]) + 1.8 * way
-    text = f"[pose]\nposition = [{', '.join(map(repr, place.tolist()))}]\n"
-    shown = load_mechanism(written(tmp_path, DELTA + text)).report()
-    data = shown.data["jacobian"]
-    assert data["status"] == "SINGULAR" and data["condition"] is None
-    (lost,), (stuck,) = data["lost"], data["without_effect"]
-    assert np.linalg.norm(np.cross(lost, way)) < 1e-6 * np.linalg.norm(lost)
-    assert abs(stuck[0]) > 1 - 1e-6  # its own motor does not move the platform
-    assert "infinite: the pose is singular" in shown.text() and "the tool cannot move:" in shown.text()
-
-
-def test_the_pose_of_an_arm_may_be_turned(setups, tmp_path):
-    arm = setups["arm"]
-    home = arm.found()
-    place = home.position[0] + (0.02, -0.03, 0.05)
-    values = ", ".join(f"{n} = {x!r}" for n, x in zip(arm.model.inputs, home.coordinates[0].tolist(), strict=True))
-    text = f"""
-[urdf]
-example = "arm"
-[pose]
-joints = {{ {values} }}
-position = [{", ".join(map(repr, place.tolist()))}]
-orientation = {{ axis = [0, 0, 1], degrees = 25 }}
-"""
-    moved = load_mechanism(written(tmp_path, text))
-    assert moved.model.tool == "flange"  # behind all joints, and what is welded to them
-    found = moved.found()
-    before, after = (arm.model.chain.algebra.matrix(arm.model.chain.forward(x.coordinates[0])) for x in (home, found))
-    c, s = np.cos(np.radians(25)), np.sin(np.radians(25))
-    assert np.abs(after[:3, :3] - np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ before[:3, :3]).max() < 1e-10
-    assert np.abs(after[:3, 3] - place).max() < 1e-10
-
-
-# -- joints ----------------------------------------------------------------------------------------------------
-
-PAIR = (
-    '[mechanism]\nbodies = ["a", "b"]\nalgebra = "{algebra}"\n[points]\nP = [0.3, -0.2, 0.5]\n'
-    '[[joints]]\na = "a"\nb = "b"\n'
-)
-CGA_PAIR = PAIR.format(algebra="cga3d")
 JOINTS = {
     "spherical": ('point = "P"', '{ kind = "sphere", center = "P", radius = 0.2 }', 3),
     "revolute": (
@@ -322,102 +195,6 @@ def test_rigid_and_bilinear_joints_and_names_of_their_own(tmp_path):
     )  # fmt: skip
     m = load_mechanism(written(tmp_path, text)).found().at(0)
     assert m.joint_names == ("a-b", "b-c", "b-c 2") and m.mobility() == 4
-
-
-# -- faults ----------------------------------------------------------------------------------------------------
-
-FOUR = (EXAMPLES / "four_bar.toml").read_text()
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("", "robot.toml: describes no robot. Give a table [delta], [urdf] or [mechanism]"),
-        ("[delta", "robot.toml, line 1, column 7: expected ']'"),
-        (DELTA.replace("0.4", "-0.4"), "line 3: delta.base_radius is -0.4"),
-        (DELTA.replace("forearm", "forarm"), "delta.forarm is not a known key; did you mean 'forearm'?"),
-        (DELTA.replace("1.2", "0.01").replace("0.6", "0.01"),
-         "line 5: delta.upper_arm and forearm are 0.02 long"),
-        (DELTA + '[urdf]\npath = "x.urdf"', "line 7: urdf and delta are both there; a file describes one robot"),
-        (DELTA + "[pose]\njoints = { motor_4 = 1 }",
-         "pose.joints.motor_4 is 'motor_4', which is not an actuated joint"),
-        (DELTA + "[pose]\nposition = 'home'",
-         "line 8: pose.position is 'home', which is not a point; there are: none"),
-        (DELTA + "[pose]\norientation = { axis = [0, 0, 1], degrees = 3 }", "pose.orientation goes with a position"),
-        (DELTA + "[workspace]\nbox = [[0, 1], [1, 0], [0, 1]]",
-         "line 8: workspace.box[1] goes from 1 to 0; the least is first"),
-        (DELTA + "[workspace]\nsamples = 0", "samples are from 1 to 2001 along a side"),
-        (DELTA + "[path]\nduration = 2", "path: has neither line nor circle nor points nor joints; one is needed"),
-        (DELTA + "[path]\nline = { end = [0, 0, 1] }\njoints = { motor_1 = [0, 1] }",
-         "line and joints say the same thing"),
-        (DELTA + "[path]\npoints = [[0, 0, 1], [0, 0, 1]]", "path.points[1] equals path.points[0]"),
-        ('[urdf]\npath = "none.urdf"', "line 2: urdf.path is refused: "),
-        ('[urdf]\nexample = "arms"', 'urdf.example is "arms"; did you mean'),
-        ('[urdf]\nexample = "arm"\ntip = "flangs"',
-         "line 3: urdf.tip is 'flangs', which is not a link (did you mean 'flange'?)"),
-        ('[mechanism]\nbodies = ["a", "b"]', "line 1: mechanism has no joints"),
-        ('[mechanism]\nbodies = ["a", "b", "a"]', "mechanism.bodies[2] is 'a', a duplicate body name"),
-        ('[mechanism]\nbodies = ["a", "b"]\nfixed = "c"', "line 3: mechanism.fixed is 'c', which is not a body"),
-        (FOUR.replace('inputs = ["motor"]', 'inputs = ["moter"]'),
-         "line 6: mechanism.inputs[0] is 'moter', which is not a joint (did you mean 'motor'?)"),
-        (FOUR.replace('body = "coupler"', 'body = "frame"'),
-         "mechanism.tool.body is 'frame', which is not a moving body"),
-        (FOUR.replace('point = "tip"', 'point = "top"'),
-         "mechanism.tool.point is 'top', which is not a point (did you mean 'tip'?)"),
-        (FOUR.replace('name = "crank pin"', 'name = "motor"'),
-         "joints[1].name is 'motor', a duplicate name"),
-        (FOUR.replace('b = "crank"', 'b = "krank"', 1),
-         "joints[0].b is 'krank', which is not a body (did you mean 'crank'?)"),
-        (FOUR.replace('b = "crank"', 'b = "frame"', 1), "joints[0].b is 'frame', the same as a"),
-        (FOUR.replace('point = "A"\n', ""), "joints[0]: has neither point nor objects; one is needed"),
-        (FOUR.replace('point = "A"\n', 'point = "A"\nobjects = []\n'), "objects and point and axis are alternatives"),
-        (FOUR.replace('"circle", center = "D", normal = [0, 0, 1], radius = 0.5', '"direction", v = [0, 0, 1]'),
-         "joints[3] is refused: Revolute('frame', 'rocker')"),
-        (FOUR.replace('body = "coupler", ', 'body = "coupler", points = 3, '),
-         "mechanism.tool.points is not a known key"),
-        (FOUR.replace("joints = { motor = [0, 360] }", "joints = { hinge = [0, 360] }"),
-         "path.joints.hinge is 'hinge', which is not an actuated joint"),
-        (FOUR.replace("[points]", "limits = { motor = [1, 0] }\n[points]"), "mechanism.limits.motor goes from 1 to 0"),
-        (FOUR.replace('b = "rocker"\nobj', 'b = "coupler"\nobj').replace('b = "rocker"\npoint', 'b = "crank"\npoint'),
-         "joints is refused: no joints hold rocker to 'frame'"),
-        (PAIR.format(algebra="pga3d") + 'kind = "universal"\npoint = "P"\naxis_a = [1, 0, 0]\naxis_b = [0, 1, 0]',
-         "joints[0] is universal, which pga3d does not have"),
-        (CGA_PAIR + 'kind = "prismatic"\nobjects = [{ kind = "line", point = "P", direction = [0, 1, 0] }]',
-         "joints[0].objects are 1, which is not the number of objects of a prismatic joint"),
-        (CGA_PAIR + 'kind = "prismatic"\nobjects = [{ kind = "line", point = "P", direction = [0, 1, 0] }, '
-         '{ kind = "direction", v = [0, 1, 0] }]', "joints[0] is refused: Prismatic('a', 'b')"),
-        (CGA_PAIR + 'kind = "rigid"\nobjects = []', "a rigid joint has no objects"),
-        (CGA_PAIR + 'kind = "bilinear"', "joints[0]: has no objects; it is between two"),
-        (CGA_PAIR + 'kind = "ball"\npoint = "P"', 'joints[0].kind is "ball"; known: spherical'),
-    ],
-)  # fmt: skip
-def test_faults_say_file_line_key_and_remedy(text, says, tmp_path):
-    path = written(tmp_path, text)
-    with pytest.raises(InputError) as caught:
-        load_mechanism(path)
-    assert says in str(caught.value) and str(path) in str(caught.value), str(caught.value)
-
-
-def test_what_is_no_file(tmp_path):
-    with pytest.raises(InputError, match="names none"):
-        load_mechanism(3)
-    with pytest.raises(InputError, match="null character"):
-        load_mechanism("a\0b.toml")
-    with pytest.raises(InputError, match="cannot be read"):
-        load_mechanism(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="tip and root are of URDF files"):
-        load_mechanism(written(tmp_path, DELTA), tip="platform")
-
-
-def test_a_mechanism_without_inputs_or_tool_is_reported_and_asks_for_them(tmp_path):
-    text = CGA_PAIR + 'kind = "spherical"\npoint = "P"\n'
-    setup = load_mechanism(written(tmp_path, text))
-    assert setup.report().data["mobility"] == 3 and "jacobian" not in setup.report().data
-    for asked in (setup.workspace, setup.motion):
-        with pytest.raises(InputError):
-            asked()
-    with pytest.raises(InputError, match="an input has one"):
-        load_mechanism(written(tmp_path, text.replace("[points]", 'inputs = ["a-b"]\n[points]')))
 
 
 # -- files of motions, words -----------------------------------------------------------------------------------
