@@ -8,23 +8,23 @@ is read together lies together.
 from __future__ import annotations
 
 from ..ir.loops.algorithm import Algorithm as algorithm
-from ..ir.loops.language import INFINITY, InOut, Int, Ints, IntRows, IntVector, Matrix, Out, Real, Vector, int_zeros
-from .merging_bounds import DIRECTION, NOISE, widest
-
-#: Columns of slots: how often the object has changed, -1 if it is gone; its place in the tree's order, and its leaf;
-VERSION, PLACE, LEAF = range(3)
-#: the slot of its nearest object, -1 for none, and the version that this had; its place in the queue, -1 for none.
-NEAREST, SEEN, QUEUED = range(3, 6)
-SLOT = 6
-#: Columns of nodes: objects that are left; the places in the tree's order that are below.
-ALIVE, BEGIN, END = range(3)
-NODE = 3
-#: Counts of the tree: objects that it was built over, leaves.
-BUILT, LEAVES = range(2)
-#: Objects of a leaf, at most.
-LEAF_SIZE = 12
-#: Levels of any tree.
-DEEPEST = 40
+from ..ir.loops.language import INFINITY, InOut, Int, IntRows, Ints, IntVector, Matrix, Out, Real, Vector, int_zeros
+from .merging_bounds import NOISE, widest
+from .merging_layout import (
+    ALIVE,
+    BEGIN,
+    BUILT,
+    DEEPEST,
+    DIRECTION,
+    END,
+    LEAF,
+    LEAF_SIZE,
+    LEAVES,
+    NODE,
+    PLACE,
+    SLOT,
+    VERSION,
+)
 
 
 @algorithm
@@ -72,9 +72,9 @@ def part_at(middle: Int, begin: Int, end: Int, axis: Int, landmarks: Matrix, ord
 
 @algorithm
 def build_tree(
-    tree: InOut[IntVector[2]], landmarks: Matrix, slots: InOut[IntRows[SLOT]], order: InOut[Ints],
-    leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]], boxes: InOut[Matrix],
-) -> Real:
+    tree: InOut[IntVector[2]], landmarks: Matrix, slots: InOut[IntRows[SLOT]], order: InOut[Ints], leaves:
+    InOut[Matrix], nodes: InOut[IntRows[NODE]], boxes: InOut[Matrix],
+) -> Real:  # fmt: skip
     """The tree over all objects that are left; the rounding of their positions, as a length."""
     built = 0
     size = 0.0
@@ -120,9 +120,9 @@ def build_tree(
 
 @algorithm
 def refit(
-    slot: Int, change: Int, landmarks: Matrix, slots: IntRows[SLOT], order: InOut[Ints], leaves: InOut[Matrix],
-    nodes: InOut[IntRows[NODE]], boxes: InOut[Matrix],
-) -> None:
+    slot: Int, change: Int, landmarks: Matrix, slots: IntRows[SLOT], order: InOut[Ints], leaves: InOut[Matrix], nodes:
+    InOut[IntRows[NODE]], boxes: InOut[Matrix],
+) -> None:  # fmt: skip
     """Draw the boxes anew from an object's leaf to the root: it has moved (change 0), or gone (-1)."""
     place = slots[slot, PLACE]
     node = slots[slot, LEAF]

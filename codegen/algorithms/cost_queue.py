@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..ir.loops.algorithm import Algorithm as algorithm
-from ..ir.loops.language import Bool, InOut, Int, Ints, IntRows, Reals
-from .bounding_tree import QUEUED, SLOT
+from ..ir.loops.language import Bool, InOut, Int, IntRows, Ints, Reals
+from .merging_layout import QUEUED, SLOT
 
 
 @algorithm
@@ -14,9 +14,7 @@ def comes_first(a: Int, b: Int, costs: Reals) -> Bool:
 
 
 @algorithm
-def settle(
-    place: Int, slot: Int, size: Int, costs: Reals, heap: InOut[Ints], slots: InOut[IntRows[SLOT]]
-) -> None:
+def settle(place: Int, slot: Int, size: Int, costs: Reals, heap: InOut[Ints], slots: InOut[IntRows[SLOT]]) -> None:
     """Bring a slot, whose place in the heap is free for others, to where its cost belongs."""
     while place > 0:
         parent = heap[(place - 1) // 2]
@@ -27,11 +25,10 @@ def settle(
         place = (place - 1) // 2
     while 2 * place + 1 < size:
         below = 2 * place + 1
+        beside = min(below + 1, size - 1)
+        if comes_first(heap[beside], heap[below], costs):
+            below = beside
         child = heap[below]
-        if below + 1 < size:
-            if comes_first(heap[below + 1], child, costs):
-                below += 1
-                child = heap[below]
         if not comes_first(child, slot, costs):
             break
         heap[place] = child

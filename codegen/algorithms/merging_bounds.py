@@ -33,16 +33,8 @@ from __future__ import annotations
 
 from ..ir.loops.algorithm import Algorithm as algorithm
 from ..ir.loops.language import Int, Real, Static, Vector, sqrt
+from .merging_layout import COEFFICIENTS, CURVATURE, DIRECTION, FLAT_MARKS, INVERSE, INVERSE_CURVATURE, NORM
 
-#: Where the parts of a landmark begin, behind the position; of flats and points this is all:
-DIRECTION = 3
-CURVATURE = 6
-FLAT_MARKS = 7
-#: Of rounds, and flats among them: position and curvature of the inverse, N, the coefficients on the orthonormal basis.
-INVERSE = 7
-INVERSE_CURVATURE = 10
-NORM = 11
-COEFFICIENTS = 12
 #: Weights of squares in the cost, see above.
 OF_POSITION = 0.75
 OF_DIRECTION = 0.25
@@ -112,10 +104,8 @@ def least_cost(x: Vector, least: Vector, most: Vector, slack: Real) -> Real:
 
     ``slack``: the rounding of positions, as a length.
     """
-    if len(x) == FLAT_MARKS:
-        return SURELY * least_flat_cost(x, least, most, slack)
-    if x[CURVATURE] == 0.0 and most[CURVATURE] == 0.0:
-        return SURELY * least_flat_cost(x, least, most, slack)
+    if len(x) == FLAT_MARKS or (x[CURVATURE] == 0.0 and most[CURVATURE] == 0.0):
+        return SURELY * least_flat_cost(x[:FLAT_MARKS], least[:FLAT_MARKS], most[:FLAT_MARKS], slack)
     return SURELY * least_round_cost(x, least, most)
 
 
@@ -123,9 +113,8 @@ def least_cost(x: Vector, least: Vector, most: Vector, slack: Real) -> Real:
 def rounding_cost(x: Vector) -> Real:
     """A cost of this object that may be all rounding: of a motor at its distance, of products of its coefficients."""
     size = 1.0 + x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
-    if len(x) > FLAT_MARKS:
-        if x[NORM] > 1.0:
-            size = x[NORM] * x[NORM] * x[NORM] * x[NORM]
+    if len(x) > FLAT_MARKS and x[NORM] > 1.0:
+        size = x[NORM] * x[NORM] * x[NORM] * x[NORM]
     return NOISE * NOISE * size
 
 
@@ -145,9 +134,9 @@ def wider(
 @algorithm
 def widest(least: Vector, most: Vector) -> Int:
     """The part of the landmarks by which to part the objects of a box."""
+    axis: Int = 0
     if most[CURVATURE] > RADII * least[CURVATURE]:
         return CURVATURE
-    axis = 0
     width = 0.0
     if most[CURVATURE] == 0.0:
         axis, width = wider(least, most, 0, DIRECTION, sqrt(OF_POSITION), axis, width)

@@ -20,7 +20,8 @@ class Entry:
 
     Parameters
     ----------
-    name : str
+    name, part : str
+        In generated code, and of which part of the program it is.
     parameters : tuple of (str, str, bool)
         Name, type of numbers, and whether it is an array.
     results : tuple of str
@@ -28,6 +29,7 @@ class Entry:
     """
 
     name: str
+    part: str
     parameters: tuple[tuple[str, str, bool], ...]
     results: tuple[str, ...]
 
@@ -38,10 +40,11 @@ class Entry:
 
 def read_entries(text: str) -> dict[str, Entry]:
     """Entries by name, from the JSON text of a program."""
-    return {
-        name: Entry(name, tuple((n, type, is_array) for n, type, is_array in entry["parameters"]), tuple(entry["results"]))
-        for name, entry in json.loads(text).items()
-    }
+    found = {}
+    for name, entry in json.loads(text).items():
+        parameters = tuple((own, type, is_array) for own, type, is_array in entry["parameters"])
+        found[name] = Entry(name, entry["part"], parameters, tuple(entry["results"]))
+    return found
 
 
 class InPlace:

@@ -64,6 +64,8 @@ class Program:
         leaves it out under `PARTS_OPTION`.
     driver : tuple of KernelSpec
         The kernels of the rest.
+    algorithms : tuple of str
+        Files with the algorithms that it is made of, from the package's folder.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Program:
     options: tuple[str, ...] = ()
     parts: tuple[Part, ...] = ()
     driver: tuple[KernelSpec, ...] = ()
+    algorithms: tuple[str, ...] = ()
 
     def formulas(self) -> set[str]:
         """The formulas of its kernels, as ``module.function``."""

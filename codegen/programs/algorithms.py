@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from .. import compiler
-from ..build import source_digest
+from ..build import source_digest, text_cache
 from ..ir.graph import reachable
 from ..ir.loops.nodes import Function, KernelSignature
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
@@ -29,7 +29,9 @@ _MAIN = "algorithm.c.j2"
 ENTRIES = "algorithms.json"
 #: What texts that import it depend on, from the package's folder.
 _ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
-
+#: The same for texts of stock programs.
+_TEXT_SOURCES = ("../templates/numba/algorithm.py.j2", *_ELEMENTARY_SOURCES)
+_DIGITS = 24
 
 _C_TYPES = {REAL: "S", INT: "ptrdiff_t", BOOL: "ptrdiff_t"}
 
@@ -112,8 +114,8 @@ def algorithm_files(function: Function) -> dict[str, str]:
     """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
     kernels = "".join(compiler.print_function(v) for v in kernel_variants([function]))
     driver = render(
-        _MAIN, title=function.name, parts={"": {"bs_loop": _c_item(function)}}, precisions=(64, 32), headers=[_FUNCTIONS],
-        elementary=_uses_elementary([function]), is_stock=False,
+        _MAIN, title=function.name, parts={"": {"bs_loop": _c_item(function)}}, precisions=(64, 32),
+        headers=[_FUNCTIONS], elementary=_uses_elementary([function]), is_stock=False,
     )  # fmt: skip
     return {
         "kernels.c": driver,
@@ -157,9 +159,9 @@ def _numba_loop(name: str, function: Function) -> dict[str, Any]:
 
 
 def stock_program(
-    name: str, title: str, parts: Mapping[str, Mapping[str, Function]], specs: Sequence[KernelSpec]
+    name: str, title: str, parts: Mapping[str, Mapping[str, Function]], specs: Sequence[KernelSpec], source: str
 ) -> Program:
-    """Algorithms in double precision as a program for a generated folder: in C, and for numba.
+    """Algorithms in double precision as a C program for a generated folder.
 
     Parameters
     ----------
@@ -168,6 +170,8 @@ def stock_program(
         By the names that callers know; a part is compiled by itself where it is needed first.
     specs : sequence of KernelSpec
         The kernels that they call.
+    source : str
+        The file with the algorithms, from the package's folder; those that it imports are found.
     """
     texts = print_specs(specs)
     functions = {f"{n}_{part}": f for part, named in parts.items() for n, f in named.items()}
@@ -182,19 +186,50 @@ def stock_program(
         "kernels.h": kernels_header(texts),
         _FUNCTIONS: c_functions(roots),
         "kernels.cdef": "const char *bs_source_hash(void);\n" + _declarations(f"bs_{n}_f64" for n in functions),
-        "kernels.py": _numba_text(title, functions),
-        ENTRIES: _entries(functions),
+        ENTRIES: _entries(parts),
     }
-    return Program(name, tuple(texts), files, driver=tuple(specs))
+    return Program(name, tuple(texts), files, driver=tuple(specs), algorithms=_algorithm_files(source))
 
 
-def _entries(functions: Mapping[str, Function]) -> str:
-    """JSON: of each function the parameters, as name, type of numbers and whether it is an array; types of results."""
-    found = {
-        name: {"parameters": [_parameter(p) for p in f.parameters], "results": [str(t) for t in f.results]}
-        for name, f in functions.items()
-    }
-    lines = (f" {json.dumps(name)}: {json.dumps(entry)}" for name, entry in found.items())
+def _algorithm_files(source: str) -> tuple[str, ...]:
+    """A file with algorithms, and those of its folder and of `algorithms` that it imports."""
+    homes = ("algorithms/", source.rpartition("/")[0] + "/")
+    return tuple(sorted(file for file in source_digest.closure([source]) if file.startswith(homes)))
+
+
+def stock_numba(name: str, functions: Callable[[], Mapping[str, Function]], sources: Sequence[str]) -> str:
+    """Text of a part of a stock program for numba: made once for each state of the sources, and kept in the cache.
+
+    Parameters
+    ----------
+    name : str
+    functions : callable
+        The algorithms of the part, by the names that callers know.
+    sources : sequence of str
+        Files that they are made of, from the package's folder; what these import counts too.
+    """
+    digest = source_digest.digest(("programs/algorithms.py", *sources, *_TEXT_SOURCES))
+    group, file = digest and f"{name}_numba_{digest[:_DIGITS]}", f"{name}.py"
+    text = text_cache.read(group, file) if group else None
+    if text is None:
+        text = _numba_text(name, functions())
+        if group:
+            text_cache.write(group, {file: text})
+    elif group:
+        text_cache.touch(group)
+    return text
+
+
+def _entries(parts: Mapping[str, Mapping[str, Function]]) -> str:
+    """JSON: of each function the part, the parameters (name, type of numbers, whether an array), types of results."""
+    lines = [
+        f" {json.dumps(f'{name}_{part}')}: "
+        + json.dumps(
+            {"part": part, "parameters": [_parameter(p) for p in f.parameters], "results": [str(t) for t in f.results]}
+        )
+        for part, named in parts.items()
+        for name, f in named.items()
+    ]
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 

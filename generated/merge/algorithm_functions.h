@@ -55,10 +55,10 @@ BS_OUTLINED void FN(wider_7_7_3_6)(const S least[BS_LENGTH(7)], const S most[BS_
 /* The part of the landmarks by which to part the objects of a box. */
 BS_OUTLINED ptrdiff_t FN(widest_7_7)(const S least[BS_LENGTH(7)], const S most[BS_LENGTH(7)])
 {
+  ptrdiff_t axis = 0;
   if (most[6] > K(8.0) * least[6]) {
     return 6;
   }
-  ptrdiff_t axis = 0;
   S width = K(0.0);
   if (most[6] == K(0.0)) {
     ptrdiff_t result;
@@ -249,47 +249,17 @@ BS_OUTLINED S FN(least_cost_7_7_7)(const S x[BS_LENGTH(7)], const S least[BS_LEN
   return K(0.999999999) * result;
 }
 
-/* Cost of a pair, of which the first has the lower slot: the same number for both orders. */
-BS_OUTLINED S FN(pair_cost_point_5_5)(int align, const S first[BS_LENGTH(5)], const S second[BS_LENGTH(5)])
+/* The second of two objects, turned like the first where objects have no orientation. */
+BS_OUTLINED void FN(turn_point_5_5_5)(int align, S turned[BS_LENGTH(5)], const S first[BS_LENGTH(5)],
+    const S second[BS_LENGTH(5)])
 {
-  S cost;
   if (align) {
-    S row[1];
-    FN(cga3d_aligned_cost_point)(row, first, second);
-    cost = row[0];
+    FN(cga3d_align_point)(turned, second, first);
   } else {
-    S row1[1];
-    FN(cga3d_cost_point)(row1, first, second);
-    cost = row1[0];
+    for (ptrdiff_t k = 0; k < 5; k++) {
+      turned[k] = second[k];
+    }
   }
-  return cost;
-}
-
-/* The mean of a pair, first < second; whether there is one. */
-BS_OUTLINED int FN(pair_mean_point_5_nx5)(int align, S mean[BS_LENGTH(5)], ptrdiff_t first, ptrdiff_t second,
-    const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_)
-{
-  (void)rows_count_;
-  (void)weights_count_;
-  S status;
-  if (align) {
-    S row[1];
-    row[0] = weights[first];
-    S row1[1];
-    row1[0] = weights[second];
-    S row2[1];
-    FN(cga3d_aligned_mean_point)(mean, row2, rows + 5 * first, rows + 5 * second, row, row1);
-    status = row2[0];
-  } else {
-    S row3[1];
-    row3[0] = weights[first];
-    S row4[1];
-    row4[0] = weights[second];
-    S row5[1];
-    FN(cga3d_mean_point)(mean, row5, rows + 5 * first, rows + 5 * second, row3, row4);
-    status = row5[0];
-  }
-  return status == K(0.0);
 }
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
@@ -299,12 +269,14 @@ BS_OUTLINED void FN(visit_leaf_point_nx5_nx7_nx7)(int align, ptrdiff_t slot, ptr
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
     ptrdiff_t *result2_)
 {
+  (void)rows_count_;
+  (void)weights_count_;
   (void)landmarks_count_;
   (void)order_count_;
   (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 7 * slot;
-  S mean[5];
+  S turned[5];
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t other = order[place];
     if (other < 0 || other == slot) {
@@ -316,15 +288,23 @@ BS_OUTLINED void FN(visit_leaf_point_nx5_nx7_nx7)(int align, ptrdiff_t slot, ptr
     }
     const ptrdiff_t first = bs_min(slot, other);
     const ptrdiff_t second = bs_max(slot, other);
-    const S result1 = FN(pair_cost_point_5_5)(align, rows + 5 * first, rows + 5 * second);
-    const S cost = result1;
+    FN(turn_point_5_5_5)(align, turned, rows + 5 * first, rows + 5 * second);
+    S row[1];
+    FN(cga3d_cost_point)(row, rows + 5 * first, turned);
+    const S cost = row[0];
     evaluations = evaluations + 1;
     if (!((cost < least) || ((cost == least) && (nearest < 0 || other < nearest)))) {
       continue;
     }
-    const int result2 = FN(pair_mean_point_5_nx5)(align, mean, first, second, rows, rows_count_, weights, weights_count_);
-    const int has_mean = result2;
-    if (!has_mean) {
+    S row1[1];
+    row1[0] = weights[first];
+    S row2[1];
+    row2[0] = weights[second];
+    S mean[5];
+    S row3[1];
+    FN(cga3d_mean_point)(mean, row3, rows + 5 * first, turned, row1, row2);
+    const S status = row3[0];
+    if (status != K(0.0)) {
       continue;
     }
     least = cost;
@@ -496,14 +476,12 @@ BS_OUTLINED void FN(settle)(ptrdiff_t place, ptrdiff_t slot, ptrdiff_t size, con
   }
   while (2 * place + 1 < size) {
     ptrdiff_t below = 2 * place + 1;
-    ptrdiff_t child = heap[below];
-    if (below + 1 < size) {
-      const int result1 = FN(comes_first)(heap[below + 1], child, costs, costs_count_);
-      if (result1) {
-        below = below + 1;
-        child = heap[below];
-      }
+    const ptrdiff_t beside = bs_min(below + 1, size - 1);
+    const int result1 = FN(comes_first)(heap[beside], heap[below], costs, costs_count_);
+    if (result1) {
+      below = beside;
     }
+    const ptrdiff_t child = heap[below];
     const int result2 = FN(comes_first)(child, slot, costs, costs_count_);
     if (!result2) {
       break;
@@ -618,10 +596,17 @@ BS_OUTLINED void FN(merge_pair_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot
   (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
+  S turned[5];
+  FN(turn_point_5_5_5)(align, turned, rows + 5 * kept, rows + 5 * gone);
+  S row[1];
+  row[0] = weights[kept];
+  S row1[1];
+  row1[0] = weights[gone];
   S mean[5];
-  const int result = FN(pair_mean_point_5_nx5)(align, mean, kept, gone, rows, rows_count_, weights, weights_count_);
-  const int has_mean = result;
-  if (has_mean) {
+  S row2[1];
+  FN(cga3d_mean_point)(mean, row2, rows + 5 * kept, turned, row, row1);
+  const S status = row2[0];
+  if (status == K(0.0)) {
     for (ptrdiff_t k = 0; k < 5; k++) {
       rows[5 * kept + k] = mean[k];
     }
@@ -635,12 +620,12 @@ BS_OUTLINED void FN(merge_pair_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result1 = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
-  counts[3] = result1;
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result2 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
+    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
         order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    limits[1] = result2;
+    limits[1] = result1;
   } else {
     FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
         leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
@@ -776,10 +761,10 @@ BS_OUTLINED void FN(wider_22_22_12_22)(const S least[BS_LENGTH(22)], const S mos
 /* The part of the landmarks by which to part the objects of a box. */
 BS_OUTLINED ptrdiff_t FN(widest_22_22)(const S least[BS_LENGTH(22)], const S most[BS_LENGTH(22)])
 {
+  ptrdiff_t axis = 0;
   if (most[6] > K(8.0) * least[6]) {
     return 6;
   }
-  ptrdiff_t axis = 0;
   S width = K(0.0);
   if (most[6] == K(0.0)) {
     ptrdiff_t result;
@@ -949,17 +934,6 @@ BS_OUTLINED S FN(rounding_cost_22)(const S x[BS_LENGTH(22)])
   return K(2.0194839173657902e-28) * size;
 }
 
-/* `least_cost` of flats and points. */
-BS_OUTLINED S FN(least_flat_cost_22_22_22)(const S x[BS_LENGTH(22)], const S least[BS_LENGTH(22)],
-    const S most[BS_LENGTH(22)], S slack)
-{
-  const S result = FN(gap_squared_3_3_3)(x, K(1.0), least, most);
-  const S distance = FN(bs_max)(K(0.0), SQRT(result) - slack);
-  const S result1 = FN(gap_of_axis_3_3_3)(x + 3, least + 3, most + 3);
-  const S directions = result1;
-  return K(0.75) * distance * distance + K(0.25) * directions;
-}
-
 /* Square of the distance of sign * x from a box. */
 BS_OUTLINED S FN(gap_squared_10_10_10)(const S x[BS_LENGTH(10)], S sign, const S least[BS_LENGTH(10)],
     const S most[BS_LENGTH(10)])
@@ -1024,54 +998,24 @@ BS_OUTLINED S FN(least_cost_22_22_22)(const S x[BS_LENGTH(22)], const S least[BS
     const S most[BS_LENGTH(22)], S slack)
 {
   if (x[6] == K(0.0) && most[6] == K(0.0)) {
-    const S result = FN(least_flat_cost_22_22_22)(x, least, most, slack);
+    const S result = FN(least_flat_cost_7_7_7)(x, least, most, slack);
     return K(0.999999999) * result;
   }
   const S result1 = FN(least_round_cost_22_22_22)(x, least, most);
   return K(0.999999999) * result1;
 }
 
-/* Cost of a pair, of which the first has the lower slot: the same number for both orders. */
-BS_OUTLINED S FN(pair_cost_point_pair_10_10)(int align, const S first[BS_LENGTH(10)], const S second[BS_LENGTH(10)])
+/* The second of two objects, turned like the first where objects have no orientation. */
+BS_OUTLINED void FN(turn_point_pair_10_10_10)(int align, S turned[BS_LENGTH(10)], const S first[BS_LENGTH(10)],
+    const S second[BS_LENGTH(10)])
 {
-  S cost;
   if (align) {
-    S row[1];
-    FN(cga3d_aligned_cost_point_pair)(row, first, second);
-    cost = row[0];
+    FN(cga3d_align_point_pair)(turned, second, first);
   } else {
-    S row1[1];
-    FN(cga3d_cost_point_pair)(row1, first, second);
-    cost = row1[0];
+    for (ptrdiff_t k = 0; k < 10; k++) {
+      turned[k] = second[k];
+    }
   }
-  return cost;
-}
-
-/* The mean of a pair, first < second; whether there is one. */
-BS_OUTLINED int FN(pair_mean_point_pair_10_nx10)(int align, S mean[BS_LENGTH(10)], ptrdiff_t first, ptrdiff_t second,
-    const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_)
-{
-  (void)rows_count_;
-  (void)weights_count_;
-  S status;
-  if (align) {
-    S row[1];
-    row[0] = weights[first];
-    S row1[1];
-    row1[0] = weights[second];
-    S row2[1];
-    FN(cga3d_aligned_mean_point_pair)(mean, row2, rows + 10 * first, rows + 10 * second, row, row1);
-    status = row2[0];
-  } else {
-    S row3[1];
-    row3[0] = weights[first];
-    S row4[1];
-    row4[0] = weights[second];
-    S row5[1];
-    FN(cga3d_mean_point_pair)(mean, row5, rows + 10 * first, rows + 10 * second, row3, row4);
-    status = row5[0];
-  }
-  return status == K(0.0);
 }
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
@@ -1081,12 +1025,14 @@ BS_OUTLINED void FN(visit_leaf_point_pair_nx10_nx22_nx22)(int align, ptrdiff_t s
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
     ptrdiff_t *result2_)
 {
+  (void)rows_count_;
+  (void)weights_count_;
   (void)landmarks_count_;
   (void)order_count_;
   (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 22 * slot;
-  S mean[10];
+  S turned[10];
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t other = order[place];
     if (other < 0 || other == slot) {
@@ -1098,16 +1044,23 @@ BS_OUTLINED void FN(visit_leaf_point_pair_nx10_nx22_nx22)(int align, ptrdiff_t s
     }
     const ptrdiff_t first = bs_min(slot, other);
     const ptrdiff_t second = bs_max(slot, other);
-    const S result1 = FN(pair_cost_point_pair_10_10)(align, rows + 10 * first, rows + 10 * second);
-    const S cost = result1;
+    FN(turn_point_pair_10_10_10)(align, turned, rows + 10 * first, rows + 10 * second);
+    S row[1];
+    FN(cga3d_cost_point_pair)(row, rows + 10 * first, turned);
+    const S cost = row[0];
     evaluations = evaluations + 1;
     if (!((cost < least) || ((cost == least) && (nearest < 0 || other < nearest)))) {
       continue;
     }
-    const int result2 = FN(pair_mean_point_pair_10_nx10)(align, mean, first, second, rows, rows_count_, weights,
-        weights_count_);
-    const int has_mean = result2;
-    if (!has_mean) {
+    S row1[1];
+    row1[0] = weights[first];
+    S row2[1];
+    row2[0] = weights[second];
+    S mean[10];
+    S row3[1];
+    FN(cga3d_mean_point_pair)(mean, row3, rows + 10 * first, turned, row1, row2);
+    const S status = row3[0];
+    if (status != K(0.0)) {
       continue;
     }
     least = cost;
@@ -1328,11 +1281,17 @@ BS_OUTLINED void FN(merge_pair_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdif
   (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
+  S turned[10];
+  FN(turn_point_pair_10_10_10)(align, turned, rows + 10 * kept, rows + 10 * gone);
+  S row[1];
+  row[0] = weights[kept];
+  S row1[1];
+  row1[0] = weights[gone];
   S mean[10];
-  const int result = FN(pair_mean_point_pair_10_nx10)(align, mean, kept, gone, rows, rows_count_, weights,
-      weights_count_);
-  const int has_mean = result;
-  if (has_mean) {
+  S row2[1];
+  FN(cga3d_mean_point_pair)(mean, row2, rows + 10 * kept, turned, row, row1);
+  const S status = row2[0];
+  if (status == K(0.0)) {
     for (ptrdiff_t k = 0; k < 10; k++) {
       rows[10 * kept + k] = mean[k];
     }
@@ -1346,12 +1305,12 @@ BS_OUTLINED void FN(merge_pair_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdif
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result1 = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
-  counts[3] = result1;
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result2 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
+    const S result1 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
         order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    limits[1] = result2;
+    limits[1] = result1;
   } else {
     FN(refit_nx22_nx22_nx44)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
         leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
@@ -1415,47 +1374,17 @@ BS_OUTLINED void FN(begin_line_nx6_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)],
   limits[1] = result;
 }
 
-/* Cost of a pair, of which the first has the lower slot: the same number for both orders. */
-BS_OUTLINED S FN(pair_cost_line_6_6)(int align, const S first[BS_LENGTH(6)], const S second[BS_LENGTH(6)])
+/* The second of two objects, turned like the first where objects have no orientation. */
+BS_OUTLINED void FN(turn_line_6_6_6)(int align, S turned[BS_LENGTH(6)], const S first[BS_LENGTH(6)],
+    const S second[BS_LENGTH(6)])
 {
-  S cost;
   if (align) {
-    S row[1];
-    FN(cga3d_aligned_cost_line)(row, first, second);
-    cost = row[0];
+    FN(cga3d_align_line)(turned, second, first);
   } else {
-    S row1[1];
-    FN(cga3d_cost_line)(row1, first, second);
-    cost = row1[0];
+    for (ptrdiff_t k = 0; k < 6; k++) {
+      turned[k] = second[k];
+    }
   }
-  return cost;
-}
-
-/* The mean of a pair, first < second; whether there is one. */
-BS_OUTLINED int FN(pair_mean_line_6_nx6)(int align, S mean[BS_LENGTH(6)], ptrdiff_t first, ptrdiff_t second,
-    const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_)
-{
-  (void)rows_count_;
-  (void)weights_count_;
-  S status;
-  if (align) {
-    S row[1];
-    row[0] = weights[first];
-    S row1[1];
-    row1[0] = weights[second];
-    S row2[1];
-    FN(cga3d_aligned_mean_line)(mean, row2, rows + 6 * first, rows + 6 * second, row, row1);
-    status = row2[0];
-  } else {
-    S row3[1];
-    row3[0] = weights[first];
-    S row4[1];
-    row4[0] = weights[second];
-    S row5[1];
-    FN(cga3d_mean_line)(mean, row5, rows + 6 * first, rows + 6 * second, row3, row4);
-    status = row5[0];
-  }
-  return status == K(0.0);
 }
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
@@ -1465,12 +1394,14 @@ BS_OUTLINED void FN(visit_leaf_line_nx6_nx7_nx7)(int align, ptrdiff_t slot, ptrd
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
     ptrdiff_t *result2_)
 {
+  (void)rows_count_;
+  (void)weights_count_;
   (void)landmarks_count_;
   (void)order_count_;
   (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 7 * slot;
-  S mean[6];
+  S turned[6];
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t other = order[place];
     if (other < 0 || other == slot) {
@@ -1482,15 +1413,23 @@ BS_OUTLINED void FN(visit_leaf_line_nx6_nx7_nx7)(int align, ptrdiff_t slot, ptrd
     }
     const ptrdiff_t first = bs_min(slot, other);
     const ptrdiff_t second = bs_max(slot, other);
-    const S result1 = FN(pair_cost_line_6_6)(align, rows + 6 * first, rows + 6 * second);
-    const S cost = result1;
+    FN(turn_line_6_6_6)(align, turned, rows + 6 * first, rows + 6 * second);
+    S row[1];
+    FN(cga3d_cost_line)(row, rows + 6 * first, turned);
+    const S cost = row[0];
     evaluations = evaluations + 1;
     if (!((cost < least) || ((cost == least) && (nearest < 0 || other < nearest)))) {
       continue;
     }
-    const int result2 = FN(pair_mean_line_6_nx6)(align, mean, first, second, rows, rows_count_, weights, weights_count_);
-    const int has_mean = result2;
-    if (!has_mean) {
+    S row1[1];
+    row1[0] = weights[first];
+    S row2[1];
+    row2[0] = weights[second];
+    S mean[6];
+    S row3[1];
+    FN(cga3d_mean_line)(mean, row3, rows + 6 * first, turned, row1, row2);
+    const S status = row3[0];
+    if (status != K(0.0)) {
       continue;
     }
     least = cost;
@@ -1675,10 +1614,17 @@ BS_OUTLINED void FN(merge_pair_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot,
   (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
+  S turned[6];
+  FN(turn_line_6_6_6)(align, turned, rows + 6 * kept, rows + 6 * gone);
+  S row[1];
+  row[0] = weights[kept];
+  S row1[1];
+  row1[0] = weights[gone];
   S mean[6];
-  const int result = FN(pair_mean_line_6_nx6)(align, mean, kept, gone, rows, rows_count_, weights, weights_count_);
-  const int has_mean = result;
-  if (has_mean) {
+  S row2[1];
+  FN(cga3d_mean_line)(mean, row2, rows + 6 * kept, turned, row, row1);
+  const S status = row2[0];
+  if (status == K(0.0)) {
     for (ptrdiff_t k = 0; k < 6; k++) {
       rows[6 * kept + k] = mean[k];
     }
@@ -1692,12 +1638,12 @@ BS_OUTLINED void FN(merge_pair_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot,
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result1 = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
-  counts[3] = result1;
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result2 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
+    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
         order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    limits[1] = result2;
+    limits[1] = result1;
   } else {
     FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
         leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
@@ -1761,47 +1707,17 @@ BS_OUTLINED void FN(begin_circle_nx10_nx22_nx22_nx44)(ptrdiff_t counts[BS_LENGTH
   limits[1] = result;
 }
 
-/* Cost of a pair, of which the first has the lower slot: the same number for both orders. */
-BS_OUTLINED S FN(pair_cost_circle_10_10)(int align, const S first[BS_LENGTH(10)], const S second[BS_LENGTH(10)])
+/* The second of two objects, turned like the first where objects have no orientation. */
+BS_OUTLINED void FN(turn_circle_10_10_10)(int align, S turned[BS_LENGTH(10)], const S first[BS_LENGTH(10)],
+    const S second[BS_LENGTH(10)])
 {
-  S cost;
   if (align) {
-    S row[1];
-    FN(cga3d_aligned_cost_circle)(row, first, second);
-    cost = row[0];
+    FN(cga3d_align_circle)(turned, second, first);
   } else {
-    S row1[1];
-    FN(cga3d_cost_circle)(row1, first, second);
-    cost = row1[0];
+    for (ptrdiff_t k = 0; k < 10; k++) {
+      turned[k] = second[k];
+    }
   }
-  return cost;
-}
-
-/* The mean of a pair, first < second; whether there is one. */
-BS_OUTLINED int FN(pair_mean_circle_10_nx10)(int align, S mean[BS_LENGTH(10)], ptrdiff_t first, ptrdiff_t second,
-    const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_)
-{
-  (void)rows_count_;
-  (void)weights_count_;
-  S status;
-  if (align) {
-    S row[1];
-    row[0] = weights[first];
-    S row1[1];
-    row1[0] = weights[second];
-    S row2[1];
-    FN(cga3d_aligned_mean_circle)(mean, row2, rows + 10 * first, rows + 10 * second, row, row1);
-    status = row2[0];
-  } else {
-    S row3[1];
-    row3[0] = weights[first];
-    S row4[1];
-    row4[0] = weights[second];
-    S row5[1];
-    FN(cga3d_mean_circle)(mean, row5, rows + 10 * first, rows + 10 * second, row3, row4);
-    status = row5[0];
-  }
-  return status == K(0.0);
 }
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
@@ -1811,12 +1727,14 @@ BS_OUTLINED void FN(visit_leaf_circle_nx10_nx22_nx22)(int align, ptrdiff_t slot,
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
     ptrdiff_t *result2_)
 {
+  (void)rows_count_;
+  (void)weights_count_;
   (void)landmarks_count_;
   (void)order_count_;
   (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 22 * slot;
-  S mean[10];
+  S turned[10];
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t other = order[place];
     if (other < 0 || other == slot) {
@@ -1828,16 +1746,23 @@ BS_OUTLINED void FN(visit_leaf_circle_nx10_nx22_nx22)(int align, ptrdiff_t slot,
     }
     const ptrdiff_t first = bs_min(slot, other);
     const ptrdiff_t second = bs_max(slot, other);
-    const S result1 = FN(pair_cost_circle_10_10)(align, rows + 10 * first, rows + 10 * second);
-    const S cost = result1;
+    FN(turn_circle_10_10_10)(align, turned, rows + 10 * first, rows + 10 * second);
+    S row[1];
+    FN(cga3d_cost_circle)(row, rows + 10 * first, turned);
+    const S cost = row[0];
     evaluations = evaluations + 1;
     if (!((cost < least) || ((cost == least) && (nearest < 0 || other < nearest)))) {
       continue;
     }
-    const int result2 = FN(pair_mean_circle_10_nx10)(align, mean, first, second, rows, rows_count_, weights,
-        weights_count_);
-    const int has_mean = result2;
-    if (!has_mean) {
+    S row1[1];
+    row1[0] = weights[first];
+    S row2[1];
+    row2[0] = weights[second];
+    S mean[10];
+    S row3[1];
+    FN(cga3d_mean_circle)(mean, row3, rows + 10 * first, turned, row1, row2);
+    const S status = row3[0];
+    if (status != K(0.0)) {
       continue;
     }
     least = cost;
@@ -2022,10 +1947,17 @@ BS_OUTLINED void FN(merge_pair_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t 
   (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
+  S turned[10];
+  FN(turn_circle_10_10_10)(align, turned, rows + 10 * kept, rows + 10 * gone);
+  S row[1];
+  row[0] = weights[kept];
+  S row1[1];
+  row1[0] = weights[gone];
   S mean[10];
-  const int result = FN(pair_mean_circle_10_nx10)(align, mean, kept, gone, rows, rows_count_, weights, weights_count_);
-  const int has_mean = result;
-  if (has_mean) {
+  S row2[1];
+  FN(cga3d_mean_circle)(mean, row2, rows + 10 * kept, turned, row, row1);
+  const S status = row2[0];
+  if (status == K(0.0)) {
     for (ptrdiff_t k = 0; k < 10; k++) {
       rows[10 * kept + k] = mean[k];
     }
@@ -2039,12 +1971,12 @@ BS_OUTLINED void FN(merge_pair_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t 
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result1 = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
-  counts[3] = result1;
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result2 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
+    const S result1 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
         order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    limits[1] = result2;
+    limits[1] = result1;
   } else {
     FN(refit_nx22_nx22_nx44)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
         leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
@@ -2108,47 +2040,17 @@ BS_OUTLINED void FN(begin_plane_nx4_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)]
   limits[1] = result;
 }
 
-/* Cost of a pair, of which the first has the lower slot: the same number for both orders. */
-BS_OUTLINED S FN(pair_cost_plane_4_4)(int align, const S first[BS_LENGTH(4)], const S second[BS_LENGTH(4)])
+/* The second of two objects, turned like the first where objects have no orientation. */
+BS_OUTLINED void FN(turn_plane_4_4_4)(int align, S turned[BS_LENGTH(4)], const S first[BS_LENGTH(4)],
+    const S second[BS_LENGTH(4)])
 {
-  S cost;
   if (align) {
-    S row[1];
-    FN(cga3d_aligned_cost_plane)(row, first, second);
-    cost = row[0];
+    FN(cga3d_align_plane)(turned, second, first);
   } else {
-    S row1[1];
-    FN(cga3d_cost_plane)(row1, first, second);
-    cost = row1[0];
+    for (ptrdiff_t k = 0; k < 4; k++) {
+      turned[k] = second[k];
+    }
   }
-  return cost;
-}
-
-/* The mean of a pair, first < second; whether there is one. */
-BS_OUTLINED int FN(pair_mean_plane_4_nx4)(int align, S mean[BS_LENGTH(4)], ptrdiff_t first, ptrdiff_t second,
-    const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_)
-{
-  (void)rows_count_;
-  (void)weights_count_;
-  S status;
-  if (align) {
-    S row[1];
-    row[0] = weights[first];
-    S row1[1];
-    row1[0] = weights[second];
-    S row2[1];
-    FN(cga3d_aligned_mean_plane)(mean, row2, rows + 4 * first, rows + 4 * second, row, row1);
-    status = row2[0];
-  } else {
-    S row3[1];
-    row3[0] = weights[first];
-    S row4[1];
-    row4[0] = weights[second];
-    S row5[1];
-    FN(cga3d_mean_plane)(mean, row5, rows + 4 * first, rows + 4 * second, row3, row4);
-    status = row5[0];
-  }
-  return status == K(0.0);
 }
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
@@ -2158,12 +2060,14 @@ BS_OUTLINED void FN(visit_leaf_plane_nx4_nx7_nx7)(int align, ptrdiff_t slot, ptr
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
     ptrdiff_t *result2_)
 {
+  (void)rows_count_;
+  (void)weights_count_;
   (void)landmarks_count_;
   (void)order_count_;
   (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 7 * slot;
-  S mean[4];
+  S turned[4];
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t other = order[place];
     if (other < 0 || other == slot) {
@@ -2175,15 +2079,23 @@ BS_OUTLINED void FN(visit_leaf_plane_nx4_nx7_nx7)(int align, ptrdiff_t slot, ptr
     }
     const ptrdiff_t first = bs_min(slot, other);
     const ptrdiff_t second = bs_max(slot, other);
-    const S result1 = FN(pair_cost_plane_4_4)(align, rows + 4 * first, rows + 4 * second);
-    const S cost = result1;
+    FN(turn_plane_4_4_4)(align, turned, rows + 4 * first, rows + 4 * second);
+    S row[1];
+    FN(cga3d_cost_plane)(row, rows + 4 * first, turned);
+    const S cost = row[0];
     evaluations = evaluations + 1;
     if (!((cost < least) || ((cost == least) && (nearest < 0 || other < nearest)))) {
       continue;
     }
-    const int result2 = FN(pair_mean_plane_4_nx4)(align, mean, first, second, rows, rows_count_, weights, weights_count_);
-    const int has_mean = result2;
-    if (!has_mean) {
+    S row1[1];
+    row1[0] = weights[first];
+    S row2[1];
+    row2[0] = weights[second];
+    S mean[4];
+    S row3[1];
+    FN(cga3d_mean_plane)(mean, row3, rows + 4 * first, turned, row1, row2);
+    const S status = row3[0];
+    if (status != K(0.0)) {
       continue;
     }
     least = cost;
@@ -2368,10 +2280,17 @@ BS_OUTLINED void FN(merge_pair_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot
   (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
+  S turned[4];
+  FN(turn_plane_4_4_4)(align, turned, rows + 4 * kept, rows + 4 * gone);
+  S row[1];
+  row[0] = weights[kept];
+  S row1[1];
+  row1[0] = weights[gone];
   S mean[4];
-  const int result = FN(pair_mean_plane_4_nx4)(align, mean, kept, gone, rows, rows_count_, weights, weights_count_);
-  const int has_mean = result;
-  if (has_mean) {
+  S row2[1];
+  FN(cga3d_mean_plane)(mean, row2, rows + 4 * kept, turned, row, row1);
+  const S status = row2[0];
+  if (status == K(0.0)) {
     for (ptrdiff_t k = 0; k < 4; k++) {
       rows[4 * kept + k] = mean[k];
     }
@@ -2385,12 +2304,12 @@ BS_OUTLINED void FN(merge_pair_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result1 = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
-  counts[3] = result1;
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result2 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
+    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
         order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    limits[1] = result2;
+    limits[1] = result1;
   } else {
     FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
         leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
@@ -2526,10 +2445,10 @@ BS_OUTLINED void FN(wider_17_17_12_17)(const S least[BS_LENGTH(17)], const S mos
 /* The part of the landmarks by which to part the objects of a box. */
 BS_OUTLINED ptrdiff_t FN(widest_17_17)(const S least[BS_LENGTH(17)], const S most[BS_LENGTH(17)])
 {
+  ptrdiff_t axis = 0;
   if (most[6] > K(8.0) * least[6]) {
     return 6;
   }
-  ptrdiff_t axis = 0;
   S width = K(0.0);
   if (most[6] == K(0.0)) {
     ptrdiff_t result;
@@ -2699,17 +2618,6 @@ BS_OUTLINED S FN(rounding_cost_17)(const S x[BS_LENGTH(17)])
   return K(2.0194839173657902e-28) * size;
 }
 
-/* `least_cost` of flats and points. */
-BS_OUTLINED S FN(least_flat_cost_17_17_17)(const S x[BS_LENGTH(17)], const S least[BS_LENGTH(17)],
-    const S most[BS_LENGTH(17)], S slack)
-{
-  const S result = FN(gap_squared_3_3_3)(x, K(1.0), least, most);
-  const S distance = FN(bs_max)(K(0.0), SQRT(result) - slack);
-  const S result1 = FN(gap_of_axis_3_3_3)(x + 3, least + 3, most + 3);
-  const S directions = result1;
-  return K(0.75) * distance * distance + K(0.25) * directions;
-}
-
 /* Square of the distance of sign * x from a box. */
 BS_OUTLINED S FN(gap_squared_5_5_5)(const S x[BS_LENGTH(5)], S sign, const S least[BS_LENGTH(5)],
     const S most[BS_LENGTH(5)])
@@ -2773,54 +2681,24 @@ BS_OUTLINED S FN(least_cost_17_17_17)(const S x[BS_LENGTH(17)], const S least[BS
     const S most[BS_LENGTH(17)], S slack)
 {
   if (x[6] == K(0.0) && most[6] == K(0.0)) {
-    const S result = FN(least_flat_cost_17_17_17)(x, least, most, slack);
+    const S result = FN(least_flat_cost_7_7_7)(x, least, most, slack);
     return K(0.999999999) * result;
   }
   const S result1 = FN(least_round_cost_17_17_17)(x, least, most);
   return K(0.999999999) * result1;
 }
 
-/* Cost of a pair, of which the first has the lower slot: the same number for both orders. */
-BS_OUTLINED S FN(pair_cost_sphere_5_5)(int align, const S first[BS_LENGTH(5)], const S second[BS_LENGTH(5)])
+/* The second of two objects, turned like the first where objects have no orientation. */
+BS_OUTLINED void FN(turn_sphere_5_5_5)(int align, S turned[BS_LENGTH(5)], const S first[BS_LENGTH(5)],
+    const S second[BS_LENGTH(5)])
 {
-  S cost;
   if (align) {
-    S row[1];
-    FN(cga3d_aligned_cost_sphere)(row, first, second);
-    cost = row[0];
+    FN(cga3d_align_sphere)(turned, second, first);
   } else {
-    S row1[1];
-    FN(cga3d_cost_sphere)(row1, first, second);
-    cost = row1[0];
+    for (ptrdiff_t k = 0; k < 5; k++) {
+      turned[k] = second[k];
+    }
   }
-  return cost;
-}
-
-/* The mean of a pair, first < second; whether there is one. */
-BS_OUTLINED int FN(pair_mean_sphere_5_nx5)(int align, S mean[BS_LENGTH(5)], ptrdiff_t first, ptrdiff_t second,
-    const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_)
-{
-  (void)rows_count_;
-  (void)weights_count_;
-  S status;
-  if (align) {
-    S row[1];
-    row[0] = weights[first];
-    S row1[1];
-    row1[0] = weights[second];
-    S row2[1];
-    FN(cga3d_aligned_mean_sphere)(mean, row2, rows + 5 * first, rows + 5 * second, row, row1);
-    status = row2[0];
-  } else {
-    S row3[1];
-    row3[0] = weights[first];
-    S row4[1];
-    row4[0] = weights[second];
-    S row5[1];
-    FN(cga3d_mean_sphere)(mean, row5, rows + 5 * first, rows + 5 * second, row3, row4);
-    status = row5[0];
-  }
-  return status == K(0.0);
 }
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
@@ -2830,12 +2708,14 @@ BS_OUTLINED void FN(visit_leaf_sphere_nx5_nx17_nx17)(int align, ptrdiff_t slot, 
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
     ptrdiff_t *result2_)
 {
+  (void)rows_count_;
+  (void)weights_count_;
   (void)landmarks_count_;
   (void)order_count_;
   (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 17 * slot;
-  S mean[5];
+  S turned[5];
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t other = order[place];
     if (other < 0 || other == slot) {
@@ -2847,16 +2727,23 @@ BS_OUTLINED void FN(visit_leaf_sphere_nx5_nx17_nx17)(int align, ptrdiff_t slot, 
     }
     const ptrdiff_t first = bs_min(slot, other);
     const ptrdiff_t second = bs_max(slot, other);
-    const S result1 = FN(pair_cost_sphere_5_5)(align, rows + 5 * first, rows + 5 * second);
-    const S cost = result1;
+    FN(turn_sphere_5_5_5)(align, turned, rows + 5 * first, rows + 5 * second);
+    S row[1];
+    FN(cga3d_cost_sphere)(row, rows + 5 * first, turned);
+    const S cost = row[0];
     evaluations = evaluations + 1;
     if (!((cost < least) || ((cost == least) && (nearest < 0 || other < nearest)))) {
       continue;
     }
-    const int result2 = FN(pair_mean_sphere_5_nx5)(align, mean, first, second, rows, rows_count_, weights,
-        weights_count_);
-    const int has_mean = result2;
-    if (!has_mean) {
+    S row1[1];
+    row1[0] = weights[first];
+    S row2[1];
+    row2[0] = weights[second];
+    S mean[5];
+    S row3[1];
+    FN(cga3d_mean_sphere)(mean, row3, rows + 5 * first, turned, row1, row2);
+    const S status = row3[0];
+    if (status != K(0.0)) {
       continue;
     }
     least = cost;
@@ -3077,10 +2964,17 @@ BS_OUTLINED void FN(merge_pair_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t s
   (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
+  S turned[5];
+  FN(turn_sphere_5_5_5)(align, turned, rows + 5 * kept, rows + 5 * gone);
+  S row[1];
+  row[0] = weights[kept];
+  S row1[1];
+  row1[0] = weights[gone];
   S mean[5];
-  const int result = FN(pair_mean_sphere_5_nx5)(align, mean, kept, gone, rows, rows_count_, weights, weights_count_);
-  const int has_mean = result;
-  if (has_mean) {
+  S row2[1];
+  FN(cga3d_mean_sphere)(mean, row2, rows + 5 * kept, turned, row, row1);
+  const S status = row2[0];
+  if (status == K(0.0)) {
     for (ptrdiff_t k = 0; k < 5; k++) {
       rows[5 * kept + k] = mean[k];
     }
@@ -3094,12 +2988,12 @@ BS_OUTLINED void FN(merge_pair_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t s
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result1 = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
-  counts[3] = result1;
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result2 = FN(build_tree_nx17_nx17_nx34)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
+    const S result1 = FN(build_tree_nx17_nx17_nx34)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
         order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    limits[1] = result2;
+    limits[1] = result1;
   } else {
     FN(refit_nx17_nx17_nx34)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
         leaves_count_, nodes, nodes_count_, boxes, boxes_count_);

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
 from ..codegen.build.extension import generated_extension, load
-from ..codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, required_compiler
+from ..codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, missing_compiler, required_compiler
 from ..codegen.execute.in_place import Entry, InPlace, read_entries
 from ..codegen.execute.items import Loop, c_loop, numba_loop
 from .installed import bundled_folder, headers, installed_program
@@ -18,7 +19,7 @@ _log = logging.getLogger("bladesmith")
 
 
 @cache
-def stock_algorithm(program: str, name: str, part: str, what: str) -> InPlace:
+def stock_algorithm(program: str, name: str, part: str, what: str, numba_text: Callable[[str], str]) -> InPlace:
     """An algorithm of ``generated/<program>``, ready to run.
 
     Parameters
@@ -28,6 +29,8 @@ def stock_algorithm(program: str, name: str, part: str, what: str) -> InPlace:
         As the program's module names them.
     what : str
         What is compiled, for messages: "merging is compiled at its first use".
+    numba_text : callable
+        Gives the text of a part for numba.
 
     Raises
     ------
@@ -35,7 +38,7 @@ def stock_algorithm(program: str, name: str, part: str, what: str) -> InPlace:
         If it is not installed, and there are neither a compiler nor numba.
     """
     entry = _entries(program)[f"{name}_{part}"]
-    return InPlace(entry, _c_loop(program, part, entry) or _numba_loop(program, part, entry, what))
+    return InPlace(entry, _c_loop(program, part, entry) or _numba_loop(program, part, entry, what, numba_text))
 
 
 @cache
@@ -61,16 +64,16 @@ def _compiled_part(program: str, part: str) -> Any:
     return load(replace(whole, name=f"{program}_{part}", cdef=own, options=options))
 
 
-def _numba_loop(program: str, part: str, entry: Entry, what: str) -> Loop:
+def _numba_loop(program: str, part: str, entry: Entry, what: str, numba_text: Callable[[str], str]) -> Loop:
     if find_spec("numba") is None:
-        required_compiler(what, REMEDY_OF_PROGRAMS)
-    return numba_loop(_numba_module(program)[entry.name])
+        required_compiler(what, f"{REMEDY_OF_PROGRAMS}, or numba")
+    return numba_loop(_numba_module(program, part, numba_text)[entry.name])
 
 
 @cache
-def _numba_module(program: str) -> Any:
+def _numba_module(program: str, part: str, numba_text: Callable[[str], str]) -> Any:
     from ..codegen.execute.numba_cache import CachedModule
 
-    _log.info("without a C compiler, numba compiles the program %s.", program)
-    entries = _entries(program)
-    return CachedModule(program, _text(program, "kernels.py"), {name: e.signature() for name, e in entries.items()})
+    _log.warning("%s_%s runs by numba: %s.", program, part, missing_compiler().what)
+    signatures = {name: entry.signature() for name, entry in _entries(program).items() if entry.part == part}
+    return CachedModule(f"{program}_{part}", numba_text(part), signatures)

@@ -11,7 +11,7 @@ from ...trace.outputs import Result, row
 from ..products.outcome import where_or_nan
 from .blades import Checked, norm_squared, project_sum, written_size
 from .conformal import infinity, origin
-from .costs import align, magnitude
+from .costs import magnitude
 from .euclidean import coordinates, euclidean_part, space
 from .local import anchor, curvature
 
@@ -20,11 +20,6 @@ def mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivect
     """S (w1 x1 + w2 x2), with the statuses of `blades.project_sum`."""
     a, b = w1 * x1, w2 * x2
     return project_sum(a + b, written_size(a, b))
-
-
-def aligned_mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
-    """`mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned."""
-    return mean_of_two(x1, align(x2, x1), w1, w2)
 
 
 def landmark(x: Multivector) -> Result:
@@ -46,8 +41,12 @@ def landmark(x: Multivector) -> Result:
     position = coordinates(select(is_round, center, foot))
     along = [select(is_round, x.constant(0), d) for d in direction]
     inverse_position = coordinates(select(inverse_curved > 0, inverse_center, x.new({})))
-    on_orthonormal = [sqrt(magnitude(x.new({blade: x.constant(1).terms[0]}))) * x.new({0: c}) for blade, c in x.terms.items()]
-    return row([*position, *along, curved, *inverse_position, inverse_curved, _operator_norm(on_orthonormal), *on_orthonormal])
+    on_orthonormal = [
+        sqrt(magnitude(x.new({blade: x.constant(1).terms[0]}))) * x.new({0: c}) for blade, c in x.terms.items()
+    ]
+    return row(
+        [*position, *along, curved, *inverse_position, inverse_curved, _operator_norm(on_orthonormal), *on_orthonormal]
+    )
 
 
 def _operator_norm(coefficients: list[Multivector]) -> Multivector:

@@ -9,33 +9,39 @@ A mean takes the slot of the first of its two objects. ``align``: objects have n
 
 from __future__ import annotations
 
-from ...algorithms.bounding_tree import (
+from ...algorithms.bounding_tree import build_tree, refit
+from ...algorithms.cost_queue import leave, settle
+from ...algorithms.merging_bounds import least_cost, rounding_cost
+from ...algorithms.merging_layout import (
     ALIVE,
     BEGIN,
     BUILT,
+    COUNTS,
     DEEPEST,
     END,
+    EVALUATIONS,
     LEAF,
     LEAVES,
+    LIVE,
+    MERGES,
     NEAREST,
     NODE,
     QUEUED,
     SEEN,
+    SLACK,
     SLOT,
+    THRESHOLD,
     VERSION,
-    build_tree,
-    refit,
+    WAITING,
 )  # fmt: skip
-from ...algorithms.cost_queue import leave, settle
-from ...algorithms.merging_bounds import least_cost, rounding_cost
 from ...ir.loops.algorithm import Algorithm as algorithm
 from ...ir.loops.language import (
     INFINITY,
     Bool,
     InOut,
     Int,
-    Ints,
     IntRows,
+    Ints,
     IntVector,
     Matrix,
     Out,
@@ -49,35 +55,17 @@ from ...ir.loops.language import (
 )  # fmt: skip
 from .kinds import KINDS
 
-#: Limits: the greatest cost of a pair that is merged; the rounding of positions, as a length.
-THRESHOLD, SLACK = range(2)
-#: Counts: those of the tree, then objects that are left, slots in the queue, merges, costs that were computed.
-LIVE, WAITING, MERGES, EVALUATIONS = range(2, 6)
-COUNTS = 6
 #: The tree is built anew when this share of its objects is left.
 REBUILD = 4
 
 
 @algorithm
-def pair_cost(kind: Static, align: Bool, first: Vector, second: Vector) -> Real:
-    """Cost of a pair, of which the first has the lower slot: the same number for both orders."""
+def turn(kind: Static, align: Bool, turned: Out[Vector], first: Vector, second: Vector) -> None:
+    """The second of two objects, turned like the first where objects have no orientation."""
     if align:
-        cost = KINDS[kind].aligned_cost(first, second)
+        turned[:] = KINDS[kind].align(second, first)
     else:
-        cost = KINDS[kind].cost(first, second)
-    return cost
-
-
-@algorithm
-def pair_mean(
-    kind: Static, align: Bool, mean: Out[Vector], first: Int, second: Int, rows: Matrix, weights: Reals
-) -> Bool:
-    """The mean of a pair, first < second; whether there is one."""
-    if align:
-        mean[:], status = KINDS[kind].aligned_mean(rows[first], rows[second], weights[first], weights[second])
-    else:
-        mean[:], status = KINDS[kind].mean(rows[first], rows[second], weights[first], weights[second])
-    return status == 0.0
+        turned[:] = second
 
 
 # -- the nearest object --------------------------------------------------------------------------------------------
@@ -87,25 +75,26 @@ def pair_mean(
 def visit_leaf(
     kind: Static, align: Bool, slot: Int, begin: Int, end: Int, enough: Real, nearest: Int, least: Real, slack: Real,
     rows: Matrix, weights: Reals, landmarks: Matrix, order: Ints, leaves: Matrix,
-) -> tuple[Int, Real, Int]:
+) -> tuple[Int, Real, Int]:  # fmt: skip
     """The nearest object when some places of the tree have been looked at, too; its cost, and costs computed."""
     evaluations = 0
     own = landmarks[slot]
-    mean = empty(len(rows[0]))
+    turned = empty(len(rows[0]))
     for place in range(begin, end):
         other = order[place]
         if other < 0 or other == slot:
             continue
         if least_cost(own, leaves[place], leaves[place], slack) > least:
             continue
-        first = min(slot, other)
+        first = min(slot, other)  # the same cost for both orders
         second = max(slot, other)
-        cost = pair_cost(kind, align, rows[first], rows[second])
+        turn(kind, align, turned, rows[first], rows[second])
+        cost = KINDS[kind].cost(rows[first], turned)
         evaluations += 1
         if not (cost < least or (cost == least and (nearest < 0 or other < nearest))):
             continue
-        has_mean = pair_mean(kind, align, mean, first, second, rows, weights)
-        if not has_mean:
+        mean, status = KINDS[kind].mean(rows[first], turned, weights[first], weights[second])
+        if status != 0.0:
             continue
         least = cost
         nearest = other
@@ -118,7 +107,7 @@ def visit_leaf(
 def find_nearest(
     kind: Static, align: Bool, slot: Int, limits: Vector[2], tree: IntVector[2], rows: Matrix, weights: Reals,
     landmarks: Matrix, slots: IntRows[SLOT], order: Ints, leaves: Matrix, nodes: IntRows[NODE], boxes: Matrix,
-) -> tuple[Int, Real, Int]:
+) -> tuple[Int, Real, Int]:  # fmt: skip
     """The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed.
 
     Among copies of one object any serves: the first that cannot be told from it ends the search, or n copies would
@@ -176,9 +165,9 @@ def find_nearest(
 @algorithm
 def look(
     kind: Static, align: Bool, slot: Int, limits: Vector[2], tree: IntVector[2], rows: Matrix, weights: Reals,
-    landmarks: Matrix, slots: InOut[IntRows[SLOT]], costs: InOut[Reals], order: Ints, leaves: Matrix,
-    nodes: IntRows[NODE], boxes: Matrix,
-) -> Int:
+    landmarks: Matrix, slots: InOut[IntRows[SLOT]], costs: InOut[Reals], order: Ints, leaves: Matrix, nodes:
+    IntRows[NODE], boxes: Matrix,
+) -> Int:  # fmt: skip
     """Note a slot's nearest object; costs that were computed."""
     nearest, cost, evaluations = find_nearest(
         kind, align, slot, limits, tree, rows, weights, landmarks, slots, order, leaves, nodes, boxes
@@ -186,7 +175,7 @@ def look(
     slots[slot, NEAREST] = nearest
     slots[slot, SEEN] = 0 if nearest < 0 else slots[nearest, VERSION]
     costs[slot] = cost
-    return evaluations
+    return int(evaluations)
 
 
 # -- merging -------------------------------------------------------------------------------------------------------
@@ -194,10 +183,10 @@ def look(
 
 @algorithm
 def look_again(
-    kind: Static, align: Bool, slot: Int, counts: InOut[IntVector[COUNTS]], limits: Vector[2], rows: Matrix,
-    weights: Reals, landmarks: Matrix, slots: InOut[IntRows[SLOT]], costs: InOut[Reals], heap: InOut[Ints],
-    order: Ints, leaves: Matrix, nodes: IntRows[NODE], boxes: Matrix,
-) -> None:
+    kind: Static, align: Bool, slot: Int, counts: InOut[IntVector[COUNTS]], limits: Vector[2], rows: Matrix, weights:
+    Reals, landmarks: Matrix, slots: InOut[IntRows[SLOT]], costs: InOut[Reals], heap: InOut[Ints], order: Ints,
+    leaves: Matrix, nodes: IntRows[NODE], boxes: Matrix,
+) -> None:  # fmt: skip
     """Look for a slot's nearest object, and queue it with that."""
     evaluations = look(
         kind, align, slot, limits, counts[:LIVE], rows, weights, landmarks, slots, costs, order, leaves, nodes, boxes
@@ -215,17 +204,18 @@ def look_again(
 
 @algorithm
 def merge_pair(
-    kind: Static, align: Bool, slot: Int, counts: InOut[IntVector[COUNTS]], limits: InOut[Vector[2]],
-    rows: InOut[Matrix], weights: InOut[Reals], landmarks: InOut[Matrix], slots: InOut[IntRows[SLOT]],
-    costs: InOut[Reals], heap: InOut[Ints], order: InOut[Ints], leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]],
-    boxes: InOut[Matrix], merge_costs: InOut[Reals], pairs: InOut[IntRows[2]],
-) -> None:
+    kind: Static, align: Bool, slot: Int, counts: InOut[IntVector[COUNTS]], limits: InOut[Vector[2]], rows:
+    InOut[Matrix], weights: InOut[Reals], landmarks: InOut[Matrix], slots: InOut[IntRows[SLOT]], costs: InOut[Reals],
+    heap: InOut[Ints], order: InOut[Ints], leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]], boxes: InOut[Matrix],
+    merge_costs: InOut[Reals], pairs: InOut[IntRows[2]],
+) -> None:  # fmt: skip
     """Replace an object and its nearest one by their mean."""
     kept = min(slot, slots[slot, NEAREST])
     gone = max(slot, slots[slot, NEAREST])
-    mean = empty(len(rows[0]))
-    has_mean = pair_mean(kind, align, mean, kept, gone, rows, weights)
-    if has_mean:  # as it had when it was looked for
+    turned = empty(len(rows[0]))
+    turn(kind, align, turned, rows[kept], rows[gone])
+    mean, status = KINDS[kind].mean(rows[kept], turned, weights[kept], weights[gone])
+    if status == 0.0:  # as it was when it was looked for
         rows[kept][:] = mean
     weights[kept] += weights[gone]
     landmarks[kept][:] = KINDS[kind].landmark(rows[kept])
@@ -252,9 +242,9 @@ def merge_pair(
 @algorithm
 def begin(
     kind: Static, counts: InOut[IntVector[COUNTS]], limits: InOut[Vector[2]], rows: Matrix, landmarks: InOut[Matrix],
-    slots: InOut[IntRows[SLOT]], order: InOut[Ints], leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]],
-    boxes: InOut[Matrix],
-) -> None:
+    slots: InOut[IntRows[SLOT]], order: InOut[Ints], leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]], boxes:
+    InOut[Matrix],
+) -> None:  # fmt: skip
     """Landmarks of all objects whose version is not negative, and the tree over them."""
     for slot in range(len(slots)):
         if slots[slot, VERSION] >= 0:
@@ -267,7 +257,7 @@ def find(
     kind: Static, align: Bool, begin: Int, end: Int, counts: IntVector[COUNTS], limits: Vector[2], rows: Matrix,
     weights: Reals, landmarks: Matrix, slots: InOut[IntRows[SLOT]], costs: InOut[Reals], order: Ints, leaves: Matrix,
     nodes: IntRows[NODE], boxes: Matrix,
-) -> Int:
+) -> Int:  # fmt: skip
     """Nearest objects of those at some places of the new tree; costs that were computed."""
     evaluations = 0
     for place in range(begin, end):
@@ -281,9 +271,7 @@ def find(
 
 
 @algorithm
-def queue(
-    counts: InOut[IntVector[COUNTS]], slots: InOut[IntRows[SLOT]], costs: Reals, heap: InOut[Ints]
-) -> None:
+def queue(counts: InOut[IntVector[COUNTS]], slots: InOut[IntRows[SLOT]], costs: Reals, heap: InOut[Ints]) -> None:
     """Queue all objects that have a nearest one."""
     for slot in range(len(slots)):
         if slots[slot, VERSION] >= 0 and slots[slot, NEAREST] >= 0:
@@ -293,11 +281,11 @@ def queue(
 
 @algorithm
 def step(
-    kind: Static, align: Bool, most: Int, counts: InOut[IntVector[COUNTS]], limits: InOut[Vector[2]],
-    rows: InOut[Matrix], weights: InOut[Reals], landmarks: InOut[Matrix], slots: InOut[IntRows[SLOT]],
-    costs: InOut[Reals], heap: InOut[Ints], order: InOut[Ints], leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]],
-    boxes: InOut[Matrix], merge_costs: InOut[Reals], pairs: InOut[IntRows[2]],
-) -> Int:
+    kind: Static, align: Bool, most: Int, counts: InOut[IntVector[COUNTS]], limits: InOut[Vector[2]], rows:
+    InOut[Matrix], weights: InOut[Reals], landmarks: InOut[Matrix], slots: InOut[IntRows[SLOT]], costs: InOut[Reals],
+    heap: InOut[Ints], order: InOut[Ints], leaves: InOut[Matrix], nodes: InOut[IntRows[NODE]], boxes: InOut[Matrix],
+    merge_costs: InOut[Reals], pairs: InOut[IntRows[2]],
+) -> Int:  # fmt: skip
     """At most so many merges; fewer were done only if no pair is left."""
     before = counts[MERGES]
     while counts[WAITING] > 0 and counts[MERGES] - before < most:
@@ -312,7 +300,7 @@ def step(
                 kind, align, slot, counts, limits, rows, weights, landmarks, slots, costs, heap, order, leaves, nodes,
                 boxes, merge_costs, pairs,
             )  # fmt: skip
-    return counts[MERGES] - before
+    return int(counts[MERGES] - before)
 
 
 @algorithm

@@ -11,21 +11,18 @@ from ..kernel_spec import KernelSpec
 class MergedKind(NamedTuple):
     """The kernels of a kind."""
 
+    align: KernelSpec
     cost: KernelSpec
-    aligned_cost: KernelSpec
     mean: KernelSpec
-    aligned_mean: KernelSpec
     landmark: KernelSpec
 
 
 def _kernels(kind: str) -> MergedKind:
     pair = (kind, kind)
-    weighted = (*pair, "number", "number")
     return MergedKind(
+        KernelSpec(costs.align, pair, f"align_{kind}"),
         KernelSpec(costs.pair_cost, pair, f"cost_{kind}"),
-        KernelSpec(costs.aligned_cost, pair, f"aligned_cost_{kind}"),
-        KernelSpec(merging.mean_of_two, weighted, f"mean_{kind}"),
-        KernelSpec(merging.aligned_mean_of_two, weighted, f"aligned_mean_{kind}"),
+        KernelSpec(merging.mean_of_two, (*pair, "number", "number"), f"mean_{kind}"),
         KernelSpec(merging.landmark, (kind,), f"landmark_{kind}"),
     )
 

@@ -8,9 +8,12 @@ from ...ir.loops.nodes import Function
 from ...ir.loops.scope import Static
 from ...ir.loops.types import REAL, ArrayType, StaticType
 from .. import Program
-from ..algorithms import stock_program
+from ..algorithms import stock_numba, stock_program
 from . import greedy
 from .kinds import KINDS
+
+#: The file with the algorithms.
+SOURCE = "programs/merging/greedy.py"
 
 
 def _functions(kind: str) -> dict[str, Function]:
@@ -31,4 +34,12 @@ def _functions(kind: str) -> dict[str, Function]:
 def merge_program() -> Program:
     """The algorithms of all kinds, and their kernels."""
     specs = [spec for kind in KINDS.values() for spec in kind]
-    return stock_program("merge", "Merging of similar objects", {kind: _functions(kind) for kind in KINDS}, specs)
+    parts = {kind: _functions(kind) for kind in KINDS}
+    return stock_program("merge", "Merging of similar objects", parts, specs, SOURCE)
+
+
+@cache
+def merge_numba(kind: str) -> str:
+    """The algorithms of a kind for numba."""
+    sources = (SOURCE, "programs/merging/program.py", "specs/cga3d.toml")
+    return stock_numba(f"merge_{kind}", lambda: {f"{n}_{kind}": f for n, f in _functions(kind).items()}, sources)

@@ -1,6 +1,6 @@
 """The compiled merging algorithms: their state in arrays that Python owns, run in steps.
 
-The only module that knows the layout of that state (codegen/programs/merging/greedy.py).
+The only module that knows the layout of that state (codegen/algorithms/merging_layout.py).
 """
 
 from __future__ import annotations
@@ -10,9 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.algorithms.bounding_tree import BUILT, LEAF_SIZE, NODE, SLOT, VERSION
-from ...codegen.algorithms.merging_bounds import COEFFICIENTS, FLAT_MARKS
-from ...codegen.programs.merging.greedy import COUNTS, EVALUATIONS, LIVE, MERGES, THRESHOLD
+from ...codegen.algorithms.merging_layout import (
+    BUILT,
+    COEFFICIENTS,
+    COUNTS,
+    EVALUATIONS,
+    FLAT_MARKS,
+    LEAF_SIZE,
+    LIVE,
+    MERGES,
+    NODE,
+    SLOT,
+    THRESHOLD,
+    VERSION,
+)  # fmt: skip
 from ...common import parallel
 from ...dispatch.stock_algorithms import stock_algorithm
 
@@ -21,6 +32,12 @@ Array = NDArray[Any]
 FLATS = ("point", "line", "plane")
 #: Objects whose neighbours one thread looks up at a time, and merges between two looks at an interrupt.
 CHUNK = 512
+
+
+def _numba_text(kind: str) -> str:
+    from ...codegen.programs.merging.program import merge_numba
+
+    return merge_numba(kind)
 
 
 class Greedy:
@@ -54,17 +71,18 @@ class Greedy:
         slots[:, VERSION] = np.where(alive, 0, -1)
         limits = np.zeros(2)
         limits[THRESHOLD] = threshold
+        self._pairs, self._costs = np.empty((n, 2), np.int64), np.empty(n)
         self._state = {
             "align": align, "counts": self._counts, "limits": limits, "rows": self.rows,
             "weights": np.array(weights, np.float64), "landmarks": np.empty((n, marks)), "slots": slots,
             "costs": np.empty(n), "heap": np.empty(n, np.int64), "order": np.full(n, -1, np.int64),
             "leaves": np.empty((n, marks)), "nodes": np.zeros((nodes, NODE), np.int64),
-            "boxes": np.empty((nodes, 2 * marks)), "merge_costs": np.empty(n), "pairs": np.empty((n, 2), np.int64),
+            "boxes": np.empty((nodes, 2 * marks)), "merge_costs": self._costs, "pairs": self._pairs,
         }  # fmt: skip
         self._run("begin")
 
     def _run(self, name: str, **numbers: int) -> Any:
-        function = stock_algorithm("merge", name, self._kind, "merging is compiled at its first use")
+        function = stock_algorithm("merge", name, self._kind, "merging is compiled at its first use", _numba_text)
         return function({**self._state, **numbers})
 
     def find(self, threads: int | None = None) -> None:
@@ -91,8 +109,8 @@ class Greedy:
     def history(self) -> tuple[Array, Array, Array]:
         """Merges in order: the cost, the slot that stores the mean, and the slot that was freed."""
         done = self._counts[MERGES]
-        kept, gone = self._state["pairs"][:done].T.copy()
-        return self._state["merge_costs"][:done].copy(), kept, gone
+        kept, gone = self._pairs[:done].T.copy()
+        return self._costs[:done].copy(), kept, gone
 
     def bound(self, first: int, second: int) -> float:
         """The least cost that the landmarks of two objects leave possible."""
