@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import CompilerMissingError, InputError
-from .execute.items import ItemFunction, c_loop, printed_loop
+from .execute.items import CLoop, ItemFunction, Loop, NumbaLoop
 from .ir.loops import language
 from .ir.loops.algorithm import Algorithm
 from .ir.loops.nodes import Function
@@ -300,15 +300,15 @@ def _is_single(function: Function, items: Sequence[Any]) -> bool:
     return bool(reals) and all(r == np.float32 for r in reals)
 
 
-def _loop(function: Function, target: str, precision: str) -> Any:
+def _loop(function: Function, target: str, precision: str) -> Loop:
     from .programs.algorithms import algorithm_extension, algorithm_numba
 
     if target == "c":
         from .build.extension import load
 
         try:
-            return c_loop(load(algorithm_extension(function)), f"bs_loop_{precision}")
+            return CLoop(load(algorithm_extension(function)), precision)
         except CompilerMissingError:
             if precision == "f32":
                 raise
-    return printed_loop(function.name, algorithm_numba(function), function)
+    return NumbaLoop(function.name, algorithm_numba(function), function)

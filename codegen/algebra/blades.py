@@ -197,6 +197,8 @@ class BladeBasis:
 
     def _labels(self, name: str | Sequence[int]) -> list[str]:
         if not isinstance(name, str):
+            if not isinstance(name, (tuple, list, range)):
+                raise self._unknown(name)
             labels = [str(i) for i in name]
             for label in labels:
                 if label not in self.vectors:

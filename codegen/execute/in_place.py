@@ -35,7 +35,7 @@ class Entry:
 
     def signature(self) -> Any:
         """Types for numba."""
-        return numba_signature([_DTYPES[type] for type in (*(p[1] for p in self.parameters), *self.results)])
+        return numba_signature([*(type for _, type, _ in self.parameters), *self.results])
 
 
 def read_entries(text: str) -> dict[str, Entry]:
@@ -53,8 +53,7 @@ class InPlace:
     Parameters
     ----------
     entry : Entry
-    loop : callable
-        See `items.Loop`.
+    loop : Loop
     """
 
     def __init__(self, entry: Entry, loop: Loop) -> None:
@@ -70,6 +69,7 @@ class InPlace:
         returned = [np.empty(1, _DTYPES[type]) for type in self.entry.results]
         taken += returned
         counts += [0] * len(returned)
-        self.loop(0, 1, taken, [0] * len(taken), counts)
+        loop, held = self.loop, [self.loop.hold(a) for a in taken]
+        loop.bind(held, loop.integers([0] * len(taken)), loop.integers(counts))(0, 1)
         results = tuple(r[0].item() for r in returned)
         return results[0] if len(results) == 1 else results

@@ -3,18 +3,42 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError, ShapeError
-from ..ir.loops.nodes import Function
 from ..ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
 from .arrays import Array, broadcast_leads, floating, parallel_for
 
-#: Runs items [begin, end) of prepared arrays: strides in numbers, and rows of open arrays.
-Loop = Callable[[int, int, Sequence[Array], Sequence[int], Sequence[int]], None]
+if TYPE_CHECKING:
+    from ..ir.loops.nodes import Function
+
+#: Runs items [begin, end).
+Run = Callable[[int, int], None]
+
+
+class Loop(ABC):
+    """The compiled loop of an algorithm over items.
+
+    Attributes
+    ----------
+    hold : callable
+        Takes an array without gaps, for calls as long as it lives.
+    """
+
+    hold: Callable[[Array], Any]
+
+    @abstractmethod
+    def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
+        """Bind arrays, numbers from item to item, and rows of open arrays, all as `hold` and `integers` made them."""
+
+    @abstractmethod
+    def integers(self, values: Sequence[int]) -> Any:
+        """Strides or counts, for any number of calls."""
 
 
 class ItemFunction:
@@ -23,8 +47,7 @@ class ItemFunction:
     Parameters
     ----------
     function : Function
-    loop : callable
-        See `Loop`.
+    loop : Loop
     dtype : float64 or float32
     """
 
@@ -67,7 +90,9 @@ class ItemFunction:
             flat = [a.reshape(-1) for a in (*taken, *returned)]
             strides += [1] * len(returned)
             counts += [0] * len(returned)
-            parallel_for(lambda begin, end: self.loop(begin, end, flat, strides, counts), n)
+            loop = self.loop
+            held = [loop.hold(a) for a in flat]
+            parallel_for(loop.bind(held, loop.integers(strides), loop.integers(counts)), n)
         found = [
             *results,
             *(r.astype(bool) if t == BOOL else r for r, t in zip(returned, function.results, strict=True)),
@@ -133,42 +158,74 @@ def integers(name: str, parameter: Parameter, value: Any) -> Array:
     return array.astype(np.int64)
 
 
-def c_loop(library: Any, name: str) -> Loop:
-    """A loop of a compiled program."""
-    ffi, run = library.ffi, getattr(library.lib, name)
+class CLoop(Loop):
+    """The loop of a compiled program.
 
-    def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:
-        pointers = ffi.new("void *[]", [ffi.from_buffer(a) for a in arrays])
-        run(begin, end, pointers, ffi.new("ptrdiff_t[]", list(strides)), ffi.new("ptrdiff_t[]", list(counts)))
+    Parameters
+    ----------
+    library : module
+        With ``ffi`` and ``lib``.
+    tag : str
+        Of its instance, such as "f64".
+    name : str
+        Of the loop.
+    """
 
-    return loop
+    def __init__(self, library: Any, tag: str, name: str = "bs_loop") -> None:
+        ffi = library.ffi
+        self.hold, self._new, self._pointers = ffi.from_buffer, ffi.new, ffi.typeof("void *[]")
+        self._run = getattr(library.lib, f"{name}_{tag}")
+
+    def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
+        return partial(self._run, self._new(self._pointers, arrays), strides, counts)
+
+    def integers(self, values: Sequence[int]) -> Any:
+        return self._new("ptrdiff_t[]", list(values))
 
 
-def numba_signature(dtypes: Iterable[Any]) -> Any:
-    """Types of a loop over flat arrays of these types."""
+class CompiledLoop(Loop):
+    """A loop that numba has compiled."""
+
+    def __init__(self, compiled: Callable[..., None]) -> None:
+        self.hold, self._run = _flat, compiled
+
+    def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
+        run = self._run
+        return lambda begin, end: run(begin, end, strides, counts, *arrays)
+
+    def integers(self, values: Sequence[int]) -> Any:
+        return np.array(values, np.int64)
+
+
+class NumbaLoop(CompiledLoop):
+    """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before.
+
+    Parameters
+    ----------
+    name : str
+    text : str
+    function : Function
+    """
+
+    def __init__(self, name: str, text: str, function: Function) -> None:
+        from .numba_cache import CachedModule
+
+        scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
+        signature = numba_signature([str(s) for s in (*scalars, *function.results)])
+        super().__init__(CachedModule(name, text, {"loop_over_items_": signature})["loop_over_items_"])
+
+
+def numba_signature(scalars: Sequence[str]) -> Any:
+    """Types of a loop over flat arrays of such numbers: "Real", "Int", "Bool"."""
     from .numba_jit import numba
 
     types = numba().types
-    of = {np.dtype(np.float64): types.float64, np.dtype(np.int64): types.int64}
+    of = {"Real": types.float64, "Int": types.int64, "Bool": types.int64}
     row = types.Array(types.int64, 1, "C")
-    return types.void(types.intp, types.intp, row, row, *(types.Array(of[np.dtype(d)], 1, "C") for d in dtypes))
+    return types.void(types.intp, types.intp, row, row, *(types.Array(of[s], 1, "C") for s in scalars))
 
 
-def numba_loop(compiled: Callable[..., None]) -> Loop:
-    """A loop that numba has compiled."""
-
-    def loop(begin: int, end: int, arrays: Sequence[Array], strides: Sequence[int], counts: Sequence[int]) -> None:
-        writable = [a if a.flags.writeable and a.flags.aligned else a.copy() for a in arrays]
-        compiled(begin, end, np.array(strides, np.int64), np.array(counts, np.int64), *writable)
-
-    return loop
-
-
-def printed_loop(name: str, text: str, function: Function) -> Loop:
-    """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before."""
-    from .numba_cache import CachedModule
-
-    of = {REAL: np.float64, INT: np.int64, BOOL: np.int64}
-    scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
-    signature = numba_signature(of[s] for s in (*scalars, *function.results))  # type: ignore[index]
-    return numba_loop(CachedModule(name, text, {"loop_over_items_": signature})["loop_over_items_"])
+def _flat(array: Array) -> Array:
+    """As the signature of compiled functions has it."""
+    flat = array.reshape(-1)
+    return flat if flat.flags.writeable and flat.flags.aligned else flat.copy()

@@ -144,3 +144,13 @@ def program(
         "kernels.cdef": template_text(cdef) + declarations,
     }
     return Program(name, tuple(texts), files, options, parts, tuple(specs))
+
+
+#: Where an algorithm's text is in its C program.
+FUNCTIONS = "algorithm_functions.h"
+
+
+def extension_of(name: str, files: Mapping[str, str]) -> ExtensionSource:
+    """The texts of `algorithms.algorithm_files`, ready to compile."""
+    headers = {**included_headers([files["kernels.c"]], [FUNCTIONS]), FUNCTIONS: files[FUNCTIONS]}
+    return ExtensionSource(name, files["kernels.cdef"], files["kernels.c"], headers)

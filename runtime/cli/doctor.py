@@ -21,6 +21,7 @@ from ..codegen.build.extension import compiler, has_python_headers
 from ..codegen.build.flags import C_FLAGS, compiled_files, source_hash, unit_file
 from ..codegen.errors import BladesmithError
 from ..codegen.targets.c.instances import PORTABLE
+from ..codegen.targets.capabilities import PROGRAMS, TARGETS, compiled_only
 from ..codegen.version import __version__
 from ..common.parallel import thread_count
 from ..dispatch.installed import linked_units
@@ -30,10 +31,6 @@ from .cache import readable
 Facts = dict[str, str]
 
 _PACKAGES = ("numpy", "cffi", "sympy", "jinja2", "click", "pydantic")
-WITHOUT_COMPILER = (
-    "kernels that were not compiled at install run by numba or NumPy, also those of your own; simulations, chains, "
-    "poses of mechanisms and surfaces along curves of degree 4 and more do not run"
-)
 _NAME_LENGTH = 100  # bytes for a graphics processor's name; the driver cuts longer ones
 
 
@@ -75,7 +72,7 @@ def c_compiler() -> Facts:
     if chosen is None:
         asked = os.environ.get("CC")
         why = f"CC={asked!r} does not run" if asked else "none found"
-        return {"compiler": f"{why}; install gcc or clang, or set CC to one", "without it": WITHOUT_COMPILER}
+        return {"compiler": f"{why}; install gcc or clang, or set CC to one", "without it": _without_compiler()}
     return {
         "compiler": f"{' '.join(chosen.command)}: {chosen.summary}",
         "flags": " ".join(C_FLAGS),
@@ -83,9 +80,22 @@ def c_compiler() -> Facts:
     }
 
 
+def _without_compiler() -> str:
+    missing = ", ".join(compiled_only())
+    return (
+        "kernels that were not compiled at install run by numba or NumPy, also those of your own; what is not "
+        f"installed of these does not run: {missing}"
+    )
+
+
 def targets() -> Facts:
     """Availability of each target."""
     return {"C": "yes" if compiler() else "installed kernels only", "numba": _numba(), "CUDA": _cuda()}
+
+
+def programs() -> Facts:
+    """What runs on which target, whether it is available or not."""
+    return {name: "; ".join(f"{t.name}: {t.programs[name]}" for t in TARGETS) for name in PROGRAMS}
 
 
 def kernel_cache() -> Facts:
@@ -123,6 +133,7 @@ SECTIONS: dict[str, Callable[[], Facts]] = {
     "processor": processor,
     "compiler": c_compiler,
     "targets": targets,
+    "programs": programs,
     "cache": kernel_cache,
     "algebras": algebras,
 }

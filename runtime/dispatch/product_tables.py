@@ -1,7 +1,8 @@
 """Bilinear products by a table of terms: they answer at once for every algebra and combination of kinds.
 
-The loop is compiled into the package (generated/general); without the extension NumPy does it. A table comes from
-the metric alone; it is built in whole arrays where the basis is orthogonal.
+The loop is compiled into the package (generated/general); without the extension numba does it for large batches, and
+NumPy for the rest: the bits are the same. A table comes from the metric alone; it is built in whole arrays where the
+basis is orthogonal.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,16 +23,20 @@ from ..codegen.algebra.algebra import Algebra
 from ..codegen.algebra.blades import MAX_DIMENSION, grade
 from ..codegen.algebra.multivector import Multivector
 from ..codegen.errors import SignatureError
+from ..codegen.execute.arrays import parallel_for
 from ..codegen.rings.protocol import RationalRing
 
 if TYPE_CHECKING:
     from ..codegen.algebra.product_terms import Filter
+    from ..codegen.execute.items import Loop
 
 Integers = NDArray[np.int32]
 #: More pairs of blades than this are refused: the table alone would take gigabytes.
 MAX_PAIRS = 2**25
-#: The NumPy path multiplies this many numbers at a time, so that its temporary array stays in the cache.
-CHUNK = 2**16
+#: The NumPy path makes this many numbers at a time, so that its temporary arrays stay in the cache.
+CHUNK = 2**14
+#: Without the extension numba multiplies from so many terms on: it takes a second to load, or two to compile.
+NUMBA_TERMS = 10**7
 
 FILTERS: dict[str, Filter | None] = {
     "geometric": None,
@@ -90,19 +96,33 @@ class Table:
         return self._struct[0]
 
     def multiply(self, out: NDArray[Any], a: NDArray[Any], b: NDArray[Any]) -> None:
-        """Product of rows, with NumPy: ``out`` (n, k), ``a`` and ``b`` of n rows or one."""
-        filled = np.flatnonzero(np.diff(self.starts))  # reduceat needs groups that are not empty
-        out[...] = 0
-        if not len(filled):
+        """Product of rows, without C: ``out`` (n, k), ``a`` and ``b`` of n rows or one."""
+        is_large = out.dtype == np.float64 and len(out) * self.terms >= NUMBA_TERMS
+        loop = numba_loop() if is_large else None
+        if loop is None:
+            self._multiply_by_numpy(out, a, b)
             return
+        table = [x.astype(np.int64) for x in (self.starts, self.left, self.right)]
+        arrays = [*table, self.weights, np.ascontiguousarray(a), np.ascontiguousarray(b), out]
+        strides = [0] * 4 + [x.shape[1] if len(x) > 1 else 0 for x in (a, b)] + [out.shape[1]]
+        counts = [*map(len, arrays[:4]), a.shape[1], b.shape[1], out.shape[1]]
+        held = [loop.hold(x) for x in arrays]
+        parallel_for(loop.bind(held, loop.integers(strides), loop.integers(counts)), len(out))
+
+    def _multiply_by_numpy(self, out: NDArray[Any], a: NDArray[Any], b: NDArray[Any]) -> None:
+        """The first terms of all coefficients, then the second ones, and so on: sums are in the order of C."""
+        out[...] = 0
+        lengths = np.diff(self.starts)
         weights = self.weights.astype(out.dtype)
-        rows = max(1, CHUNK // max(1, self.terms))
+        rows = max(1, CHUNK // max(1, out.shape[1]))
         for begin in range(0, len(out), rows):
             end = min(begin + rows, len(out))
-            x = (a if len(a) == 1 else a[begin:end])[:, self.left]
-            y = (b if len(b) == 1 else b[begin:end])[:, self.right]
-            with np.errstate(all="ignore"):
-                out[begin:end, filled] = np.add.reduceat(weights * (x * y), self.starts[filled], axis=1)
+            x, y = (z if len(z) == 1 else z[begin:end] for z in (a, b))
+            for n in range(lengths.max(initial=0)):
+                those = np.flatnonzero(lengths > n)
+                t = self.starts[those] + n
+                with np.errstate(all="ignore"):
+                    out[begin:end, those] += weights[t] * (x[:, self.left[t]] * y[:, self.right[t]])
 
 
 @cache
@@ -114,6 +134,19 @@ def library() -> Any:
         return None
     module.lib.bs_initialize()
     return module
+
+
+@cache
+def numba_loop() -> Loop | None:
+    """The loop by numba, in double precision; None where that is not installed."""
+    if find_spec("numba") is None:
+        return None
+    from ..codegen.algorithms.table_product import multiply_by_table
+    from ..codegen.execute.items import NumbaLoop
+    from ..codegen.programs.algorithms import algorithm_numba
+
+    function = multiply_by_table.specialised([p.type for p in multiply_by_table.text.parameters])
+    return NumbaLoop(function.name, algorithm_numba(function), function)
 
 
 @lru_cache(maxsize=4096)

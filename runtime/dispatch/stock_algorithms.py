@@ -12,7 +12,7 @@ from typing import Any
 from ..codegen.build.extension import generated_extension, load
 from ..codegen.build.toolchain import REMEDY_OF_PROGRAMS, compiler, missing_compiler, required_compiler
 from ..codegen.execute.in_place import Entry, InPlace, read_entries
-from ..codegen.execute.items import Loop, c_loop, numba_loop
+from ..codegen.execute.items import CLoop, CompiledLoop, Loop
 from .installed import bundled_folder, headers, installed_program
 
 _log = logging.getLogger("bladesmith")
@@ -52,7 +52,7 @@ def _text(program: str, file: str) -> str:
 
 def _c_loop(program: str, part: str, entry: Entry) -> Loop | None:
     module = installed_program(program) or (_compiled_part(program, part) if compiler() else None)
-    return None if module is None else c_loop(module, f"bs_{entry.name}_f64")
+    return None if module is None else CLoop(module, "f64", f"bs_{entry.name}")
 
 
 @cache
@@ -67,7 +67,7 @@ def _compiled_part(program: str, part: str) -> Any:
 def _numba_loop(program: str, part: str, entry: Entry, what: str, numba_text: Callable[[str], str]) -> Loop:
     if find_spec("numba") is None:
         required_compiler(what, f"{REMEDY_OF_PROGRAMS}, or numba")
-    return numba_loop(_numba_module(program, part, numba_text)[entry.name])
+    return CompiledLoop(_numba_module(program, part, numba_text)[entry.name])
 
 
 @cache

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from bladesmith.cli.doctor import command as doctor
 from bladesmith.codegen.build.extension import generated_extension, load
 from bladesmith.codegen.declarations import plain_spec
 from bladesmith.codegen.generator import generate
+from bladesmith.codegen.language import Real, Reals
+from bladesmith.codegen.targets.capabilities import PROGRAMS, compiled_only, markdown_table
 from bladesmith.dispatch import stock_algorithms
 from bladesmith.dispatch.installed import bundled_folder, headers, installed_program
 from bladesmith.errors import CompilerMissingError
@@ -238,8 +241,57 @@ def test_doctor_says_what_runs(no_compiler):
     assert found["targets"]["C"] == "installed kernels only"
     assert "install gcc or clang" in found["compiler"]["compiler"]
     lacks = found["compiler"]["without it"]
-    assert all(word in lacks for word in ("simulations", "chains", "mechanisms", "degree 4"))
+    assert all(word in lacks for word in compiled_only())
+    assert found["programs"]["scenes"].startswith("C: yes; numba: ")
     assert "target" not in found["compiler"]["compiler"] + lacks
+
+
+@codegen.algorithm
+def total(x: Reals) -> Real:
+    """The sum of numbers."""
+    result = 0.0
+    for i in range(len(x)):
+        result += x[i]
+    return result
+
+
+#: One call of each program of which nothing is installed here.
+RUNS = {
+    "kernels": lambda: fresh_kernel()(MOTOR, cga.point([1.0, 2.0, 3.0])),
+    "algorithms": lambda: total(np.arange(4.0)),
+    "table products": lambda: (
+        bs.algebra(2, 1, 1).multivector(np.ones(16)) * bs.algebra(2, 1, 1).multivector(np.ones(16))
+    ),
+    "all pairs": lambda: objects.cost_matrix(LINES, LINES),
+    "scenes": lambda: render(tracer.Sphere((0, 0, 0), 1.0)),
+    "registration": lambda: registration.register(
+        registration.Model(lines=LINES), registration.Model(lines=MOTOR >> LINES), backend="numba"
+    ),
+    "merging": lambda: objects.merge_similar(LINES, 0.5),
+    "simulations": NEEDS_ONE["a simulation"][0],
+    "chains": NEEDS_ONE["forward"][0],
+    "mechanisms": NEEDS_ONE["a pose"][0],
+}
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+@pytest.mark.parametrize("name", RUNS)
+def test_the_table_of_targets_is_true(name, no_compiler):
+    stock = {"scenes": "scene", "merging": "merge", "registration": "reform"}
+    if name in stock and installed_program(stock[name]) is not None:
+        pytest.skip("compiled at install")
+    if name in compiled_only():
+        with pytest.raises(CompilerMissingError):
+            RUNS[name]()
+    else:
+        RUNS[name]()
+
+
+def test_the_table_of_targets_is_that_of_the_docs():
+    assert RUNS.keys() == PROGRAMS.keys()
+    text = (Path(__file__).parents[2] / "docs" / "targets.md").read_text(encoding="utf-8")
+    assert markdown_table() in text
 
 
 def test_no_text_is_made_for_nothing(tmp_path):

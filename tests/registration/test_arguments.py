@@ -45,6 +45,13 @@ def test_lines_and_circles_in_one_list_stay_what_they_are():
         registration.match([line, POSE], [line])
 
 
+@pytest.mark.parametrize("length", [1e-320, 1e-13, 1e13, 1e300])
+def test_lengths_that_leave_nothing(length):
+    for run in (registration.register, registration.estimate_rotor, registration.iterate):
+        with pytest.raises(InputError, match="length is .* times the models' size; 1e-12 to 1e.12 is possible"):
+            run(lines_and_planes(), lines_and_planes(), length=length)
+
+
 @pytest.mark.parametrize("backend", [["c"], {}, np.array([1, 2]), None, b"c", "C", 3])
 def test_backends_that_are_none(backend):
     with pytest.raises(InputError, match="backend is .*; there are: c, numba, cuda"):

@@ -18,6 +18,8 @@ EXAMPLES = CHECKOUT / "examples" / "registration"
 PATIENCE = 60.0  # seconds for a process on a busy machine
 #: Of the models of files, pictures and executors.
 POSE = cga3d.translator((1, 2, -0.5)) * cga3d.rotor((1, 2, 3), 2.0)
+KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
+TURN = cga3d.translator((1, 2, 3)) * cga3d.rotor((1, 2, 0), 1.3, (3, 1, 1))
 
 #: The seeds of every bar are many more where this is set.
 FULL = os.environ.get("BLADESMITH_FULL_BARS", "") not in ("", "0")
@@ -239,3 +241,28 @@ def unrelated():
 
 def full_disk(*_, **__):
     raise OSError(28, "No space left on device")
+
+
+def random_parameters(rng, n=4, size=1.0, offset=0.0):
+    """Parameters of n objects of each kind, by the names of the arguments."""
+    radius = size * rng.uniform(0.5, 2, (n, 1))
+
+    def place(*shape):
+        return offset + size * rng.normal(size=shape)
+
+    return {
+        "points": place(n, 3), "point_pairs": place(n, 2, 3),
+        "lines": np.stack([place(n, 3), rng.normal(size=(n, 3))], 1),
+        "circles": np.hstack([place(n, 3), rng.normal(size=(n, 3)), radius]),
+        "planes": np.hstack([rng.normal(size=(n, 3)), place(n, 1)]), "spheres": np.hstack([place(n, 3), radius]),
+    }  # fmt: skip
+
+
+def model_of(seed=0, **options):
+    return Model(**random_parameters(np.random.default_rng(seed), **options))
+
+
+def same_objects(a, b, rtol=1e-12):
+    assert list(a) == list(b)
+    for kind in a:
+        assert a[kind].isclose(b[kind], rtol).all()

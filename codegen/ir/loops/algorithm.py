@@ -150,7 +150,7 @@ class Algorithm:
                 raise InputError(f"{self.name}: {parameter.name} is a result without a size.", remedy="Declare it.")
             return _with_fields(parameter.type, make_array(parameter.type))
         if parameter.type.scalar != REAL:
-            return np.array(value, np.int64)
+            return _with_fields(parameter.type, np.array(value, np.int64))
         array = language.zeros(*np.shape(value))
         array[...] = np.vectorize(language.number, otypes=[array.dtype])(np.asarray(value)) if array.size else 0
         return _with_fields(parameter.type, array)

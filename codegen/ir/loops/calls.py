@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from . import language
 from .assignments import AssignmentReader
-from .nodes import Allocate, Array, Call, Expression, Function, KernelSignature, Load, Variable, View
+from .nodes import Allocate, Array, Call, Expression, Function, KernelSignature, Load, Variable, View, integer
 from .scope import Meaning, Static, items_of, whole
 from .text import is_static
 from .types import REAL, ArrayType, Parameter, Scalar, StaticType
@@ -40,7 +41,8 @@ class CallReader(AssignmentReader):
         return whole(array)
 
     def is_call_statement(self, value: ast.Call) -> bool:
-        if isinstance(value.func, ast.Name) and value.func.id in self.bound:
+        name = value.func.id if isinstance(value.func, ast.Name) else ""
+        if name in self.bound and not isinstance(self.scope.defined.get(name), Static):
             return False
         return getattr(self.callee_of(value), "is_callable_in_algorithms", False)
 
@@ -107,6 +109,9 @@ class CallReader(AssignmentReader):
             self.refuse(node, f"{parameter.name} is {declared}, and gets something else", "Give it such an array.")
         if found.type == declared or (declared.is_generic and len(found.type.sizes) == declared.axes):
             return found
+        count = found.type.sizes[0] if found.type.sizes else None
+        if declared.is_open and count is not None and found.type.sizes[1:] == declared.sizes[1:]:
+            return replace(found, type=declared, rows=integer(count))
         return self.refuse(node, f"{found.type} for {parameter.name}, which is {declared}", "The shapes must be one.")
 
     def temporary(self, node: ast.AST, items: Sequence[Any], scalar: Scalar = REAL) -> View:

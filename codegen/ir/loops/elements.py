@@ -141,18 +141,29 @@ class ElementReader(ABC):
         return View(base.array, place, type) if isinstance(type, ArrayType) else Load(base.array, place)
 
     def _slice(self, base: View, bounds: ast.Slice) -> View:
-        """``a[:]``, or part of a fixed array from one static index to another."""
+        """``a[:]``, part of an array from one static index to another, or ``a[i : i + n]`` with a static n."""
         if bounds.step is not None:
             self.refuse(bounds.step, "a slice with a step", "Write a loop.")
         if bounds.lower is None and bounds.upper is None:
             return base
         length = base.type.sizes[0]
-        if length is None:
-            self.refuse(bounds, "a slice of rows whose number is not fixed", "Write a loop over them.")
-        low = self.static(bounds.lower, "the begin of a slice") if bounds.lower else 0
-        high = self.static(bounds.upper, "the end of a slice") if bounds.upper else length
-        if not (isinstance(low, int) and isinstance(high, int) and 0 <= low < high <= length):
-            self.refuse(bounds, f"a slice from {low} to {high} of a length of {length}", "Take one inside, not empty.")
-        shape = (high - low, *base.type.sizes[1:])
-        offset = plus(base.offset, integer(low * base.type.stride(0)))
-        return View(base.array, offset, replace(base.type, shape=shape, record=None))
+        low = integer(0) if bounds.lower is None else self.expression(bounds.lower)
+        if isinstance(low, Constant):
+            high = length if bounds.upper is None else self.static(bounds.upper, "the end of a slice")
+            count = high - int(low.value) if isinstance(high, int) else 0
+        else:
+            count = self._length_of_moving_slice(bounds)
+        begin = int(low.value) if isinstance(low, Constant) else 0
+        is_inside = isinstance(count, int) and count > 0 and begin >= 0 and (length is None or begin + count <= length)
+        if low.type != INT or not is_inside:
+            what = f"a slice of length {count} from {ast.unparse(bounds.lower or ast.Constant(0))} of {base.type}"
+            self.refuse(bounds, what, "Take one inside, not empty.")
+        offset = plus(base.offset, scaled(low, base.type.stride(0)))
+        return View(base.array, offset, replace(base.type, shape=(count, *base.type.sizes[1:]), record=None))
+
+    def _length_of_moving_slice(self, bounds: ast.Slice) -> Any:
+        """The n of ``a[i : i + n]``."""
+        match bounds.lower, bounds.upper:
+            case ast.expr() as lower, ast.BinOp(left, ast.Add(), right) if ast.unparse(left) == ast.unparse(lower):
+                return self.static(right, "the length of a slice")
+        return self.refuse(bounds, "a slice whose length is not seen", "Write a[i : i + n] with a static n.")

@@ -1,4 +1,4 @@
-"""Records: rows of real numbers with named fields, declared once for algorithms, NumPy and C."""
+"""Records: rows of numbers with named fields, declared once for algorithms, NumPy and C."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import AlgorithmError, suggest
-from .types import REAL, Annotation, ArrayType, Scalar
+from .types import INT, REAL, Annotation, ArrayType, Scalar
 
 
 class Record(Annotation):
@@ -27,17 +27,19 @@ class Record(Annotation):
         Where each field begins.
     shapes : mapping of str to tuple of int
         Of each field; ``()``: a number.
+    scalar : Scalar
+        Of all fields: `REAL` or `INT`.
     """
 
-    def __init__(self, name: str, shapes: Mapping[str, tuple[int, ...]]) -> None:
-        self.name = name
+    def __init__(self, name: str, shapes: Mapping[str, tuple[int, ...]], scalar: Scalar = REAL) -> None:
+        self.name, self.scalar = name, scalar
         self.shapes = dict(shapes)
         self.offsets: dict[str, int] = {}
         self.size = 0
         for field, shape in self.shapes.items():
             self.offsets[field] = self.size
             self.size += prod(shape)
-        super().__init__(ArrayType(REAL, (self.size,), record=self))
+        super().__init__(ArrayType(scalar, (self.size,), record=self))
 
     def field(self, name: str) -> tuple[int, ArrayType | Scalar]:
         """Offset and type of a field.
@@ -53,11 +55,11 @@ class Record(Annotation):
                 f"{self.name} has no field {name}{suggest(name, self.offsets)}", remedy=f"There are: {known}."
             )
         shape = self.shapes[name]
-        return self.offsets[name], ArrayType(REAL, shape) if shape else REAL
+        return self.offsets[name], ArrayType(self.scalar, shape) if shape else self.scalar
 
-    def zeros(self, *shape: int, dtype: Any = np.float64) -> RecordArray:
-        """Rows of zeros, with attributes for the fields."""
-        return self.view(np.zeros((*shape, self.size), dtype))
+    def zeros(self, *shape: int, dtype: Any = None) -> RecordArray:
+        """Rows of zeros, with attributes for the fields. Default: float64, or int64 for integers."""
+        return self.view(np.zeros((*shape, self.size), dtype or (np.int64 if self.scalar == INT else np.float64)))
 
     def view(self, array: Any) -> RecordArray:
         """An array of rows, with attributes for the fields.
@@ -89,13 +91,13 @@ def record(name: str, **fields: Annotation) -> Record:
     ----------
     name : str
         For messages.
-    **fields : Real, Vector[n] or Matrix[m, n]
+    **fields : Real, Vector[n] or Matrix[m, n]; or all of them Int or IntVector[n]
         In the order of the row.
 
     Raises
     ------
     AlgorithmError
-        If a field is of another type, or its name cannot be an attribute.
+        If a field is of another type than these or than the others, or its name cannot be an attribute.
 
     Examples
     --------
@@ -106,19 +108,23 @@ def record(name: str, **fields: Annotation) -> Record:
     (10, 3)
     """
     shapes: dict[str, tuple[int, ...]] = {}
+    scalars: list[Scalar] = []
     for field, annotation in fields.items():
         if hasattr(np.ndarray, field) or keyword.iskeyword(field) or field.startswith("_") or not field.isascii():
             raise AlgorithmError(f"{name}: {field} cannot be a field", remedy="Choose another name.")
         type = annotation.type if isinstance(annotation, Annotation) and annotation.access == "in" else None
-        if type == REAL:
-            shapes[field] = ()
-        elif isinstance(type, ArrayType) and type.scalar == REAL and not type.is_generic and not type.is_open:
+        if isinstance(type, ArrayType) and not type.is_generic and not type.is_open:
             shapes[field] = tuple(n for n in type.sizes if n is not None)
-        else:
-            raise AlgorithmError(f"{name}: {field} has another type", remedy="Use Real, Vector[n] or Matrix[m, n].")
+            scalars.append(type.scalar)
+        elif isinstance(type, Scalar):
+            shapes[field] = ()
+            scalars.append(type)
+        if field not in shapes or scalars[-1] not in (REAL, INT) or scalars[-1] != scalars[0]:
+            remedy = "Use Real, Vector[n] and Matrix[m, n], or Int and IntVector[n] for all fields."
+            raise AlgorithmError(f"{name}: {field} has another type", remedy=remedy)
     if not shapes:
         raise AlgorithmError(f"{name} has no field", remedy="Declare one, such as mass=Real.")
-    return Record(name, shapes)
+    return Record(name, shapes, scalars[0])
 
 
 class RecordArray(np.ndarray[Any, Any]):

@@ -8,7 +8,7 @@ from ...ir.loops.nodes import Function
 from ...ir.loops.scope import Static
 from ...ir.loops.types import REAL, ArrayType, StaticType
 from .. import Program
-from ..algorithms import stock_numba, stock_program
+from ..stock import stock_numba, stock_program
 from . import greedy
 from .kinds import KINDS
 

@@ -6,7 +6,7 @@ A number is declared where it is first assigned, as far inside the blocks as its
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from ...ir.loops.nodes import (
     Allocate,
@@ -110,16 +110,39 @@ class CLoopPrinter(LoopPrinter):
         name = c_name(view.array.name)
         return name if offset == "0" else f"{name} + {self.inside(view.offset, 6)}"
 
+    # -- what differs where several items are computed at once (see lanes.py) ------------------------------------------
+
+    def type_of(self, name: str, scalar: Scalar) -> str:
+        """C type of a number, or of those of an array."""
+        return _TYPES[scalar]
+
+    def result_type(self, k: int) -> str:
+        """C type of a number that the function returns."""
+        return _TYPES[self.function.results[k]]
+
+    def value_for(self, name: str, value: Expression) -> str:
+        """What is assigned to a number or an element."""
+        return self.text(value)
+
+    def returned(self, k: int, value: Expression) -> str:
+        """What is returned."""
+        return self.text(value)
+
+    def argument(self, call: Call, k: int, before: list[str]) -> str:
+        """An argument of a call; lines that come before it are added."""
+        each = call.arguments[k]
+        return self.view(each) if isinstance(each, View) else self.text(each)
+
     # -- functions ---------------------------------------------------------------------------------------------------
 
     def lines(self) -> list[str]:
         """The function, with its comment."""
         function = self.function
         note = comment_text(function.note)
-        result = _TYPES[function.results[0]] if len(function.results) == 1 else "void"
+        result = self.result_type(0) if len(function.results) == 1 else "void"
         parameters = [text for p in function.parameters for text in self._parameter(p)]
         if len(function.results) > 1:
-            parameters += [f"{_TYPES[t]} *result{k}_" for k, t in enumerate(function.results)]
+            parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
         head = _wrapped(f"BS_OUTLINED {result} FN({function.name})(", parameters or ["void"], ")")
         unused = [f"(void){c_name(p.name)};" for p in function.parameters if not self._is_used(p)]
         unused += [f"(void){c_name(name)}_count_;" for name in self._uncounted()]
@@ -129,9 +152,9 @@ class CLoopPrinter(LoopPrinter):
         name = c_name(parameter.name)
         if not isinstance(parameter.type, ArrayType):
             assert isinstance(parameter.type, Scalar)
-            return [f"{_TYPES[parameter.type]} {name}"]
+            return [f"{self.type_of(parameter.name, parameter.type)} {name}"]
         const = "const " if parameter.access == "in" else ""
-        type = _TYPES[parameter.type.scalar]
+        type = self.type_of(parameter.name, parameter.type.scalar)
         if parameter.type.is_open:
             return [f"{const}{type} *{name}", f"ptrdiff_t {name}_count_"]
         return [f"{const}{type} {name}[BS_LENGTH({parameter.type.size})]"]
@@ -175,7 +198,7 @@ class CLoopPrinter(LoopPrinter):
                 if direct or results:
                     continue  # the statement does
                 if _uses(rest, variable.name) or not _is_inside_one_block(statement, variable.name):
-                    lines.append(f"{_TYPES[variable.type]} {c_name(variable.name)};")
+                    lines.append(f"{self.type_of(variable.name, variable.type)} {c_name(variable.name)};")
                     declared.add(variable.name)
             lines += self._statement(statement, declared, body)
             if isinstance(statement, Assign):
@@ -187,13 +210,15 @@ class CLoopPrinter(LoopPrinter):
     def _statement(self, statement: Statement, declared: set[str], body: Sequence[Statement]) -> list[str]:
         match statement:
             case Assign(target, value):
-                prefix = "" if target.name in declared else f"{self._const(target, body)}{_TYPES[target.type]} "
-                return [f"{prefix}{c_name(target.name)} = {self.text(value)};"]
+                type = self.type_of(target.name, target.type)
+                prefix = "" if target.name in declared else f"{self._const(target, body)}{type} "
+                return [f"{prefix}{c_name(target.name)} = {self.value_for(target.name, value)};"]
             case Allocate(array, is_zero):
                 zero = " = {0}" if is_zero else ""
-                return [f"{_TYPES[array.type.scalar]} {c_name(array.name)}[{array.type.size}]{zero};"]
+                type = self.type_of(array.name, array.type.scalar)
+                return [f"{type} {c_name(array.name)}[{array.type.size}]{zero};"]
             case Store(array, index, value):
-                return [f"{c_name(array.name)}[{self.text(index)}] = {self.text(value)};"]
+                return [f"{c_name(array.name)}[{self.text(index)}] = {self.value_for(array.name, value)};"]
             case Call():
                 return self._call_lines(statement, declared)
             case For(variable, start, stop, step, inner):
@@ -216,8 +241,8 @@ class CLoopPrinter(LoopPrinter):
                 return ["continue;"]
             case Return(values):
                 if len(values) == 1:
-                    return [f"return {self.text(values[0])};"]
-                return [*(f"*result{k}_ = {self.text(v)};" for k, v in enumerate(values)), "return;"]
+                    return [f"return {self.returned(0, values[0])};"]
+                return [*(f"*result{k}_ = {self.returned(k, v)};" for k, v in enumerate(values)), "return;"]
         raise TypeError(statement)
 
     def _const(self, variable: Variable, body: Sequence[Statement]) -> str:
@@ -226,30 +251,31 @@ class CLoopPrinter(LoopPrinter):
 
     def _call_lines(self, call: Call, declared: set[str]) -> list[str]:
         arguments: list[str] = []
-        for each in call.arguments:
-            arguments.append(self.view(each) if isinstance(each, View) else self.text(each))
+        before: list[str] = []
+        for k, each in enumerate(call.arguments):
+            arguments.append(self.argument(call, k, before))
             if isinstance(each, View) and each.rows is not None and each.type.is_open:
                 arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
-            return _wrapped(f"FN({call.callee.symbol})(", arguments, ");")
+            return [*before, *_wrapped(f"FN({call.callee.symbol})(", arguments, ");")]
         lines = [
-            f"{_TYPES[r.type]} {c_name(r.name)};"
+            f"{self.type_of(r.name, r.type)} {c_name(r.name)};"
             for r in call.results
             if r.name not in declared and len(call.results) > 1
         ]
         name = f"FN({call.callee.name})("
         if len(call.results) == 1 and len(call.callee.results) == 1:
             result = call.results[0]
-            prefix = "" if result.name in declared else f"const {_TYPES[result.type]} "
-            return _wrapped(f"{prefix}{c_name(result.name)} = {name}", arguments, ");")
+            prefix = "" if result.name in declared else f"const {self.type_of(result.name, result.type)} "
+            return [*before, *_wrapped(f"{prefix}{c_name(result.name)} = {name}", arguments, ");")]
         arguments += [f"&{c_name(r.name)}" for r in call.results]
-        return [*lines, *_wrapped(name, arguments, ");")]
+        return [*before, *lines, *_wrapped(name, arguments, ");")]
 
 
-def c_functions(roots: Iterable[Function]) -> str:
+def c_functions(roots: Iterable[Function], printer: Callable[[Function], CLoopPrinter] = CLoopPrinter) -> str:
     """C text of some algorithms and of those that they call, callees first."""
     functions, _ = in_calling_order(roots)
-    return "\n".join("\n".join([*CLoopPrinter(f).lines(), ""]) for f in functions)
+    return "\n".join("\n".join([*printer(f).lines(), ""]) for f in functions)
 
 
 def needs_elementary(roots: Iterable[Function]) -> bool:

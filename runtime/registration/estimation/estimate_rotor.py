@@ -14,7 +14,7 @@ from ...common.validation import as_bool, as_choice, as_int, positive_float
 from ...core.multivector import Multivector
 from ...status import Status
 from ..matching.matching import ROTOR_COSTS
-from ..model.arguments import as_motor, model_pair
+from ..model.arguments import as_length, as_motor, model_pair
 from ..model.model import Model
 from ..model.normalization import motors_to_world, scale_coefficients
 from ..model.parameters import PLURALS
@@ -211,7 +211,7 @@ def estimate_rotor(
     whole, refuses = as_bool(details, "details"), as_bool(strict, "strict")
     query, reference = model_pair(query_objects, reference_objects)
     _check_counts(query, reference)
-    models = ModelPair(query, reference, positive_float(length, "length"), threads)
+    models = ModelPair(query, reference, as_length(length), threads)
     max_distance = None if threshold is None else positive_float(threshold, "threshold") / models.reference.unit
     way, ending = as_choice(method, "method", METHODS), as_choice(cost, "cost", ROTOR_COSTS)
     most = None if iterations is None else as_int(iterations, "iterations")

@@ -16,7 +16,7 @@ from ...common.validation import as_bool, as_choice, as_int, positive_float
 from ...core.multivector import Multivector
 from ..estimation.estimate_rotor import METHODS, EstimationOptions, estimate_with_trimming
 from ..estimation.estimators import SET_SIZE, ModelPair, Pairs, motor_to_frames
-from ..model.arguments import as_motor, model_pair
+from ..model.arguments import as_length, as_motor, model_pair
 from ..model.normalization import motors_to_world
 from ..result import Registration, Step
 from ..search.global_search import TOLERANCES
@@ -88,7 +88,7 @@ def iterate(
     Thesis 5.4, an iterative closest point algorithm for objects of any grade. It ends when a matching repeats.
     """
     query_model, reference_model = model_pair(query, reference)
-    models = ModelPair(query_model, reference_model, positive_float(length, "length"), threads)
+    models = ModelPair(query_model, reference_model, as_length(length), threads)
     max_distance = None if threshold is None else positive_float(threshold, "threshold") / models.reference.unit
     method, cost_name = as_choice(estimate, "estimate", METHODS), as_choice(cost, "cost", COSTS)
     options = EstimationOptions(

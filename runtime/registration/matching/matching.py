@@ -19,7 +19,7 @@ from ...core.multivector import Multivector
 from ..backends.c import Driver, Scene
 from ..backends.model_rows import ELEMENT, MatchCriterion, ModelData
 from ..backends.stages import MOTOR
-from ..model.arguments import model_pair
+from ..model.arguments import as_length, model_pair
 from ..model.model import Model
 from ..model.normalization import criterion_within, model_size, robust_center
 from ..result import PerItem
@@ -273,7 +273,7 @@ def _in_common_frame(
 ) -> tuple[dict[str, Multivector], dict[str, Multivector], Array, float]:
     """Objects of both models in the frame of the reference, its center and its unit."""
     first, second = model_pair(query, reference)
-    scale = positive_float(length, "length")
+    scale = as_length(length)
     driver = Driver(tuple(second.counts))
     center = center_of(driver, second)
     near = second.in_frame(center)

@@ -9,12 +9,30 @@ import numpy as np
 
 from ...codegen.errors import InputError
 from ...codegen.programs.registration.registration import KINDS
-from ...common.validation import as_instance, invalid
+from ...common.validation import as_instance, invalid, positive_float
 from ...core.multivector import Multivector
 from ...objects.arguments import as_objects
 from ..result import Registration
 from .model import Model
 from .parameters import PLURALS
+
+#: Of ``length``: with more, or the inverse of more, costs of positions or those of directions are rounding.
+LARGEST_LENGTH = 1e12
+
+
+def as_length(value: Any) -> float:
+    """Length that a rotation by one radian is equivalent to, in units of the models' size.
+
+    Raises
+    ------
+    InputError
+        If it is no positive number, or one that leaves nothing of positions or of directions.
+    """
+    length = positive_float(value, "length")
+    if not 1 / LARGEST_LENGTH <= length <= LARGEST_LENGTH:
+        limits = f"{1 / LARGEST_LENGTH:g} to {LARGEST_LENGTH:g}"
+        raise InputError(f"length is {length:g} times the models' size; {limits} is possible.")
+    return length
 
 
 def as_model(x: Any, what: str) -> Model:

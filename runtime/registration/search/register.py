@@ -8,9 +8,9 @@ from functools import partial
 from ...codegen.errors import InputError
 from ...codegen.interrupts import keep_partial
 from ...common.progress import ProgressOption, open_progress
-from ...common.validation import as_bool, as_choice, as_instance, as_int, positive_float
+from ...common.validation import as_bool, as_choice, as_instance, as_int
 from ...core.multivector import Multivector
-from ..model.arguments import as_motor, check_common_kind
+from ..model.arguments import as_length, as_motor, check_common_kind
 from ..model.model import Model
 from ..result import Registration
 from ..verification.alternatives import search_globally
@@ -134,7 +134,7 @@ def register(
     rounds = ROUNDS if iterations is None else as_int(iterations, "iterations", high=MAX_SAMPLES)
     motor = as_motor(start, "start") if isinstance(start, Multivector) else None
     from_nearby = motor is not None or as_choice(start, "start", STARTS) == "proximity"
-    length = positive_float(length, "length")
+    length = as_length(length)
     problem = RegistrationProblem(
         query.objects, reference.objects, seed=as_int(seed, "seed", 0), threads=threads, backend=backend,
         executor=executor, align=as_bool(align, "align"), length=length,

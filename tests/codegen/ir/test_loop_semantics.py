@@ -139,6 +139,18 @@ def numbers(x: InOut[Reals], order: InOut[Ints], rows: Rows[2], unused: Ints) ->
 
 
 @algorithm
+def parts(x: InOut[Reals], rows: InOut[Rows[2]], fixed: Vector[5], at: IntVector[2], out: Out[Vector[4]]) -> Real:
+    """Parts of arrays that begin where a number says, of any array or of one of fixed length."""
+    k = at[1]
+    out[1:4] = x[at[0] : at[0] + 3]
+    x[k : k + 3] = x[:3]
+    out[0:2] = fixed[2 * k : 2 * k + 2]
+    some = rows[k : k + 2]
+    some[1, 0] += some[0][1]
+    return out[0] + sqrt(some[1, 0] * some[1, 0])
+
+
+@algorithm
 def weighted(x: Vector, kind: Static, weights: Static) -> Real:
     """Static branches and loops over static tuples; any size."""
     total = 0.0
@@ -199,6 +211,18 @@ def with_kernels(m: Vector[8], x: InOut[Vector[5]], n: Int) -> Real:
     return total
 
 
+#: What a number at run time selects.
+BY_NUMBER = ((2, 5, moved), (7, 5, moved))
+
+
+@algorithm
+def selected_kernel(kind: Int, m: Vector[8], x: Reals, at: Int, out: InOut[Vector[5]]) -> None:
+    """A kernel of a static tuple, on a part whose length it says."""
+    for number, size, kernel in BY_NUMBER:
+        if kind == number:
+            out[:] = kernel(m, x[at : at + size])
+
+
 @algorithm
 def aliases(a: InOut[Matrix[3, 2]], b: InOut[Vector[4]], out: Out[Vector[6]]) -> Real:
     """One storage under two names, and values that are computed before any is assigned."""
@@ -256,6 +280,16 @@ CASES: list[tuple[Any, tuple[Any, ...], tuple[Any, ...]]] = [
     (
         numbers,
         (rng.normal(size=(9, 4)), np.tile([2, 0, 1, 2], (9, 1)), rng.normal(size=(9, 4, 2)), np.zeros((9, 1), int)),
+        (),
+    ),
+    (
+        parts,
+        (
+            rng.normal(size=(9, 7)),
+            rng.normal(size=(9, 3, 2)),
+            rng.normal(size=(9, 5)),
+            np.stack([rng.integers(0, 5, 9), rng.integers(0, 2, 9)], 1),
+        ),
         (),
     ),
     (elementary, (rng.normal(size=50), rng.normal(size=50)), ()),
@@ -367,6 +401,19 @@ def test_kernels_run_with_fifty_digits() -> None:
     assert np.allclose([float(v) for v in point], double, rtol=1e-13)
     assert abs(float(total) - sum_of_doubles) < 1e-9 * abs(sum_of_doubles)
     assert total != float(total)
+
+
+@needs_compiler
+@pytest.mark.compiles
+@pytest.mark.peers
+def test_kernels_of_a_static_tuple() -> None:
+    kinds, motors, rows = np.array([2, 7, 5, 2]), motor_rows(4), np.concatenate([np.zeros((4, 3)), points(4)], 1)
+    given = kinds, motors, rows, np.full(4, 3), np.zeros((4, 5))
+    found = selected_kernel(*given)
+    assert np.array_equal(found, selected_kernel.on("numba")(*given))
+    assert np.array_equal(found[kinds != 5], moved(motors, rows[:, 3:])[kinds != 5]) and not found[2].any()
+    for each, expected in zip(zip(*given, strict=True), found, strict=True):
+        assert np.allclose(selected_kernel.reference(*each), expected, rtol=1e-12)
 
 
 turned = KernelSpec(versors.sandwich, ("motor", "point"), "turned")

@@ -75,6 +75,30 @@ def test_numba_has_the_bits_of_c() -> None:
         assert np.array_equal(a, b)
 
 
+Cell = record("Cell", begin=Int, sides=IntVector[2])
+
+
+@algorithm
+def neighbour(cells: InOut[Rows[Cell]], at: Int) -> Int:
+    """Fields of integers."""
+    cell = cells[at]
+    cell.sides[1] += 10 * cell.begin
+    cells[at + 1].sides[:] = cell.sides
+    return cell.sides[0]
+
+
+@pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
+def test_records_of_integers() -> None:
+    cells = Cell.zeros(3)
+    cells.begin = [4, 5, 6]
+    cells.sides = [[1, 2], [3, 4], [5, 6]]
+    assert cells.dtype == np.int64
+    changed, first = neighbour(cells, 1)
+    assert first == 3 and Cell.view(changed).sides.tolist() == [[1, 2], [3, 54], [3, 54]]
+    reference, first = neighbour.reference(cells, 1)
+    assert first == 3 and np.array_equal(reference, changed)
+
+
 def test_arrays_with_fields() -> None:
     rows = Body.zeros(4)
     rows.position = [1.0, 2.0, 3.0]
@@ -93,16 +117,17 @@ def test_arrays_with_fields() -> None:
 
 @pytest.mark.skipif(extension.compiler() is None, reason="no C compiler")
 def test_offsets_in_c(tmp_path: Path) -> None:
-    checks = "".join(f"_Static_assert(BODY_{n.upper()} == {at}, \"\");\n" for n, at in Body.offsets.items())
+    checks = "".join(f'_Static_assert(BODY_{n.upper()} == {at}, "");\n' for n, at in Body.offsets.items())
     text = Body.c_text("BODY") + checks + '_Static_assert(BODY_SIZE == 14, "");\n'
     (tmp_path / "body.c").write_text(text, encoding="utf-8")
     subprocess.run([*extension.required_compiler().command, "-std=c11", "-c", "body.c"], cwd=tmp_path, check=True)
 
 
 @pytest.mark.parametrize("fields, message", [
-    ({}, "no field"), ({"mass": Int}, "another type"), ({"x": Vector}, "another type"),
+    ({}, "no field"), ({"mass": Real, "count": Int}, "count has another type"), ({"x": Vector}, "another type"),
     ({"x": Rows[2]}, "another type"),
-    ({"x": Out[Vector[2]]}, "another type"), ({"x": IntVector[2]}, "another type"), ({"x": 3}, "another type"),
+    ({"x": Out[Vector[2]]}, "another type"),
+    ({"x": IntVector[2], "y": Vector[2]}, "y has another"), ({"x": 3}, "another type"),
     ({"shape": Real}, "cannot be a field"), ({"for": Real}, "cannot be a field"), ({"_x": Real}, "cannot be a field"),
 ])  # fmt: skip
 def test_what_is_not_a_record(fields: dict[str, object], message: str) -> None:
