@@ -142,7 +142,7 @@ class AlgorithmFunction(Algorithm, CompiledAlgorithm):
             If an argument has another shape or type.
         """
         if language.runs_as_python():
-            return self.function(*arguments)
+            return self.in_python(arguments)
         return self.call("c", arguments)
 
     def derivative(self, *wrt: str) -> AlgorithmDerivative:

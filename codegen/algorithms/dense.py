@@ -130,3 +130,82 @@ def select_rank(values: InOut[Vector], rank: Int) -> Real:
         if rank < i:
             high = j
     return values[rank]
+
+
+@algorithm
+def solve_damped(a: Matrix, n: Int, b: Vector, damping: Real, x: Out[Vector]) -> Real:
+    """Least x and y with a x + damping y = b, by modified Gram-Schmidt on the rows; the square of b - a x.
+
+    Of a, of which the first n columns are meant (Golub and Van Loan 5.2.8, of the transpose).
+    """
+    m = len(b)
+    directions = empty(m, len(a[0]) + m)
+    parts = empty(m)
+    for r in range(m):
+        value = b[r]
+        for j in range(n):
+            directions[r, j] = a[r, j]
+        for i in range(m):
+            directions[r, n + i] = damping if i == r else 0.0
+        for i in range(r):
+            c = 0.0
+            for j in range(n + m):
+                c += directions[i, j] * directions[r, j]
+            for j in range(n + m):
+                directions[r, j] -= c * directions[i, j]
+            value -= c * parts[i]
+        square = 0.0
+        for j in range(n + m):
+            square += directions[r, j] * directions[r, j]
+        length = sqrt(square)
+        for j in range(n + m):
+            directions[r, j] /= length
+        parts[r] = value / length
+    for j in range(n):
+        x[j] = 0.0
+        for r in range(m):
+            x[j] += directions[r, j] * parts[r]
+    left = 0.0
+    for r in range(m):
+        rest = b[r]
+        for j in range(n):
+            rest -= a[r, j] * x[j]
+        left += rest * rest
+    return left
+
+
+@algorithm
+def rank_of(a: InOut[Matrix], n: Int, dependent: Real) -> Int:
+    """Rank of the first n columns of a, by elimination: the longest row, off all others, then the next.
+
+    Rows of which less is left than the dependent fraction of the longest count as zero; a is changed.
+    """
+    m = len(a)
+    squares = empty(m)
+    most = 0.0
+    rank = 0
+    for r in range(m):
+        squares[r] = 0.0
+        for j in range(n):
+            squares[r] += a[r, j] * a[r, j]
+        most = max(most, squares[r])
+    for _ in range(m):
+        best = 0
+        for r in range(1, m):
+            best = r if squares[r] > squares[best] else best
+        if not squares[best] > dependent * dependent * most:
+            break
+        rank += 1
+        for r in range(m):
+            if r == best or squares[r] < 0.0:
+                continue
+            c = 0.0
+            for j in range(n):
+                c += a[r, j] * a[best, j]
+            c /= squares[best]
+            squares[r] = 0.0
+            for j in range(n):
+                a[r, j] -= c * a[best, j]
+                squares[r] += a[r, j] * a[r, j]
+        squares[best] = -1.0
+    return rank

@@ -11,10 +11,12 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from . import cache
+from . import cache, source_digest
+
+_DIGITS = 24
 
 
 def read(group: str, name: str) -> str | None:
@@ -37,6 +39,32 @@ def write(group: str, texts: Mapping[str, str]) -> None:
             _put(folder / name, hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
         if not (folder / cache.RECORD).exists():
             _put(folder / cache.RECORD, json.dumps({"name": group, "built": time.time()}).encode())
+
+
+def made_once(stem: str, sources: Iterable[str], name: str, make: Callable[[], str]) -> str:
+    """A text that is made once for each state of the sources that it depends on.
+
+    Parameters
+    ----------
+    stem : str
+        Beginning of the group's name.
+    sources : iterable of str
+        As for `source_digest.digest`. Where there is no digest the text is made anew.
+    name : str
+        In the group.
+    make : callable
+        Makes it.
+    """
+    digest = source_digest.digest(sources)
+    group = digest and f"{stem}_{digest[:_DIGITS]}"
+    found = read(group, name) if group else None
+    if found is None:
+        found = make()
+        if group:
+            write(group, {name: found})
+    elif group:
+        touch(group)
+    return found
 
 
 def touch(group: str) -> None:

@@ -1,35 +1,40 @@
-"""The driver of serial chains: kernels of one algebra, and the loops over joints and poses around them."""
+"""Programs of serial chains: the algorithms of algorithms/chains.py on the formulas of one algebra."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
 from functools import cache
+from typing import TYPE_CHECKING
 
+from ..build import text_cache
+from ..build.cpu_features import best_instances
 from ..errors import InputError
 from ..formulas.mechanics import chains
-from ..targets.c.instances import BASELINE, SCALAR, WIDE
-from . import KernelSpec, Program, program, stock_algebra
+from ..targets.c.instances import ONE_BY_ONE, Instance
+from ..targets.c.source import ExtensionSource
+from . import KernelSpec, extension_of, stock_algebra
+
+if TYPE_CHECKING:
+    from ..algorithms.chains import ChainAlgorithms
+    from ..ir.loops.nodes import Function
 
 ALGEBRAS = ("cga3d", "pga3d")
-#: Joints that a driver has room for: one that fits a six-axis arm keeps all it needs near.
+#: Joints that an algorithm has room for: one that fits a six-axis arm keeps all it needs near.
 CLASSES = (16, 256, 4096)
-#: Beyond this many joints poses are not taken several at a time: their numbers would fill a thread's stack.
+#: Beyond this many joints poses are not computed several at a time: their numbers would fill a thread's stack.
 MOST_WIDE = 256
-
-
-@dataclass(frozen=True)
-class ChainConfig:
-    """Algebra and capacity of a driver of chains.
-
-    Parameters
-    ----------
-    algebra : str
-    joints : int
-        Of `CLASSES`: how many it has room for.
-    """
-
-    algebra: str = "cga3d"
-    joints: int = CLASSES[0]
+#: What all items share, by algorithm; the search computes one item after the other.
+SHARED = {
+    "forward": ("joints", "frames", "base"),
+    "jacobian": ("joints", "tool", "base", "frame"),
+    "twists": ("joints", "base"),
+}
+#: What the C texts depend on, from the package's folder.
+_SOURCES = (
+    "programs/chains.py",
+    "../templates/c/programs/algorithm.c.j2",
+    "../templates/c/kernels/kernel.h.j2",
+)
 
 
 def class_of(joints: int) -> int:
@@ -46,25 +51,55 @@ def class_of(joints: int) -> int:
 
 
 @cache
-def chain_program(needs: ChainConfig) -> Program:
-    """The program of chains of up to so many joints."""
-    if needs.algebra not in ALGEBRAS:
-        raise InputError(f"{needs.algebra!r} is not an algebra of chains; there are: {', '.join(ALGEBRAS)}.")
-    rotor = stock_algebra(needs.algebra).kind("rotor").blades
-    wide = [i for i in (*BASELINE, *WIDE) if i.bits == 64] if needs.joints <= MOST_WIDE else []
-    values = {
-        "title": f"Chains of up to {needs.joints} joints in {needs.algebra}",
-        "prefix": needs.algebra,
-        "joints": needs.joints,
-        "identity": [int(not b) for b in rotor],
-        "instances": [*(i for i in SCALAR if i.bits == 64), *wide],
-        "elementary": True,
-    }
-    name = f"chain_{needs.algebra}_{needs.joints}"
-    return program(name, _kernel_specs(needs.algebra), "chain.c.j2", "chain_types.h", values)
+def algorithms_of(algebra: str, room: int) -> ChainAlgorithms:
+    """The algorithms of chains of up to so many joints.
+
+    Raises
+    ------
+    InputError
+        If chains are not in this algebra.
+    """
+    from ..algorithms.chains import ChainKernels, chain_algorithms
+
+    if algebra not in ALGEBRAS:
+        raise InputError(f"{algebra!r} is not an algebra of chains; there are: {', '.join(ALGEBRAS)}.")
+    rotor = stock_algebra(algebra).kind("rotor").blades
+    return chain_algorithms(ChainKernels(**kernel_specs(algebra)), tuple(float(not blade) for blade in rotor), room)
 
 
-def _kernel_specs(algebra: str) -> list[KernelSpec]:
+def chain_function(algebra: str, room: int, name: str) -> Function:
+    """The IR of one of the algorithms, "forward", "jacobian", "twists" or "inverse"."""
+    algorithm = getattr(algorithms_of(algebra, room), name)
+    function: Function = algorithm.specialised([p.type for p in algorithm.text.parameters])
+    return function
+
+
+def chain_extension(
+    algebra: str, room: int, name: str, instance: Instance | None = None
+) -> tuple[ExtensionSource, str]:
+    """C text of one of the algorithms, ready to compile, and the tag of its loop.
+
+    Parameters
+    ----------
+    instance : Instance, optional
+        Default: the one that this processor runs best.
+    """
+    chosen, shared = ONE_BY_ONE[0], None
+    if name in SHARED and room <= MOST_WIDE:
+        (chosen,), shared = best_instances("f64") if instance is None else (instance,), SHARED[name]
+
+    def make() -> str:
+        from .algorithms import algorithm_files
+
+        return json.dumps(algorithm_files(chain_function(algebra, room, name), (chosen,), shared))
+
+    sources = (*_SOURCES, f"specs/{algebra}.toml")
+    text = text_cache.made_once("chain", sources, f"{algebra}_{room}_{name}_{chosen.tag}.json", make)
+    return extension_of(f"chain_{algebra}_{room}_{name}", json.loads(text)), chosen.tag
+
+
+def kernel_specs(algebra: str) -> dict[str, KernelSpec]:
+    """The kernels by the names of `ChainKernels`."""
     turn, pose = "layout rotor", "layout rotor, position"
     joint = "position, position, number, number"
     kinds = {
@@ -80,7 +115,7 @@ def _kernel_specs(algebra: str) -> list[KernelSpec]:
         "decompose": "layout motor, position",
         "pose_error": f"{pose}, layout rotor, position",
     }
-    return [
-        KernelSpec(getattr(chains, name), tuple(text.split(", ")), f"chain_{name}", algebra)
+    return {
+        name: KernelSpec(getattr(chains, name), tuple(text.split(", ")), f"chain_{name}", algebra)
         for name, text in kinds.items()
-    ]
+    }

@@ -56,6 +56,7 @@ NUMBA = Target(
         "all pairs": "written out in blocks",
         "registration": "float64, without Algorithm 1",
         "merging": "float64",
+        "chains": "float64",
     },
 )  # fmt: skip
 NUMPY = Target(

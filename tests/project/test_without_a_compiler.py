@@ -61,7 +61,7 @@ def no_compiler(request, monkeypatch, tmp_path):
     else:
         monkeypatch.setenv("CC", "")
         monkeypatch.setenv("PATH", str(tmp_path))
-    caches = [program.engine_for, program._stock, driver._module]
+    caches = [program.engine_for, program._stock, driver._loop]
     from bladesmith.dynamics.integration import driver as dynamics_engine
 
     caches.append(dynamics_engine.driver)
@@ -101,10 +101,6 @@ NEEDS_ONE = {
     "one ray": (lambda: tracer.EvolvedCircles(circles(5)).intersect([0, -9, 0], [0, 1, 0]), "evolved_circles_4 are"),
     "a simulation": (lambda: dynamics.Simulation(body()).run(0.1), "simulations are compiled"),
     "a system": (lambda: dynamics.Simulation(DELTA.system(DELTA.inverse(Y))).run(0.1), "simulations are compiled"),
-    "forward": (lambda: chain().forward([0.1, 0.2]), "chains are compiled"),
-    "jacobian": (lambda: chain().jacobian([0.1, 0.2]), "chains are compiled"),
-    "inverse": (lambda: chain().inverse(cga.translator([1, 0, 0])), "chains are compiled"),
-    "singularity": (lambda: chain().singularity([0.1, 0.2]), "chains are compiled"),
     "a pose": (lambda: DELTA.mechanism(DELTA.inverse(Y)).solve_pose(), "poses of mechanisms are compiled"),
 }
 
@@ -197,6 +193,37 @@ def test_without_numba_merging_says_what_it_needs(no_compiler, nothing_installed
     assert "Install gcc or clang" in message and "or numba" in message
 
 
+CHAIN = {
+    "forward": lambda chain: chain.forward([0.1, 0.2]).values,
+    "jacobian": lambda chain: chain.jacobian([0.1, 0.2]),
+    "velocity": lambda chain: chain.velocity([0.1, 0.2], [0.3, 0.4]).values,
+    "inverse": lambda chain: chain.inverse(chain.forward([0.1, 0.2]), start=[0.2, 0.1]).q,
+    "singularity": lambda chain: chain.singularity([0.1, 0.2]).singular_values,
+}
+
+
+@pytest.mark.peers
+@pytest.mark.compiles
+@pytest.mark.parametrize("no_compiler", ["PATH"], indirect=True)
+def test_chains_run_by_numba_to_the_same_bits(no_compiler, monkeypatch, caplog):
+    pytest.importorskip("numba")
+    found = {name: run(chain()) for name, run in CHAIN.items()}
+    told = {r.getMessage() for r in caplog.records if "chains" in r.getMessage()}
+    assert f"inverse of chains runs by numba: {no_compiler}." in told
+    monkeypatch.undo()
+    driver._loop.cache_clear()
+    for name, run in CHAIN.items():
+        assert found[name].tobytes() == run(chain()).tobytes()
+
+
+@pytest.mark.parametrize("name", CHAIN)
+def test_chains_with_neither_say_so(name, no_compiler, monkeypatch):
+    monkeypatch.setattr(driver, "find_spec", lambda package: None)
+    with pytest.raises(CompilerMissingError, match="chains are compiled at their first use") as caught:
+        CHAIN[name](chain())
+    assert str(caught.value).startswith(no_compiler) and "Install gcc or clang" in str(caught.value)
+
+
 def fresh_kernel():
     @codegen.kernel(cga.kind("motor"), cga.kind("point"))
     def shifted(m, x):
@@ -269,7 +296,7 @@ RUNS = {
     ),
     "merging": lambda: objects.merge_similar(LINES, 0.5),
     "simulations": NEEDS_ONE["a simulation"][0],
-    "chains": NEEDS_ONE["forward"][0],
+    "chains": lambda: CHAIN["forward"](chain()),
     "mechanisms": NEEDS_ONE["a pose"][0],
 }
 

@@ -161,8 +161,8 @@ def scene(spec, seed, wrong=0.0, missing=0.0, noise=0.0, size=1.0, center=(0.0, 
 
 def apart(a, b):
     """Greatest difference of two motors' coefficients, whatever their signs."""
-    x, y = a.values.ravel(), b.values.ravel()
-    return min(np.abs(x - y).max(), np.abs(x + y).max())
+    x, y = (np.asarray(m.as_kind("motor", check=False).values, float).ravel() for m in (a, b))
+    return float(min(np.abs(x - y).max(), np.abs(x + y).max()))
 
 
 def twist(a, b):

@@ -157,11 +157,15 @@ class Algorithm:
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the text as Python: what one algorithm does with another, run as Python."""
-        return self.function(*arguments)
+        return self.in_python(arguments)
+
+    def in_python(self, arguments: Sequence[Any]) -> Any:
+        """The text as Python on arrays that it may change; rows have the fields that the parameters declare."""
+        return self.function(*(_with_fields(p.type, a) for p, a in zip(self.text.parameters, arguments, strict=True)))
 
 
-def _with_fields(type: ArrayType, array: Any) -> Any:
-    return type.record.view(array) if type.record is not None else array
+def _with_fields(type: Any, array: Any) -> Any:
+    return type.record.view(array) if isinstance(type, ArrayType) and type.record is not None else array
 
 
 def make_array(type: ArrayType) -> Any:

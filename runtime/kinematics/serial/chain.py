@@ -42,6 +42,8 @@ class Chain(SerialChainData):
     length : float, optional
         Length that a radian counts as where angles and lengths are compared. Default: the sum of the distances from
         joint to joint to tool.
+    target : {"c", "numba"}
+        What runs the loops: the results have the same bits. Where there is no C compiler, "c" is numba, too.
 
     Attributes
     ----------

@@ -12,6 +12,7 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...codegen.algorithms.chain_frames import JacobianFrame
 from ...codegen.errors import AlgebraMismatchError, GradeError, InputError
 from ...common.validation import as_bool, as_choice, as_instance, broadcast_to, check_shape, positive_float, real_array
 from ...core.multivector import Multivector
@@ -19,7 +20,7 @@ from ...dispatch.formulas import invalidate_nonfinite, raise_first
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from .axes import chain_parameters, join_axes, joint_limits, joint_names, translation_ranges
-from .driver import AT_ORIGIN, AT_POINT, IN_TOOL, Driver, SearchOptions
+from .driver import TARGETS, Driver, SearchOptions
 
 Array = NDArray[Any]
 #: Frames of Jacobians.
@@ -42,7 +43,9 @@ class SerialChainData:
         *,
         frames: Multivector | None = None,
         length: float | None = None,
+        target: str = "c",
     ) -> None:
+        self.target = as_choice(target, "target", TARGETS)
         self.axes = join_axes(axes)
         self.algebra, self.count = self.axes.algebra, len(self.axes)
         self.tool = self._motors(tool, "tool", ())
@@ -70,7 +73,7 @@ class SerialChainData:
     @cached_property
     def driver(self) -> Driver:
         """The compiled loops."""
-        return Driver(self.algebra.name, self.parameters)
+        return Driver(self.algebra.name, self.parameters, self.target)
 
     def _motors(self, motor: Multivector | None, what: str, shape: tuple[int, ...]) -> Multivector:
         one = self.algebra.translator(np.zeros(3)).as_kind("motor")
@@ -173,13 +176,12 @@ class SerialChainData:
         """
         x = self.coordinates(q)
         lead = x.shape[:-1]
-        world_frame = AT_ORIGIN if as_choice(frame, "frame", FRAMES) == "world" and point is None else AT_POINT
+        world = JacobianFrame.ORIGIN if point is None else JacobianFrame.POINT
+        axes = JacobianFrame.TOOL if as_choice(frame, "frame", FRAMES) == "tool" else world
         at = np.zeros(3) if point is None else np.asarray(real_array(point, "point", (..., 3)), np.float64)
         if at.ndim > 1:
             at = broadcast_to(at, (*lead, 3), "point").reshape(-1, 3)
-        matrices = self.driver.jacobian(
-            x.reshape(-1, self.count), IN_TOOL if frame == "tool" else world_frame, at, threads
-        ).reshape(*lead, 6, self.count)
+        matrices = self.driver.jacobian(x.reshape(-1, self.count), axes, at, threads).reshape(*lead, 6, self.count)
         if not (as_bool(status, "status") or as_bool(strict, "strict")):
             return matrices
         codes = np.where(np.isfinite(matrices).all((-1, -2)), Status.OK, Status.INVALID).astype(np.uint8)

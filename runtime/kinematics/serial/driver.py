@@ -1,44 +1,44 @@
-"""The compiled driver of serial chains: arrays in, arrays out, over threads.
-
-The only module that knows the layout of the driver's structures (templates/c/programs/chains/chain_types.h).
-"""
+"""The compiled loops of serial chains: arrays in, arrays out, over threads, as C or numba."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.build.extension import load, required_compiler
-from ...codegen.programs.chains import ChainConfig, chain_program, class_of
+from ...codegen.algorithms.chain_frames import JacobianFrame
+from ...codegen.errors import CompilerMissingError
 from ...common import parallel
 from ...status import Status
 
+if TYPE_CHECKING:
+    from ...codegen.execute.items import Loop, Run
+    from ...codegen.targets.c.instances import Instance
+
 Array = NDArray[Any]
-#: Jacobian along the axes of the world, at the point of the tool that is at the origin: as the driver numbers frames.
-AT_ORIGIN = 0
-#: Jacobian along the axes of the world, at a point of the tool.
-AT_POINT = 1
-#: Targets that are worth another thread: about a millisecond of work.
-TARGETS = 32
-#: Jacobian along the axes of the tool's frame.
-IN_TOOL = 2
+_log = logging.getLogger("bladesmith")
+#: Where chains can run.
+TARGETS = ("c", "numba")
+#: Poses to reach that are worth another thread: about a millisecond of work.
+GRAIN = 32
 
 
 @dataclass(frozen=True)
 class ChainParameters:
-    """Parameters of a chain.
+    """Parameters of a chain, in the records of codegen/algorithms/chain_records.py.
 
     Attributes
     ----------
     joints : array (n, 8)
-        Offset from the joint before, axis, rotation and advance for a unit of x.
+        `Joint`: offset from the joint before, axis, rotation and advance for a unit of x.
     links, tool : array (n, 7), (7,)
-        Frames: position relative to the joint, and rotor.
+        `Frame`: position relative to the joint, and rotor.
     base : array (3,)
         Position of the first joint.
     """
@@ -51,93 +51,140 @@ class ChainParameters:
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """Options of the search for poses: see `bs_search` in templates/c/programs/chains/chain_types.h."""
+    """Options of the search for poses.
 
-    lower: Array
-    upper: Array
-    kicks: Array
-    iterations: int
-    tolerance: float
-    length: float
-    reach: float
-    nearest: bool
+    Attributes
+    ----------
+    limits : array (n, 2)
+    restarts : array (m, n)
+        Where the next attempts begin, after the first.
+    numbers : array (3,)
+        `Search` of codegen/algorithms/chain_records.py: tolerance, length, reach.
+    counts : integer array (2,)
+        Iterations of each attempt; 1 where what is out of reach is approached all the same.
+    """
+
+    limits: Array
+    restarts: Array
+    numbers: Array
+    counts: NDArray[np.int64]
+
+    @property
+    def tolerance(self) -> float:
+        return float(self.numbers[0])
+
+    @property
+    def nearest(self) -> bool:
+        return bool(self.counts[1])
 
 
 @cache
-def _module(config: ChainConfig) -> tuple[Any, int]:
-    """The compiled driver, and the index of the best of its instances that this processor runs."""
-    required_compiler("chains are compiled at their first use")
-    module = load(chain_program(config).extension())
-    count = module.lib.bs_chain_instances()
-    return module, max(i for i in range(count) if module.lib.bs_chain_runs(i))
+def _loop(algebra: str, room: int, name: str, target: str, instance: Instance | None) -> Loop:
+    """One of the loops, compiled; by numba where there is no compiler.
+
+    Raises
+    ------
+    CompilerMissingError
+        If there is neither.
+    """
+    from ...codegen.build.extension import load, required_compiler
+    from ...codegen.execute.items import CLoop, NumbaLoop
+    from ...codegen.programs.chains import chain_extension, chain_function
+
+    has_numba = find_spec("numba") is not None
+    if target == "c":
+        try:
+            required_compiler("" if has_numba else "chains are compiled at their first use")
+            extension, tag = chain_extension(algebra, room, name, instance)
+            return CLoop(load(extension), tag)
+        except CompilerMissingError as error:
+            if not has_numba:
+                raise
+            _log.warning("%s of chains runs by numba: %s.", name, error.what)
+    from ...codegen.programs.algorithms import algorithm_numba
+
+    function = chain_function(algebra, room, name)
+    return NumbaLoop(f"chain_{algebra}_{room}_{name}", algorithm_numba(function), function)
 
 
 class Driver:
-    """A chain, compiled."""
+    """A chain, compiled.
 
-    def __init__(self, algebra: str, parameters: ChainParameters) -> None:
-        module, self._instance = _module(ChainConfig(algebra, class_of(len(parameters.joints))))
-        self._lib, self._ffi = module.lib, module.ffi
-        self._chain = self._ffi.new("bs_chain *")
-        self._buffers: list[Any] = []
-        self.count = self._chain.count = len(parameters.joints)
-        for name in ("joints", "links", "tool", "base"):
-            setattr(self._chain, name, self._keep(getattr(parameters, name)))
+    Parameters
+    ----------
+    algebra : str
+    parameters : ChainParameters
+    target : str
+        Of `TARGETS`.
+    instance : Instance, optional
+        Of the C text, for tests. Default: the one that this processor runs best.
+    """
 
-    def _keep(self, values: Array) -> Any:
-        """A buffer that lives as long as the driver."""
-        self._buffers.append(self._buffer(values))
-        return self._buffers[-1]
+    def __init__(
+        self, algebra: str, parameters: ChainParameters, target: str = "c", instance: Instance | None = None
+    ) -> None:
+        from ...codegen.programs.chains import class_of
 
-    def _buffer(self, values: Array, kind: str = "double[]") -> Any:
-        if kind == "double[]":
-            values = np.ascontiguousarray(values, np.float64)
-        return self._ffi.from_buffer(kind, values if values.size else np.zeros(1, values.dtype))
+        self.count = len(parameters.joints)
+        self._key = (algebra, class_of(self.count), target, instance)
+        self._joints, self._links, self._tool, self._base = (
+            np.ascontiguousarray(a, np.float64)
+            for a in (parameters.joints, parameters.links, parameters.tool, parameters.base)
+        )
+        self._plans: dict[tuple[Any, ...], tuple[Loop, list[Any], Any, Any]] = {}
+
+    def _plan(
+        self, key: tuple[Any, ...], shared: Sequence[Array], strides: Sequence[int], counts: Sequence[int]
+    ) -> tuple[Loop, list[Any], Any, Any]:
+        """A loop, and what is the same in all of its calls: what items share, their strides, rows of open arrays."""
+        algebra, room, target, instance = self._key
+        loop = _loop(algebra, room, key[0], target, instance)
+        held = [loop.hold(a) for a in shared]
+        found = self._plans[key] = loop, held, loop.integers(strides), loop.integers(counts)
+        return found
 
     def forward(self, x: Array, every: bool, threads: int | None) -> Array:
         """Motors (items, 8), or of every link (items, n, 8)."""
-        motors = np.empty((len(x), self.count, 8) if every else (len(x), 8))
-        source, target = self._buffer(x), self._buffer(motors)
-        parallel.split(
-            lambda a, b: self._lib.bs_chain_forward(self._chain, self._instance, source, every, target, a, b),
-            len(x),
-            threads,
-        )
+        n, rows = self.count, self.count if every else 1
+        plan = self._plans.get(("forward", every)) or self._plan(
+            ("forward", every), (self._joints, self._links if every else self._tool, self._base),
+            (0, 0, 0, n, 8 * rows), (n, rows, 0, n, rows),
+        )  # fmt: skip
+        x, motors = np.ascontiguousarray(x), np.empty((len(x), n, 8) if every else (len(x), 8))
+        parallel.split(_bound(plan, x, motors), len(x), threads)
         return motors
 
-    def jacobian(self, x: Array, frame: int, points: Array, threads: int | None) -> Array:
+    def jacobian(self, x: Array, frame: JacobianFrame, points: Array, threads: int | None) -> Array:
         """Matrices (items, 6, n); points (items, 3), or one (3,)."""
-        matrices = np.empty((len(x), 6, self.count))
-        source, at, target = self._buffer(x), self._buffer(points), self._buffer(matrices)
-        stride = 3 if points.ndim == 2 else 0
-        parallel.split(
-            lambda a, b: self._lib.bs_chain_jacobian(
-                self._chain, self._instance, source, frame, at, stride, target, a, b
-            ),
-            len(x),
-            threads,
-        )
+        n = self.count
+        plan = self._plans.get(("jacobian", frame, points.ndim)) or self._plan(
+            ("jacobian", frame, points.ndim), (self._joints, self._tool, self._base, np.array([frame], np.int64)),
+            (0, 0, 0, 0, 3 if points.ndim == 2 else 0, n, 6 * n), (n, 0, 0, 0, 0, n, 6 * n),
+        )  # fmt: skip
+        x, points = np.ascontiguousarray(x), np.ascontiguousarray(points)
+        matrices = np.empty((len(x), 6, n))
+        parallel.split(_bound(plan, points, x, matrices), len(x), threads)
         return matrices
 
     def twists(self, x: Array, speeds: Array, pushes: Array, every: bool, threads: int | None) -> tuple[Array, Array]:
         """Twists and their rates (items, 6), or of every link (items, n, 6)."""
-        shape = (len(x), self.count, 6) if every else (len(x), 6)
+        n, rows = self.count, self.count if every else 1
+        plan = self._plans.get(("twists", every)) or self._plan(
+            ("twists", every), (self._joints, self._base),
+            (0, 0, n, n, n, 6 * rows, 6 * rows), (n, 0, n, n, n, rows, rows),
+        )  # fmt: skip
+        shape = (len(x), n, 6) if every else (len(x), 6)
         results = np.empty(shape), np.empty(shape)
-        sources = [self._buffer(values) for values in (x, speeds, pushes)]
-        targets = [self._buffer(values) for values in results]
-        parallel.split(
-            lambda a, b: self._lib.bs_chain_twists(self._chain, self._instance, *sources, every, *targets, a, b),
-            len(x),
-            threads,
-        )
+        given = [np.ascontiguousarray(values) for values in (x, speeds, pushes)]
+        parallel.split(_bound(plan, *given, *results), len(x), threads)
         return results
 
     def blank_results(self, items: int) -> dict[str, Array]:
-        """Joints (items, n), status, errors (items, 2), steps and rank of the Jacobian there: nothing is found yet."""
+        """Coordinates (items, n), status, errors, steps and rank of the Jacobian there: nothing is found yet."""
         return {
-            "x": np.full((items, self.count), np.nan), "errors": np.full((items, 2), np.nan),
-            "status": np.full(items, Status.NOT_CONVERGED, np.int32), "steps": np.zeros(items, np.int32),
-            "rank": np.zeros(items, np.int32),
+            "x": np.full((items, self.count), np.nan), "status": np.full(items, Status.NOT_CONVERGED, np.int64),
+            "angle": np.full(items, np.nan), "distance": np.full(items, np.nan), "steps": np.zeros(items, np.int64),
+            "rank": np.zeros(items, np.int64),
         }  # fmt: skip
 
     def inverse(
@@ -145,17 +192,19 @@ class Driver:
         progress: Callable[[int], None] | None = None,
     ) -> None:  # fmt: skip
         """Search joints for motors (items, 8), into `blank_results`."""
-        search, target = self._ffi.new("bs_search *"), self._ffi.new("bs_found *")
-        buffers = {name: self._buffer(getattr(options, name)) for name in ("lower", "upper", "kicks")}
-        for name, buffer in buffers.items():
-            setattr(search, name, buffer)
-        for name in ("iterations", "tolerance", "length", "reach"):
-            setattr(search, name, getattr(options, name))
-        search.attempts, search.nearest = 1 + len(options.kicks), int(options.nearest)
-        for name, array in results.items():
-            setattr(target, name, self._buffer(array, "double[]" if array.dtype == np.float64 else "int32_t[]"))
-        goals, begin = self._buffer(motors), self._buffer(starts)
-        parallel.run(
-            lambda a, b: self._lib.bs_chain_inverse(self._chain, search, goals, begin, target, a, b),
-            len(motors), threads, progress=progress, grain=TARGETS,
+        n, restarts = self.count, options.restarts.size
+        plan = self._plans.get(("inverse", restarts)) or self._plan(
+            ("inverse", restarts), (self._joints, self._tool, self._base),
+            (0, 0, 0, 0, 0, 0, 0, 0, 8, n, n, 1, 1, 1, 1, 1), (n, 0, 0, n, restarts, 0, 0, 0, 0, n, n, 0, 0, 0, 0, 0),
         )  # fmt: skip
+        search = (options.limits, options.restarts, options.numbers, options.counts[:1], options.counts[1:])
+        given = np.ascontiguousarray(motors, np.float64), np.ascontiguousarray(starts)
+        bound = _bound(plan, *search, *given, *results.values())
+        parallel.run(bound, len(motors), threads, progress=progress, grain=GRAIN)
+
+
+def _bound(plan: tuple[Loop, list[Any], Any, Any], *arrays: Array) -> Run:
+    """A loop with the arrays of a call."""
+    loop, shared, strides, counts = plan
+    hold = loop.hold
+    return loop.bind([*shared, *map(hold, arrays)], strides, counts)

@@ -19,7 +19,7 @@ from ...dispatch.formulas import raise_first
 from ...dispatch.multivector_data import Statuses
 from ...status import Status
 from .data import SerialChainData
-from .driver import TARGETS, SearchOptions
+from .driver import GRAIN, SearchOptions
 from .reachability import REACH_MARGIN, is_beyond
 
 Array = NDArray[Any]
@@ -85,7 +85,7 @@ def inverse(
     def solution() -> Solution:
         return _solution(chain, motors, results, options, lead)
 
-    if executor is None and progress is False and len(motors) <= TARGETS:  # in microseconds
+    if executor is None and progress is False and len(motors) <= GRAIN:  # in microseconds
         chain.driver.inverse(motors, starts, options, results, threads)
     else:
         with open_progress(progress, "inverse", "targets", len(motors)) as report, keep_partial(solution):
@@ -133,9 +133,9 @@ def _solution(
         beyond = is_beyond(chain, chain.algebra.wrap(chain.algebra.kind("motor"), motors[missed]), options.tolerance)
         status[missed[beyond]] = Status.UNREACHABLE
     codes = status.reshape(lead)
-    angle, distance = (results["errors"][:, i].reshape(lead)[()] for i in range(2))
-    statuses = codes if lead else Status(int(codes))
-    return Solution(q.reshape(*lead, chain.count), statuses, angle, distance, results["steps"].reshape(lead)[()])
+    angle, distance = (results[name].reshape(lead)[()] for name in ("angle", "distance"))
+    statuses, steps = codes if lead else Status(int(codes)), results["steps"].astype(np.int32).reshape(lead)[()]
+    return Solution(q.reshape(*lead, chain.count), statuses, angle, distance, steps)
 
 
 def _search_options(
@@ -150,10 +150,10 @@ def _search_options(
     )
     options = chain.searches.get(key)
     if options is None:
-        lower, upper = (side.copy() for side in chain.limits.T)
+        reach = chain.reach * (1 + REACH_MARGIN) + key[0] * chain.length
         options = chain.searches[key] = SearchOptions(
-            lower, upper, _restarts(chain, key[2] - 1), key[1], key[0], chain.length,
-            chain.reach * (1 + REACH_MARGIN) + key[0] * chain.length, nearest,
+            chain.limits.copy(), _restarts(chain, key[2] - 1), np.array([key[0], chain.length, reach]),
+            np.array([key[1], nearest], np.int64),
         )  # fmt: skip
     return options
 

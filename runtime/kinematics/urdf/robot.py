@@ -193,7 +193,7 @@ class Robot:
 
     # -- chains, mechanisms, bodies ------------------------------------------------------------------------------------
 
-    def chain(self, tip: str, root: str | None = None) -> Chain:
+    def chain(self, tip: str, root: str | None = None, target: str = "c") -> Chain:
         """The chain of joints from one link to another, with names and limits; the tool is the frame of ``tip``.
 
         Parameters
@@ -202,6 +202,8 @@ class Robot:
         root : str, optional
             The fixed link, whose frame is the world's. Default: the root of the file. Joints between it and the common
             ancestor are passed in reverse.
+        target : {"c", "numba"}
+            As of `Chain`.
 
         Raises
         ------
@@ -234,7 +236,7 @@ class Robot:
         names, limits = [joint.name for joint, _ in moving], [joint.limits for joint, _ in moving]
         return Chain(
             join_axes(axes), frames_at_zero[tip], names, limits,
-            frames=self.algebra.wrap(frames[0].kind, data),
+            frames=self.algebra.wrap(frames[0].kind, data), target=target,
         )  # fmt: skip
 
     def _joints_to_root(self, link: Any) -> list[UrdfJoint]:

@@ -43,6 +43,20 @@ def ranked(x: InOut[Vector[9]], rank: Int) -> Real:
     return value
 
 
+@algorithm
+def damped(a: Matrix[6, 9], n: Int, b: Vector[6], damping: Real, x: Out[Vector[9]]) -> Real:
+    """Damped least squares in the first n columns."""
+    left = dense.solve_damped(a, n, b, damping, x)
+    return left
+
+
+@algorithm
+def rank(a: InOut[Matrix[6, 9]], n: Int) -> Int:
+    """Rank of the first n columns."""
+    found = dense.rank_of(a, n, 1e-7)
+    return found
+
+
 def symmetric(n: int, count: int, spread: float, seed: int) -> np.ndarray:
     """Symmetric positive matrices with eigenvalues over some powers of ten."""
     rng = np.random.default_rng(seed)
@@ -100,3 +114,32 @@ def test_ranks() -> None:
     order, found = ranked(x, ranks)
     assert np.array_equal(found, np.sort(x)[np.arange(500), ranks])
     assert np.array_equal(np.sort(order), np.sort(x))
+
+
+@pytest.mark.parametrize("n", [2, 6, 9])
+@pytest.mark.parametrize("damping", [1.0, 1e-3])
+def test_damped_least_squares(n: int, damping: float) -> None:
+    rng = np.random.default_rng(n)
+    a, b = rng.normal(size=(50, 6, 9)), rng.normal(size=(50, 6))
+    x, left = damped(a, n, b, damping)
+    for k in range(50):
+        system = np.concatenate([a[k, :, :n], damping * np.eye(n)])
+        expected = np.linalg.lstsq(system, np.concatenate([b[k], np.zeros(n)]), rcond=None)[0]
+        share = 1e-13 / damping**2  # where there are fewer columns than rows, these differ by the damping alone
+        assert np.abs(x[k, :n] - expected).max() < share * np.abs(expected).max() and not x[k, n:].any()
+        assert abs(left[k] - ((b[k] - a[k, :, :n] @ x[k, :n]) ** 2).sum()) < 1e-12
+    with mpmath.workdps(50):
+        precise, rest = damped.reference(a[0], n, b[0], damping, numbers=mpmath.mp)
+    assert (
+        max(abs(float(p - v)) for p, v in zip(precise[:n], x[0], strict=False)) < 1e-8 and abs(rest - left[0]) < 1e-12
+    )
+
+
+@pytest.mark.parametrize("n", [1, 5, 9])
+def test_ranks_of_columns(n: int) -> None:
+    rng = np.random.default_rng(n)
+    for expected in range(min(n, 6) + 1):
+        a = np.zeros((40, 6, 9))
+        a[:, :, :n] = rng.normal(size=(40, 6, expected)) @ rng.normal(size=(40, expected, n))
+        _, found = rank(10.0 ** rng.uniform(-9, 9, (40, 1, 1)) * a, n)
+        assert found.tolist() == [expected] * 40

@@ -12,7 +12,8 @@ from bladesmith.errors import InputError, ShapeError, SingularError, Undetermine
 from bladesmith.registration import Model
 from bladesmith.registration.estimation.estimate_rotor import METHODS, estimate_rotor
 
-from ...support.matching.scenes import EVERY, LINES, SPECS, apart, scene
+from ...support.matching.scenes import EVERY, LINES, SPECS, scene
+from ...support.registration import apart
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 

@@ -11,7 +11,8 @@ from bladesmith.codegen.build.extension import compiler
 from bladesmith.registration.estimation.estimate_rotor import METHODS
 from bladesmith.registration.matching.icp import iterate
 
-from ...support.matching.scenes import EVERY, apart, scene
+from ...support.matching.scenes import EVERY, scene
+from ...support.registration import apart
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 

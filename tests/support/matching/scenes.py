@@ -17,12 +17,6 @@ EVERY = {"points": 5, "point_pairs": 5, "lines": 5, "circles": 5, "planes": 5, "
 SPECS = pytest.mark.parametrize("spec", [LINES, POINTS, EVERY], ids=["lines", "points", "every"])
 
 
-def apart(a, b) -> float:
-    """Largest difference of coefficients of two motors, or their negatives."""
-    x, y = (np.asarray(m.as_kind("motor", check=False).values, float) for m in (a, b))
-    return float(min(np.abs(x - y).max(), np.abs(x + y).max()))
-
-
 def scene(spec, seed, noise=0.0, wrong=0.0, angle=None, shift=1.0, turn=False):
     """Matched models, the motor from one to the other, and for each kind which are wrong."""
     rng = np.random.default_rng([seed, 5])

@@ -12,7 +12,7 @@ from bladesmith import kinematics as kin
 from bladesmith import pga3d as pga
 from bladesmith.codegen.errors import ConstraintError, UndeterminedError
 
-from ..support.kinematics import (
+from ...support.kinematics import (
     ALGEBRAS,
     AXIS,
     MP,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from bladesmith import cga3d as cga
 from bladesmith import kinematics
 
-from ..support.kinematics import hinge
+from ...support.kinematics import hinge
 
 FAR = [(0.0, 0.0, 0.0), (1e4, -3e3, 2e3), (0.0, 1e4, 0.0)]
 
