@@ -662,16 +662,6 @@ BS_OUTLINED ptrdiff_t FN(step_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t most,
   return counts[4] - before;
 }
 
-/* The least cost that the landmarks of two objects leave possible. */
-BS_OUTLINED S FN(bound_point_nx7)(ptrdiff_t first, ptrdiff_t second, const S limits[BS_LENGTH(2)],
-    const S *landmarks, ptrdiff_t landmarks_count_)
-{
-  (void)landmarks_count_;
-  const S result = FN(least_cost_7_7_7)(landmarks + 7 * first, landmarks + 7 * second, landmarks + 7 * second,
-      limits[1]);
-  return result;
-}
-
 /* Least and greatest landmark of some places of the tree; of none: infinite and minus infinite. */
 BS_OUTLINED void FN(fill_box_44_nx22)(S box[BS_LENGTH(44)], ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t *order,
     ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_)
@@ -1347,16 +1337,6 @@ BS_OUTLINED ptrdiff_t FN(step_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff
   return counts[4] - before;
 }
 
-/* The least cost that the landmarks of two objects leave possible. */
-BS_OUTLINED S FN(bound_point_pair_nx22)(ptrdiff_t first, ptrdiff_t second, const S limits[BS_LENGTH(2)],
-    const S *landmarks, ptrdiff_t landmarks_count_)
-{
-  (void)landmarks_count_;
-  const S result = FN(least_cost_22_22_22)(landmarks + 22 * first, landmarks + 22 * second, landmarks + 22 * second,
-      limits[1]);
-  return result;
-}
-
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_line_nx6_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
     const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
@@ -1678,16 +1658,6 @@ BS_OUTLINED ptrdiff_t FN(step_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t most, 
     }
   }
   return counts[4] - before;
-}
-
-/* The least cost that the landmarks of two objects leave possible. */
-BS_OUTLINED S FN(bound_line_nx7)(ptrdiff_t first, ptrdiff_t second, const S limits[BS_LENGTH(2)], const S *landmarks,
-    ptrdiff_t landmarks_count_)
-{
-  (void)landmarks_count_;
-  const S result = FN(least_cost_7_7_7)(landmarks + 7 * first, landmarks + 7 * second, landmarks + 7 * second,
-      limits[1]);
-  return result;
 }
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
@@ -2013,16 +1983,6 @@ BS_OUTLINED ptrdiff_t FN(step_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t m
   return counts[4] - before;
 }
 
-/* The least cost that the landmarks of two objects leave possible. */
-BS_OUTLINED S FN(bound_circle_nx22)(ptrdiff_t first, ptrdiff_t second, const S limits[BS_LENGTH(2)],
-    const S *landmarks, ptrdiff_t landmarks_count_)
-{
-  (void)landmarks_count_;
-  const S result = FN(least_cost_22_22_22)(landmarks + 22 * first, landmarks + 22 * second, landmarks + 22 * second,
-      limits[1]);
-  return result;
-}
-
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_plane_nx4_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
     const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
@@ -2344,16 +2304,6 @@ BS_OUTLINED ptrdiff_t FN(step_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t most,
     }
   }
   return counts[4] - before;
-}
-
-/* The least cost that the landmarks of two objects leave possible. */
-BS_OUTLINED S FN(bound_plane_nx7)(ptrdiff_t first, ptrdiff_t second, const S limits[BS_LENGTH(2)],
-    const S *landmarks, ptrdiff_t landmarks_count_)
-{
-  (void)landmarks_count_;
-  const S result = FN(least_cost_7_7_7)(landmarks + 7 * first, landmarks + 7 * second, landmarks + 7 * second,
-      limits[1]);
-  return result;
 }
 
 /* Least and greatest landmark of some places of the tree; of none: infinite and minus infinite. */
@@ -3028,14 +2978,4 @@ BS_OUTLINED ptrdiff_t FN(step_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t mo
     }
   }
   return counts[4] - before;
-}
-
-/* The least cost that the landmarks of two objects leave possible. */
-BS_OUTLINED S FN(bound_sphere_nx17)(ptrdiff_t first, ptrdiff_t second, const S limits[BS_LENGTH(2)],
-    const S *landmarks, ptrdiff_t landmarks_count_)
-{
-  (void)landmarks_count_;
-  const S result = FN(least_cost_17_17_17)(landmarks + 17 * first, landmarks + 17 * second, landmarks + 17 * second,
-      limits[1]);
-  return result;
 }

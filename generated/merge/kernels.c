@@ -50,14 +50,6 @@ void bs_step_point_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
   }
 }
 
-void bs_bound_point_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
-{
-  (void)counts;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    ((S *)arrays[4])[i * strides[4]] = FN(bound_point_nx7)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], counts[3]);
-  }
-}
-
 #endif
 
 #if !defined(BS_SOME_PARTS) || defined(BS_PART_point_pair)
@@ -91,14 +83,6 @@ void bs_step_point_pair_f64(void *const *arrays, const ptrdiff_t *strides, const
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
     ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_point_pair_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
-  }
-}
-
-void bs_bound_point_pair_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
-{
-  (void)counts;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    ((S *)arrays[4])[i * strides[4]] = FN(bound_point_pair_nx22)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], counts[3]);
   }
 }
 
@@ -138,14 +122,6 @@ void bs_step_line_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdi
   }
 }
 
-void bs_bound_line_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
-{
-  (void)counts;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    ((S *)arrays[4])[i * strides[4]] = FN(bound_line_nx7)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], counts[3]);
-  }
-}
-
 #endif
 
 #if !defined(BS_SOME_PARTS) || defined(BS_PART_circle)
@@ -179,14 +155,6 @@ void bs_step_circle_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
     ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_circle_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
-  }
-}
-
-void bs_bound_circle_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
-{
-  (void)counts;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    ((S *)arrays[4])[i * strides[4]] = FN(bound_circle_nx22)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], counts[3]);
   }
 }
 
@@ -226,14 +194,6 @@ void bs_step_plane_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
   }
 }
 
-void bs_bound_plane_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
-{
-  (void)counts;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    ((S *)arrays[4])[i * strides[4]] = FN(bound_plane_nx7)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], counts[3]);
-  }
-}
-
 #endif
 
 #if !defined(BS_SOME_PARTS) || defined(BS_PART_sphere)
@@ -267,14 +227,6 @@ void bs_step_sphere_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
     ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_sphere_nx5_nx17_nx17_nx34)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
-  }
-}
-
-void bs_bound_sphere_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end)
-{
-  (void)counts;
-  for (ptrdiff_t i = begin; i < end; i++) {
-    ((S *)arrays[4])[i * strides[4]] = FN(bound_sphere_nx17)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], counts[3]);
   }
 }
 

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
+from bladesmith.codegen import algorithm
 from bladesmith.codegen.algorithms import merging_bounds
-from bladesmith.codegen.algorithms.merging_layout import EVALUATIONS
+from bladesmith.codegen.algorithms.merging_layout import EVALUATIONS, SLACK
 from bladesmith.codegen.build.extension import compiler
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.formulas.objects import costs
@@ -67,6 +68,16 @@ def clustered(kind, clusters, each, seed, noise=0.01, scale=1.0):
         rng.uniform(0.5, 2.0, clusters)[label] * np.exp(noise * rng.normal(size=n)),
     )
     return made, label
+
+
+least_cost = algorithm(merging_bounds.least_cost.function)
+
+
+def bounds_of(kind, x):
+    """Least costs that landmarks leave possible, of all pairs, (n, n)."""
+    state = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)._state
+    marks = state["landmarks"]
+    return least_cost(marks[:, None], marks[None], marks[None], state["limits"][SLACK])
 
 
 def mixed(kind, n, seed, scale=1.0):
@@ -176,8 +187,7 @@ def test_and_of_flats_among_rounds(kind, seed):
     found = merge_similar(x, 0.1, origin=WORLD)
     np.testing.assert_array_equal(found.pairs, pairs)
     np.testing.assert_allclose(found.merge_costs, spent, rtol=1e-6, atol=1e-12)
-    greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
-    bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+    bound = bounds_of(kind, x)
     least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
     assert len(spent) > 10 and not (bound > least + 1e-20).any()
 
@@ -233,8 +243,7 @@ def test_landmarks_never_promise_more_than_the_cost(kind, scale):
     near, far = clustered(kind, 12, 4, 1, 1e-3, scale)[0], clustered(kind, 48, 1, 2, 0.0, scale)[0]
     for x in (near, far):
         least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
-        greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
-        bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+        bound = bounds_of(kind, x)
         assert np.isfinite(least).mean() > 0.9 and not (bound > least + 1e-20).any()
         np.testing.assert_allclose(bound, bound.T, rtol=1e-9, atol=1e-12)
 
@@ -243,8 +252,7 @@ def test_landmarks_never_promise_more_than_the_cost(kind, scale):
 def test_they_are_tight_for_flats_and_points(kind):
     x = clustered(kind, 10, 6, 4, 1e-3)[0]
     cost = table_of(costs.aligned_cost, x)
-    greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
-    bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+    bound = bounds_of(kind, x)
     near = (cost < 1e-3) & (cost > 1e-9)
     assert near.sum() > 50 and (bound[near] > 0.98 * cost[near]).all()
 

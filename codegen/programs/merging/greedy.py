@@ -301,9 +301,3 @@ def step(
                 boxes, merge_costs, pairs,
             )  # fmt: skip
     return int(counts[MERGES] - before)
-
-
-@algorithm
-def bound(kind: Static, first: Int, second: Int, limits: Vector[2], landmarks: Matrix) -> Real:
-    """The least cost that the landmarks of two objects leave possible."""
-    return least_cost(landmarks[first], landmarks[second], landmarks[second], limits[SLACK])

@@ -23,7 +23,7 @@ def _functions(kind: str) -> dict[str, Function]:
     rows = {"rows": size, "landmarks": marks, "leaves": marks, "boxes": 2 * marks}
     types = {name: ArrayType(REAL, (None, length)) for name, length in rows.items()}
     found = {}
-    for algorithm in (greedy.begin, greedy.find, greedy.queue, greedy.step, greedy.bound):
+    for algorithm in (greedy.begin, greedy.find, greedy.queue, greedy.step):
         parameters = algorithm.text.parameters
         given = [Static(kind) if isinstance(p.type, StaticType) else types.get(p.name, p.type) for p in parameters]
         found[algorithm.name] = algorithm.specialised(given)

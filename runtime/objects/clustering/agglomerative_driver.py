@@ -111,7 +111,3 @@ class Greedy:
         done = self._counts[MERGES]
         kept, gone = self._pairs[:done].T.copy()
         return self._costs[:done].copy(), kept, gone
-
-    def bound(self, first: int, second: int) -> float:
-        """The least cost that the landmarks of two objects leave possible."""
-        return float(self._run("bound", first=first, second=second))
