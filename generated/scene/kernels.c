@@ -23,6 +23,10 @@
 #define BS_SCENE_APART 0 /* 1: what takes long is compiled by itself, and linked */
 #endif
 #include "scene_common.h"
+/* Material */
+enum { BS_MATERIAL_COLOR = 0, BS_MATERIAL_AMBIENT = 3, BS_MATERIAL_DIFFUSE = 4, BS_MATERIAL_SPECULAR = 5, BS_MATERIAL_SHININESS = 6, BS_MATERIAL_REFLECTIVITY = 7, BS_MATERIAL_SECOND = 8, BS_MATERIAL_ACROSS = 11, BS_MATERIAL_SIZE = 17 };
+/* Light */
+enum { BS_LIGHT_POSITION = 0, BS_LIGHT_COLOR = 3, BS_LIGHT_SIZE = 6 };
 #include "scene_apart.h"
 
 #define BS_BITS 64

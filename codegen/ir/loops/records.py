@@ -57,6 +57,17 @@ class Record(Annotation):
         shape = self.shapes[name]
         return self.offsets[name], ArrayType(self.scalar, shape) if shape else self.scalar
 
+    def extent(self, name: str) -> tuple[int, int]:
+        """Where a field begins in a row, and how many numbers it has.
+
+        Raises
+        ------
+        AlgorithmError
+            If there is none of this name.
+        """
+        offset, type = self.field(name)
+        return offset, type.size if isinstance(type, ArrayType) else 1
+
     def zeros(self, *shape: int, dtype: Any = None) -> RecordArray:
         """Rows of zeros, with attributes for the fields. Default: float64, or int64 for integers."""
         return self.view(np.zeros((*shape, self.size), dtype or (np.int64 if self.scalar == INT else np.float64)))

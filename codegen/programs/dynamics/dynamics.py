@@ -12,6 +12,7 @@ from ...formulas.motions import flows, maps
 from ...formulas.registration import registration
 from .. import KernelSpec, Program, program, stock_algebra
 from .config import DynamicsConfig
+from .records import C_TEXT
 from .taylor import series_values
 
 _USER = """
@@ -62,6 +63,7 @@ def dynamics_program(needs: DynamicsConfig) -> Program:
         "elementary": True,
         "flight": needs.in_flight,
         "tangents": needs.tangents,
+        "records": C_TEXT,
         **(series_values(needs) if needs.method == "taylor" else {}),
     }
     return program(

@@ -14,8 +14,8 @@ from .config import DynamicsConfig
 
 #: What an argument of the kernels is in the driver; those that are not here are series.
 _STILL = {
-    "center": "body + BS_CENTER", "weight": "body + BS_WEIGHT", "wrench": "body + BS_WORLD",
-    "angular": "body + BS_DRAG", "linear": "body + BS_DRAG + 1",
+    "center": "body + BS_BODY_CENTER", "weight": "body + BS_BODY_WEIGHT", "wrench": "body + BS_BODY_WORLD",
+    "angular": "body + BS_BODY_DRAG", "linear": "body + BS_BODY_DRAG + 1",
 }  # fmt: skip
 _MOVING = {"r": "motor", "omega": "omega", "momentum": "momentum"}
 

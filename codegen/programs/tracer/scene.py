@@ -13,6 +13,7 @@ from ...formulas.rays import boxes, rays, shading
 from ...targets.c.instances import PORTABLE, SCALAR, Instance
 from ...targets.templates import render
 from .. import KernelSpec, Part, Program, program
+from .records import C_TEXT
 from .surface_kinds import METHODS, SurfaceKind, in_order, stock_kinds, surface_kind
 
 #: Every program: the side of a normal that a ray sees.
@@ -136,6 +137,7 @@ def scene_program(wanted: SceneNeeds) -> Program:
         "features": [*((name, int(value)) for name, value in features.items()), *methods],
         "instances": instances,
         "elementary": wanted.pictures,
+        "records": C_TEXT if wanted.pictures else "",
         "wide": [i for i in PORTABLE if wanted.single or i.bits == 64] if wanted.wide else [],
     }
     parts = [_wide_part(values)] if wanted.wide else []

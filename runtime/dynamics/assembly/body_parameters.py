@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.programs.dynamics.records import BODY, SPRING
 from ...core.multivector import Multivector
 from ...dispatch.formulas import ArrayOperand, evaluate
 from ...mechanics.arguments import coefficients, multivector_of
@@ -20,16 +20,6 @@ if TYPE_CHECKING:
     from ...core.multivector import Algebra
 
 Array = NDArray[Any]
-#: Number of parameters of a body.
-BODY_SIZE = 122
-#: Offset and number of each parameter of a body, as in templates/c/programs/dynamics/dynamics_rates.j2.
-OFFSETS = {
-    "metric": (0, 6), "inverse": (6, 6), "roots": (12, 6), "weight": (18, 3), "center": (21, 3), "world": (24, 6),
-    "wrench": (30, 6), "drag": (36, 2), "mass": (38, 36), "compliance": (74, 36), "flows": (110, 9),
-    "moments": (119, 3),
-}  # fmt: skip
-#: Number of parameters of a spring.
-SPRING_SIZE = 9
 
 
 def loads_present(loads: Sequence[Any]) -> tuple[str, ...]:
@@ -65,18 +55,12 @@ def mass_matrix(algebra: Algebra, mass: Any, moments: Array, frame: Multivector)
     return row.reshape(*row.shape[:-1], 6, 6)
 
 
-def _put(numbers: Array, name: str, values: Any) -> None:
-    offset, count = OFFSETS[name]
-    numbers[:, offset : offset + count] = values
-
-
 def pack_bodies(assembly: Assembly, loads: Sequence[Any]) -> None:
     """Add mass, inertia, frame and constant loads of each body."""
     algebra = assembly.algebra
     gravity = sum((load.acceleration for load in loads if isinstance(load, load_types.Gravity)), np.zeros(3))
     for i, (body, frame) in enumerate(zip(assembly.bodies, assembly.frames, strict=True)):
-        numbers = np.zeros((assembly.size, BODY_SIZE))
-        put = partial(_put, numbers)
+        numbers = BODY.zeros(assembly.size)
 
         axes = algebra.motor_from_matrix(body.axes)  # from the principal axes to the body's
         matrix = mass_matrix(algebra, body.mass, body.moments, (~frame.to_body * axes).as_kind("motor", check=False))
@@ -88,25 +72,25 @@ def pack_bodies(assembly: Assembly, loads: Sequence[Any]) -> None:
             compliance = np.zeros(matrix.shape)
             inner = (..., allowed[:, None], allowed)
             compliance[inner] = np.linalg.inv(matrix[inner])
-            put("compliance", compliance.reshape(*matrix.shape[:-2], 36))
-        put("metric", metric)
-        put("inverse", inverse)
-        put("roots", np.sqrt(1 / metric))
-        put("mass", matrix.reshape(*matrix.shape[:-2], 36))
-        put("weight", np.asarray(body.mass)[..., None] * gravity)
-        put("center", algebra.matrix(~frame.to_body)[..., :3, 3])
-        put("flows", rotation_flows(frame.moments))
-        put("moments", frame.moments)
-        put("world", _wrenches(assembly, i, loads, load_types.WorldWrench, assembly.shift))
+            numbers.compliance = compliance
+        numbers.metric = metric
+        numbers.inverse = inverse
+        numbers.roots = np.sqrt(1 / metric)
+        numbers.mass = matrix
+        numbers.weight = np.asarray(body.mass)[..., None] * gravity
+        numbers.center = algebra.matrix(~frame.to_body)[..., :3, 3]
+        numbers.flows = rotation_flows(frame.moments)
+        numbers.moments = frame.moments
+        numbers.world = _wrenches(assembly, i, loads, load_types.WorldWrench, assembly.shift)
         in_body = _wrenches(assembly, i, loads, load_types.BodyWrench, frame.to_body)
-        put("wrench", evaluate(algebra, "mechanics.covector_of", algebra.wrap(algebra.kind("twist"), in_body)).value)
+        numbers.wrench = evaluate(algebra, "mechanics.covector_of", algebra.wrap(algebra.kind("twist"), in_body)).value
         dampers = [
             d for d in loads if isinstance(d, load_types.Damper) and assembly.body_index(d.body, "a damper") == i
         ]
         for d in dampers:
-            numbers[:, OFFSETS["drag"][0]] += d.angular
-            numbers[:, OFFSETS["drag"][0] + 1] += d.linear
-        assembly.append(numbers)
+            numbers.drag[:, 0] += d.angular
+            numbers.drag[:, 1] += d.linear
+        assembly.append(np.asarray(numbers))
 
 
 def _wrenches(assembly: Assembly, body: int, loads: Sequence[Any], kind: type[Any], frame: Multivector) -> Array:
@@ -142,9 +126,10 @@ def pack_springs(assembly: Assembly, loads: Sequence[Any]) -> None:
             _point_in_driver_frame(assembly, body, load.point),
             _point_in_driver_frame(assembly, other, load.anchor),
         ]
-        shape = np.broadcast_shapes((assembly.size,), *[e.shape[:-1] for e in ends])
-        numbers = [np.broadcast_to(x, shape)[..., None] for x in (load.stiffness, load.length, load.damping)]
-        assembly.append(np.concatenate([np.broadcast_to(e, (*shape, 3)) for e in ends] + numbers, -1))
+        numbers = SPRING.zeros(*np.broadcast_shapes((assembly.size,), *[e.shape[:-1] for e in ends]))
+        numbers.point, numbers.anchor = ends
+        numbers.stiffness, numbers.length, numbers.damping = load.stiffness, load.length, load.damping
+        assembly.append(np.asarray(numbers))
         assembly.springs.append((body, other))
         assembly.damped = assembly.damped or bool((load.damping != 0).any())
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.errors import InputError, suggest
+from ...codegen.programs.dynamics.records import BODY, SPRING, SPRING_ENDS
 from ...core.multivector import Multivector
 from ...dispatch.formulas import evaluate
-from ..assembly.body_parameters import BODY_SIZE, OFFSETS, SPRING_SIZE
 from ..assembly.data import Assembly
 from ..results.states import TrajectoryStates
 from .parameters import Directions
@@ -126,8 +126,8 @@ class Sensitivity:
         return (value[0], change[0]) if self._trajectory._single else (value, change)
 
     def _body_parameter(self, i: int, name: str) -> tuple[Array, Array]:
-        offset, count = OFFSETS[name]
-        return self._numbers(BODY_SIZE * i + offset, count)
+        offset, count = BODY.extent(name)
+        return self._numbers(BODY.size * i + offset, count)
 
     def _kinetic(self, i: int) -> Array:
         """Derivative of Omega . M Omega/2."""
@@ -147,7 +147,8 @@ class Sensitivity:
     def _spring(self, i: int) -> Array:
         """Derivative of stiffness (distance - length)^2/2."""
         (first, d_first), (second, d_second) = (self._end(i, end) for end in range(2))
-        numbers, changes = self._numbers(self._assembly.spring_offset + SPRING_SIZE * i + 6, 2)
+        offset = SPRING.size * i + SPRING.offsets["stiffness"]
+        numbers, changes = self._numbers(self._assembly.spring_offset + offset, 2)
         gap, d_gap = second - first, d_second - d_first
         distance = np.linalg.norm(gap, axis=-1)
         along = (gap * d_gap).sum(-1)
@@ -159,7 +160,8 @@ class Sensitivity:
     def _end(self, i: int, end: int) -> tuple[Array, Array]:
         """End of a spring in the driver's world (..., stores, 1, 3), and its tangents."""
         body = self._assembly.springs[i][end]
-        point, change = self._numbers(self._assembly.spring_offset + SPRING_SIZE * i + 3 * end, 3)
+        offset = SPRING.size * i + SPRING.offsets[SPRING_ENDS[end]]
+        point, change = self._numbers(self._assembly.spring_offset + offset, 3)
         if body < 0:
             return point, change
         algebra, run = self._assembly.algebra, self._trajectory._run

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.programs.dynamics.records import BODY, SPRING, SPRING_ENDS
 from ...dispatch.formulas import evaluate
 from ...mechanics.arguments import coefficients, multivector_of
 from ...mechanics.motion_closed_kinds import on_layout
 from ...mechanics.twists import commutator_matrix
-from ..assembly.body_parameters import BODY_SIZE, OFFSETS, SPRING_SIZE, mass_matrix
+from ..assembly.body_parameters import mass_matrix
 from ..assembly.constraint_parameters import relative_pose
 from ..assembly.data import Assembly, DriverConstraint
 from ..model import loads as load_types
@@ -92,8 +93,8 @@ class Parameters:
         for i in range(len(self.springs)):
             prefixes = [f"spring[{i}]", *(["spring"] if len(self.springs) == 1 else [])]
             for prefix in prefixes:
-                for offset, what in ((6, "stiffness"), (7, "length"), (8, "damping")):
-                    by_name[f"{prefix}.{what}"] = partial(self._spring_parameter, i, offset, what)
+                for what in ("stiffness", "length", "damping"):
+                    by_name[f"{prefix}.{what}"] = partial(self._spring_parameter, i, what)
                 by_name[f"{prefix}.point"] = partial(self._spring_end, i, 0)
                 by_name[f"{prefix}.anchor"] = partial(self._spring_end, i, 1)
         return by_name
@@ -167,8 +168,8 @@ class Parameters:
         return numbers
 
     def _set(self, numbers: Array, i: int, name: str, values: Any) -> None:
-        offset, count = OFFSETS[name]
-        numbers[:, :, BODY_SIZE * i + offset : BODY_SIZE * i + offset + count] = values
+        offset, count = BODY.extent(name)
+        numbers[:, :, BODY.size * i + offset : BODY.size * i + offset + count] = values
 
     # -- start ---------------------------------------------------------------------------------------------
 
@@ -223,7 +224,7 @@ class Parameters:
         """Projectors (n, 6, 6) of twists to the nearest ones, by kinetic energy, that pins allow."""
         blocks = []
         for name in ("compliance", "mass"):
-            offset, count = OFFSETS[name]
+            offset, count = BODY.extent(name)
             blocks.append(self.numbers[:, offset : offset + count].reshape(-1, 6, 6))
         return blocks[0] @ blocks[1]
 
@@ -265,7 +266,7 @@ class Parameters:
 
     def _project_onto_pins(self, fixed: list[Array], delta: Array) -> Array:
         """Nearest directions (n, k, 6), by kinetic energy, that do not move the pinned objects."""
-        offset, count = OFFSETS["mass"]
+        offset, count = BODY.extent("mass")
         root = np.linalg.cholesky(self.numbers[:, offset : offset + count].reshape(-1, 6, 6))  # M = L L^T
         rows = np.concatenate([np.broadcast_to(x, (len(root), *x.shape[-2:])) for x in fixed], -2)
         moved = np.swapaxes(np.linalg.solve(root, np.swapaxes(rows, -1, -2)), -1, -2)
@@ -287,7 +288,7 @@ class Parameters:
         return np.maximum(size, self._gyration_radius(0) / self.duration**2)
 
     def _damper(self, component: int, i: int) -> Directions:
-        offset = BODY_SIZE * i + OFFSETS["drag"][0] + component
+        offset = BODY.size * i + BODY.offsets["drag"] + component
         unit = self._mass_of(i) / self.duration * (1 if component else self._gyration_radius(i) ** 2)
         directions = self._directions(np.maximum(self.numbers[:, offset], unit), 1)
         directions.numbers[:, :, offset] = 1
@@ -309,19 +310,19 @@ class Parameters:
         return self.assembly.algebra.wrap(self.assembly.algebra.kind("twist"), np.eye(6))
 
     def _wrench(self, i: int, name: str, values: Array) -> Directions:
-        offset, count = OFFSETS[name]
-        size = np.abs(self.numbers[:, BODY_SIZE * i + offset : BODY_SIZE * i + offset + count]).max(-1)
+        offset, count = BODY.extent(name)
+        size = np.abs(self.numbers[:, BODY.size * i + offset : BODY.size * i + offset + count]).max(-1)
         directions = self._directions(
             np.maximum(size, self._mass_of(i) * self._gyration_radius(i) / self.duration**2), 6
         )
         self._set(directions.numbers, i, name, values)
         return directions
 
-    def _spring_parameter(self, i: int, offset: int, what: str) -> Directions:
+    def _spring_parameter(self, i: int, what: str) -> Directions:
         body = max(self.assembly.springs[i])
         mass, radius = self._mass_of(body), self._gyration_radius(body)
         least = {"stiffness": mass / self.duration**2, "length": radius, "damping": mass / self.duration}[what]
-        at = self.assembly.spring_offset + SPRING_SIZE * i + offset
+        at = self.assembly.spring_offset + SPRING.size * i + SPRING.offsets[what]
         directions = self._directions(np.maximum(np.abs(self.numbers[:, at]), least), 1)
         directions.numbers[:, :, at] = 1
         return directions
@@ -331,7 +332,7 @@ class Parameters:
         axes: Array = np.eye(3)
         if body >= 0:  # to the driver's frame: columns of the rotation that takes points there
             axes = np.swapaxes(self.assembly.algebra.matrix(~self.assembly.frames[body].to_body)[..., :3, :3], -1, -2)
-        at = self.assembly.spring_offset + SPRING_SIZE * i + 3 * end
+        at = self.assembly.spring_offset + SPRING.size * i + SPRING.offsets[SPRING_ENDS[end]]
         directions = self._directions(self._gyration_radius(max(self.assembly.springs[i])), 3)
         directions.numbers[:, :, at : at + 3] = axes
         return directions

@@ -20,10 +20,6 @@ from .program import Engine
 from .surface_tables import SurfaceTables
 
 Array = NDArray[Any]
-#: Numbers of a surface's material, as in scene_common.h.
-MATERIAL_SIZE = 17
-#: Numbers of a light, as in scene_common.h.
-LIGHT_SIZE = 6
 #: Initial capacity of arrays of a line's points on a surface.
 FEW_ROOTS = 2
 #: Rays per chunk, a few milliseconds at most; each chunk has one checksum, as in scene_common.h.

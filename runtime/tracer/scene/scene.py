@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.programs import Program
+from ...codegen.programs.tracer.records import LIGHT
 from ...codegen.programs.tracer.scene import SceneNeeds, needs, with_method
 from ...common.deprecation import renamed_keywords
 from ...common.progress import ProgressOption, open_progress
@@ -20,7 +21,7 @@ from ...common.validation import as_instance
 from ...errors import SceneError
 from ..rendering.aov_layers import check_layer_names
 from ..rendering.canvas import Canvas
-from ..rendering.driver import LIGHT_SIZE, BoundScene
+from ..rendering.driver import BoundScene
 from ..rendering.hits import Hits, first_hits
 from ..rendering.precision import (
     hits_to_single,
@@ -138,7 +139,7 @@ class Scene(Immutable):
             "rows": rows,
             "dtype": options.dtype,
             "materials": np.array([s.material.row(s.flat_normal) for s in self.surfaces]),
-            "lights": np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT_SIZE),
+            "lights": np.array([[*light.position, *light.color] for light in self.lights]).reshape(-1, LIGHT.size),
             "camera": self.camera.constants(options.width, options.height) if options.width else None,
             "sky": self.sky,
             "depth": self.reflections,

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...codegen.programs.tracer.records import MATERIAL
 from ...common.validation import as_choice, as_instance
 from ...errors import SceneError
-from ..rendering.driver import MATERIAL_SIZE
 from ..scene import values
 
 Array = NDArray[Any]
@@ -61,15 +61,16 @@ class Material:
 
     def row(self, normal: Array | None) -> Array:
         """Row of constants for the driver; the squares lie in the plane perpendicular to the normal."""
-        row = np.zeros(MATERIAL_SIZE)
-        row[:3] = row[8:11] = self.color
-        row[3:8] = self.ambient, self.diffuse, self.specular, self.shininess, self.reflectivity
+        row = MATERIAL.zeros()
+        row.color = row.second = self.color
+        row.ambient, row.diffuse, row.specular = self.ambient, self.diffuse, self.specular
+        row.shininess, row.reflectivity = self.shininess, self.reflectivity
         if self.checker is not None:
             if normal is None:
                 raise SceneError("material.checker is for planes and discs.")
-            row[8:11] = self.checker
-            row[11:17] = np.concatenate(perpendicular_basis(normal)) / self.checker_size
-        return row
+            row.second = self.checker
+            row.across = np.array(perpendicular_basis(normal)) / self.checker_size
+        return np.asarray(row)
 
 
 def perpendicular_basis(normal: Array) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """Poses of mechanisms, and Jacobians at many of them, against closed forms and 50-digit closures."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -89,6 +90,17 @@ def test_workers_of_an_executor_find_the_same_bits(path, monkeypatch):
     assert [p.done for p in reports] == ([5, 10, 15, 20, 25, 30, 35, 40] if path else [8, 16, 24, 32, 40])
 
 
+class SlowPool(ThreadPoolExecutor):
+    """Calls take long enough for the first result to be seen before the last."""
+
+    def submit(self, function, /, *arguments):
+        def after_a_while():
+            time.sleep(0.1)
+            return function(*arguments)
+
+        return super().submit(after_a_while)
+
+
 @pytest.mark.parametrize("on_workers", [False, True])
 def test_an_interrupt_keeps_the_poses_that_were_found(on_workers, monkeypatch):
     def stop(progress):
@@ -97,7 +109,7 @@ def test_an_interrupt_keeps_the_poses_that_were_found(on_workers, monkeypatch):
     monkeypatch.setattr("bladesmith.kinematics.mechanism.pose_solver.POSES_PER_CALL", 20)
     m, theta = bar(), np.linspace(-0.4, 0.4, 200)
     whole = m.solve_pose({"a": theta})
-    with ThreadPoolExecutor(1) as pool, pytest.raises(Interrupted) as caught:
+    with SlowPool(1) as pool, pytest.raises(Interrupted) as caught:
         m.solve_pose({"a": theta}, threads=1, progress=stop, executor=pool if on_workers else None)
     poses = caught.value.partial
     found = np.isfinite(poses.own).all((-1, -2))

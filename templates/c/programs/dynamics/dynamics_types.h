@@ -20,7 +20,7 @@ typedef struct {
 typedef struct {
   const double *numbers;     /* (simulations, stride): constants of a simulation */
   ptrdiff_t stride;          /* 0: all have the same */
-  ptrdiff_t bodies;          /* where the bodies stand in them: BS_BODY numbers each */
+  ptrdiff_t bodies;          /* where the bodies stand in them: BS_BODY_SIZE numbers each */
   ptrdiff_t springs;         /* and the springs: two points, stiffness, length at rest, damping */
   int32_t spring_count, constraint_count, load_count;
   const int32_t *spring_bodies; /* (springs, 2): -1 for the world */

@@ -14,16 +14,6 @@
 enum {
   BS_ROOTS_MOST = BS_SCENE_ROOTS, /* of one ray and one row */
   BS_HITS_MOST = 2 * BS_ROOTS_MOST, /* a root that only touches may have two points */
-  BS_MATERIAL_COLOR = 0,
-  BS_MATERIAL_AMBIENT = 3,
-  BS_MATERIAL_DIFFUSE = 4,
-  BS_MATERIAL_SPECULAR = 5,
-  BS_MATERIAL_SHININESS = 6,
-  BS_MATERIAL_REFLECTIVITY = 7,
-  BS_MATERIAL_SECOND = 8, /* color of the other squares of a checkered surface */
-  BS_MATERIAL_ACROSS = 11, /* two vectors that count squares */
-  BS_MATERIAL_SIZE = 17,
-  BS_LIGHT_SIZE = 6,
   BS_CAMERA_LENS = 8 /* after the motor */
 };
 

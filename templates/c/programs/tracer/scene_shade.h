@@ -80,7 +80,7 @@ BS_INLINE void FN(scene_shade)(S *light, const bs_scene *scene, const S *materia
     FN(cga3d_light_terms)(towards, factors, start, normal, ray->direction, lamp, material + BS_MATERIAL_SHININESS);
     if (!(factors[0] > 0 && FN(scene_lit)(scene, lamp, start, towards))) continue;
     for (int i = 0; i < 3; i++)
-      light[i] += lamp[3 + i] * (material[BS_MATERIAL_DIFFUSE] * factors[0] * color[i]
+      light[i] += lamp[BS_LIGHT_COLOR + i] * (material[BS_MATERIAL_DIFFUSE] * factors[0] * color[i]
                                  + material[BS_MATERIAL_SPECULAR] * factors[1]);
   }
 }
