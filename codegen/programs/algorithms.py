@@ -16,7 +16,7 @@ from ..targets.c.lanes import Lanes
 from ..targets.c.loops import CLoopPrinter, c_functions, needs_elementary
 from ..targets.c.printer import ELEMENTARY
 from ..targets.c.source import ExtensionSource
-from ..targets.loops import in_calling_order
+from ..targets.loops import counted, in_calling_order
 from ..targets.numba.loops import elementary_functions, frame, numba_functions, numba_name
 from ..targets.numba.rows import row_function
 from ..targets.templates import render
@@ -39,7 +39,7 @@ def c_item(function: Function) -> list[str]:
         assert isinstance(scalar, Scalar)
         base = f"({_C_TYPES[scalar]} *)arrays[{k}]"
         arguments.append(f"{base} + i * strides[{k}]" if is_array else f"({base})[i * strides[{k}]]")
-        if isinstance(p.type, ArrayType) and p.type.is_open:
+        if p.name in counted(function):
             arguments.append(f"counts[{k}]")
     first = len(function.parameters)
     results = [f"(({_C_TYPES[t]} *)arrays[{k}])[i * strides[{k}]]" for k, t in enumerate(function.results, first)]
@@ -58,7 +58,7 @@ def _numba_item(function: Function) -> tuple[list[str], str]:
     for k, p in enumerate(function.parameters):
         names.append(f"{p.name}_")
         if isinstance(p.type, ArrayType):
-            arguments += [f"{p.name}_", f"i * strides[{k}]", *([f"counts[{k}]"] if p.type.is_open else [])]
+            arguments += [f"{p.name}_", f"i * strides[{k}]", *([f"counts[{k}]"] if p.name in counted(function) else [])]
         else:
             arguments.append(f"{p.name}_[i * strides[{k}]]" + (" != 0" if p.type == BOOL else ""))
     first = len(names)

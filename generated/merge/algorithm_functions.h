@@ -1,9 +1,7 @@
 /* Least and greatest landmark of some places of the tree; of none: infinite and minus infinite. */
 BS_OUTLINED void FN(fill_box_14_nx7)(S box[BS_LENGTH(14)], ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_)
+    const S *leaves)
 {
-  (void)order_count_;
-  (void)leaves_count_;
   for (ptrdiff_t i = 0; i < 7; i++) {
     box[i] = K(BS_HUGE_VALUE);
     box[7 + i] = -K(BS_HUGE_VALUE);
@@ -78,10 +76,8 @@ BS_OUTLINED ptrdiff_t FN(widest_7_7)(const S least[BS_LENGTH(7)], const S most[B
 
 /* Part some places so that what comes before the middle along an axis stands before it (Hoare's FIND). */
 BS_OUTLINED void FN(part_at_nx7)(ptrdiff_t middle, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t axis,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *order, ptrdiff_t order_count_)
+    const S *landmarks, ptrdiff_t *order)
 {
-  (void)landmarks_count_;
-  (void)order_count_;
   ptrdiff_t low = begin;
   ptrdiff_t high = end - 1;
   while (low < high) {
@@ -118,12 +114,9 @@ BS_OUTLINED void FN(part_at_nx7)(ptrdiff_t middle, ptrdiff_t begin, ptrdiff_t en
 }
 
 /* The tree over all objects that are left; the rounding of their positions, as a length. */
-BS_OUTLINED S FN(build_tree_nx7_nx7_nx14)(ptrdiff_t tree[BS_LENGTH(2)], const S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_,
-    S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+BS_OUTLINED S FN(build_tree_nx7_nx7_nx14)(ptrdiff_t tree[BS_LENGTH(2)], const S *landmarks, ptrdiff_t *slots,
+    ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes)
 {
-  (void)nodes_count_;
-  (void)boxes_count_;
   ptrdiff_t built = 0;
   S size = K(0.0);
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
@@ -157,7 +150,7 @@ BS_OUTLINED S FN(build_tree_nx7_nx7_nx14)(ptrdiff_t tree[BS_LENGTH(2)], const S 
         leaves[7 * place + k] = landmarks[7 * order[place] + k];
       }
     }
-    FN(fill_box_14_nx7)(boxes + 14 * node, begin, end, order, order_count_, leaves, leaves_count_);
+    FN(fill_box_14_nx7)(boxes + 14 * node, begin, end, order, leaves);
     nodes[3 * node] = end - begin;
     if (node >= first_leaf) {
       for (ptrdiff_t place = begin; place < end; place++) {
@@ -172,7 +165,7 @@ BS_OUTLINED S FN(build_tree_nx7_nx7_nx14)(ptrdiff_t tree[BS_LENGTH(2)], const S 
     }
     const ptrdiff_t middle = bs_quotient(built * (2 * (node - first) + 1), 2 * first);
     const ptrdiff_t result = FN(widest_7_7)(boxes + 14 * node, boxes + 14 * node + 7);
-    FN(part_at_nx7)(middle, begin, end, result, landmarks, landmarks_count_, order, order_count_);
+    FN(part_at_nx7)(middle, begin, end, result, landmarks, order);
     nodes[3 * (2 * node) + 1] = begin;
     nodes[3 * (2 * node) + 2] = middle;
     nodes[3 * (2 * node + 1) + 1] = middle;
@@ -186,18 +179,15 @@ BS_OUTLINED S FN(build_tree_nx7_nx7_nx14)(ptrdiff_t tree[BS_LENGTH(2)], const S 
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_point_nx5_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
-    const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_,
-    ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+    const S *rows, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves,
+    ptrdiff_t *nodes, S *boxes)
 {
-  (void)rows_count_;
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0) {
       FN(cga3d_landmark_point)(landmarks + 7 * slot, rows + 5 * slot);
     }
   }
-  const S result = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const S result = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
   limits[1] = result;
 }
 
@@ -264,16 +254,9 @@ BS_OUTLINED void FN(turn_point_5_5_5)(int align, S turned[BS_LENGTH(5)], const S
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
 BS_OUTLINED void FN(visit_leaf_point_nx5_nx7_nx7)(int align, ptrdiff_t slot, ptrdiff_t begin, ptrdiff_t end,
-    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
-    ptrdiff_t *result2_)
+    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, const S *weights, const S *landmarks,
+    const ptrdiff_t *order, const S *leaves, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)rows_count_;
-  (void)weights_count_;
-  (void)landmarks_count_;
-  (void)order_count_;
-  (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 7 * slot;
   S turned[5];
@@ -321,15 +304,10 @@ BS_OUTLINED void FN(visit_leaf_point_nx5_nx7_nx7)(int align, ptrdiff_t slot, ptr
 
 /* The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed. */
 BS_OUTLINED void FN(find_nearest_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *slots,
-    ptrdiff_t slots_count_, const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_,
-    const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_, ptrdiff_t *result0_,
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, const ptrdiff_t *slots,
+    const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes, ptrdiff_t *result0_,
     S *result1_, ptrdiff_t *result2_)
 {
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t own_at = 7 * slot;
   const S result = FN(rounding_cost_7)(landmarks + own_at);
   const S enough = result;
@@ -352,8 +330,7 @@ BS_OUTLINED void FN(find_nearest_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t sl
       S result2;
       ptrdiff_t result3;
       FN(visit_leaf_point_nx5_nx7_nx7)(align, slot, nodes[3 * node + 1], nodes[3 * node + 2], enough, nearest, least,
-          slack, rows, rows_count_, weights, weights_count_, landmarks, landmarks_count_, order, order_count_, leaves,
-          leaves_count_, &result1, &result2, &result3);
+          slack, rows, weights, landmarks, order, leaves, &result1, &result2, &result3);
       nearest = result1;
       least = result2;
       const ptrdiff_t count = result3;
@@ -409,19 +386,14 @@ BS_OUTLINED void FN(find_nearest_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t sl
 
 /* Note a slot's nearest object; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(look_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots,
+    S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  (void)costs_count_;
   ptrdiff_t result;
   S result1;
   ptrdiff_t result2;
-  FN(find_nearest_point_nx5_nx7_nx7_nx14)(align, slot, limits, tree, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves, leaves_count_, nodes,
-      nodes_count_, boxes, boxes_count_, &result, &result1, &result2);
+  FN(find_nearest_point_nx5_nx7_nx7_nx14)(align, slot, limits, tree, rows, weights, landmarks, slots, order, leaves,
+      nodes, boxes, &result, &result1, &result2);
   const ptrdiff_t nearest = result;
   const S cost = result1;
   const ptrdiff_t evaluations = result2;
@@ -433,18 +405,15 @@ BS_OUTLINED ptrdiff_t FN(look_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot,
 
 /* Nearest objects of those at some places of the new tree; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(find_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t begin, ptrdiff_t end,
-    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
   ptrdiff_t evaluations = 0;
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t slot = order[place];
-    const ptrdiff_t result = FN(look_point_nx5_nx7_nx7_nx14)(align, slot, limits, counts, rows, rows_count_, weights,
-        weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-        leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const ptrdiff_t result = FN(look_point_nx5_nx7_nx7_nx14)(align, slot, limits, counts, rows, weights, landmarks,
+        slots, costs, order, leaves, nodes, boxes);
     const ptrdiff_t count = result;
     evaluations = evaluations + count;
   }
@@ -452,21 +421,18 @@ BS_OUTLINED ptrdiff_t FN(find_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t begin
 }
 
 /* Whether slot a is cheaper than slot b. */
-BS_OUTLINED int FN(comes_first)(ptrdiff_t a, ptrdiff_t b, const S *costs, ptrdiff_t costs_count_)
+BS_OUTLINED int FN(comes_first)(ptrdiff_t a, ptrdiff_t b, const S *costs)
 {
-  (void)costs_count_;
   return (costs[a] < costs[b]) || (costs[a] == costs[b] && a < b);
 }
 
 /* Bring a slot, whose place in the heap is free for others, to where its cost belongs. */
-BS_OUTLINED void FN(settle)(ptrdiff_t place, ptrdiff_t slot, ptrdiff_t size, const S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *slots, ptrdiff_t slots_count_)
+BS_OUTLINED void FN(settle)(ptrdiff_t place, ptrdiff_t slot, ptrdiff_t size, const S *costs, ptrdiff_t *heap,
+    ptrdiff_t *slots)
 {
-  (void)heap_count_;
-  (void)slots_count_;
   while (place > 0) {
     const ptrdiff_t parent = heap[bs_quotient(place - 1, 2)];
-    const int result = FN(comes_first)(slot, parent, costs, costs_count_);
+    const int result = FN(comes_first)(slot, parent, costs);
     if (!result) {
       break;
     }
@@ -477,12 +443,12 @@ BS_OUTLINED void FN(settle)(ptrdiff_t place, ptrdiff_t slot, ptrdiff_t size, con
   while (2 * place + 1 < size) {
     ptrdiff_t below = 2 * place + 1;
     const ptrdiff_t beside = bs_min(below + 1, size - 1);
-    const int result1 = FN(comes_first)(heap[beside], heap[below], costs, costs_count_);
+    const int result1 = FN(comes_first)(heap[beside], heap[below], costs);
     if (result1) {
       below = beside;
     }
     const ptrdiff_t child = heap[below];
-    const int result2 = FN(comes_first)(child, slot, costs, costs_count_);
+    const int result2 = FN(comes_first)(child, slot, costs);
     if (!result2) {
       break;
     }
@@ -496,19 +462,18 @@ BS_OUTLINED void FN(settle)(ptrdiff_t place, ptrdiff_t slot, ptrdiff_t size, con
 
 /* Queue all objects that have a nearest one. */
 BS_OUTLINED void FN(queue)(ptrdiff_t counts[BS_LENGTH(6)], ptrdiff_t *slots, ptrdiff_t slots_count_, const S *costs,
-    ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_)
+    ptrdiff_t *heap)
 {
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0 && slots[6 * slot + 3] >= 0) {
       counts[3] = counts[3] + 1;
-      FN(settle)(counts[3] - 1, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+      FN(settle)(counts[3] - 1, slot, counts[3], costs, heap, slots);
     }
   }
 }
 
 /* Take a slot out of the heap, if it is there; the size that is left. */
-BS_OUTLINED ptrdiff_t FN(leave)(ptrdiff_t slot, ptrdiff_t size, const S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *slots, ptrdiff_t slots_count_)
+BS_OUTLINED ptrdiff_t FN(leave)(ptrdiff_t slot, ptrdiff_t size, const S *costs, ptrdiff_t *heap, ptrdiff_t *slots)
 {
   const ptrdiff_t place = slots[6 * slot + 5];
   if (place < 0) {
@@ -517,26 +482,22 @@ BS_OUTLINED ptrdiff_t FN(leave)(ptrdiff_t slot, ptrdiff_t size, const S *costs, 
   slots[6 * slot + 5] = -1;
   const ptrdiff_t last = heap[size - 1];
   if (last != slot) {
-    FN(settle)(place, last, size - 1, costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    FN(settle)(place, last, size - 1, costs, heap, slots);
   }
   return size - 1;
 }
 
 /* Look for a slot's nearest object, and queue it with that. */
 BS_OUTLINED void FN(look_again_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
-    ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const S limits[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots, S *costs,
+    ptrdiff_t *heap, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  const ptrdiff_t result = FN(look_point_nx5_nx7_nx7_nx14)(align, slot, limits, counts, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const ptrdiff_t result = FN(look_point_nx5_nx7_nx7_nx14)(align, slot, limits, counts, rows, weights, landmarks,
+      slots, costs, order, leaves, nodes, boxes);
   const ptrdiff_t evaluations = result;
   counts[5] = counts[5] + evaluations;
   if (slots[6 * slot + 3] < 0) {
-    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, heap, slots);
     counts[3] = result1;
     return;
   }
@@ -545,19 +506,13 @@ BS_OUTLINED void FN(look_again_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot
     place = counts[3];
     counts[3] = counts[3] + 1;
   }
-  FN(settle)(place, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  FN(settle)(place, slot, counts[3], costs, heap, slots);
 }
 
 /* Draw the boxes anew from an object's leaf to the root: it has moved (change 0), or gone (-1). */
-BS_OUTLINED void FN(refit_nx7_nx7_nx14)(ptrdiff_t slot, ptrdiff_t change, const S *landmarks,
-    ptrdiff_t landmarks_count_, const ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order,
-    ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes,
-    ptrdiff_t boxes_count_)
+BS_OUTLINED void FN(refit_nx7_nx7_nx14)(ptrdiff_t slot, ptrdiff_t change, const S *landmarks, const ptrdiff_t *slots,
+    ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes)
 {
-  (void)landmarks_count_;
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t place = slots[6 * slot + 1];
   ptrdiff_t node = slots[6 * slot + 2];
   if (change < 0) {
@@ -567,8 +522,7 @@ BS_OUTLINED void FN(refit_nx7_nx7_nx14)(ptrdiff_t slot, ptrdiff_t change, const 
       leaves[7 * place + k] = landmarks[7 * slot + k];
     }
   }
-  FN(fill_box_14_nx7)(boxes + 14 * node, nodes[3 * node + 1], nodes[3 * node + 2], order, order_count_, leaves,
-      leaves_count_);
+  FN(fill_box_14_nx7)(boxes + 14 * node, nodes[3 * node + 1], nodes[3 * node + 2], order, leaves);
   nodes[3 * node] = nodes[3 * node] + change;
   node = bs_quotient(node, 2);
   while (node > 0) {
@@ -586,14 +540,9 @@ BS_OUTLINED void FN(refit_nx7_nx7_nx14)(ptrdiff_t slot, ptrdiff_t change, const 
 
 /* Replace an object and its nearest one by their mean. */
 BS_OUTLINED void FN(merge_pair_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
-  (void)merge_costs_count_;
-  (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
   S turned[5];
@@ -620,43 +569,33 @@ BS_OUTLINED void FN(merge_pair_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t slot
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, heap, slots);
   counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
     limits[1] = result1;
   } else {
-    FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    FN(refit_nx7_nx7_nx14)(kept, 0, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, slots, order, leaves, nodes, boxes);
+    FN(refit_nx7_nx7_nx14)(kept, 0, landmarks, slots, order, leaves, nodes, boxes);
   }
-  FN(look_again_point_nx5_nx7_nx7_nx14)(align, kept, counts, limits, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  FN(look_again_point_nx5_nx7_nx7_nx14)(align, kept, counts, limits, rows, weights, landmarks, slots, costs, heap,
+      order, leaves, nodes, boxes);
 }
 
 /* At most so many merges; fewer were done only if no pair is left. */
 BS_OUTLINED ptrdiff_t FN(step_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t most, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
   const ptrdiff_t before = counts[4];
   while (counts[3] > 0 && counts[4] - before < most) {
     const ptrdiff_t slot = heap[0];
     if (slots[6 * slots[6 * slot + 3]] != slots[6 * slot + 4]) {
-      FN(look_again_point_nx5_nx7_nx7_nx14)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+      FN(look_again_point_nx5_nx7_nx7_nx14)(align, slot, counts, limits, rows, weights, landmarks, slots, costs, heap,
+          order, leaves, nodes, boxes);
     } else {
-      FN(merge_pair_point_nx5_nx7_nx7_nx14)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_, merge_costs, merge_costs_count_, pairs,
-          pairs_count_);
+      FN(merge_pair_point_nx5_nx7_nx7_nx14)(align, slot, counts, limits, rows, weights, landmarks, slots, slots_count_,
+          costs, heap, order, leaves, nodes, boxes, merge_costs, pairs);
     }
   }
   return counts[4] - before;
@@ -664,10 +603,8 @@ BS_OUTLINED ptrdiff_t FN(step_point_nx5_nx7_nx7_nx14)(int align, ptrdiff_t most,
 
 /* Least and greatest landmark of some places of the tree; of none: infinite and minus infinite. */
 BS_OUTLINED void FN(fill_box_44_nx22)(S box[BS_LENGTH(44)], ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_)
+    const S *leaves)
 {
-  (void)order_count_;
-  (void)leaves_count_;
   for (ptrdiff_t i = 0; i < 22; i++) {
     box[i] = K(BS_HUGE_VALUE);
     box[22 + i] = -K(BS_HUGE_VALUE);
@@ -791,10 +728,8 @@ BS_OUTLINED ptrdiff_t FN(widest_22_22)(const S least[BS_LENGTH(22)], const S mos
 
 /* Part some places so that what comes before the middle along an axis stands before it (Hoare's FIND). */
 BS_OUTLINED void FN(part_at_nx22)(ptrdiff_t middle, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t axis,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *order, ptrdiff_t order_count_)
+    const S *landmarks, ptrdiff_t *order)
 {
-  (void)landmarks_count_;
-  (void)order_count_;
   ptrdiff_t low = begin;
   ptrdiff_t high = end - 1;
   while (low < high) {
@@ -831,12 +766,9 @@ BS_OUTLINED void FN(part_at_nx22)(ptrdiff_t middle, ptrdiff_t begin, ptrdiff_t e
 }
 
 /* The tree over all objects that are left; the rounding of their positions, as a length. */
-BS_OUTLINED S FN(build_tree_nx22_nx22_nx44)(ptrdiff_t tree[BS_LENGTH(2)], const S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_,
-    S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+BS_OUTLINED S FN(build_tree_nx22_nx22_nx44)(ptrdiff_t tree[BS_LENGTH(2)], const S *landmarks, ptrdiff_t *slots,
+    ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes)
 {
-  (void)nodes_count_;
-  (void)boxes_count_;
   ptrdiff_t built = 0;
   S size = K(0.0);
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
@@ -870,7 +802,7 @@ BS_OUTLINED S FN(build_tree_nx22_nx22_nx44)(ptrdiff_t tree[BS_LENGTH(2)], const 
         leaves[22 * place + k] = landmarks[22 * order[place] + k];
       }
     }
-    FN(fill_box_44_nx22)(boxes + 44 * node, begin, end, order, order_count_, leaves, leaves_count_);
+    FN(fill_box_44_nx22)(boxes + 44 * node, begin, end, order, leaves);
     nodes[3 * node] = end - begin;
     if (node >= first_leaf) {
       for (ptrdiff_t place = begin; place < end; place++) {
@@ -885,7 +817,7 @@ BS_OUTLINED S FN(build_tree_nx22_nx22_nx44)(ptrdiff_t tree[BS_LENGTH(2)], const 
     }
     const ptrdiff_t middle = bs_quotient(built * (2 * (node - first) + 1), 2 * first);
     const ptrdiff_t result = FN(widest_22_22)(boxes + 44 * node, boxes + 44 * node + 22);
-    FN(part_at_nx22)(middle, begin, end, result, landmarks, landmarks_count_, order, order_count_);
+    FN(part_at_nx22)(middle, begin, end, result, landmarks, order);
     nodes[3 * (2 * node) + 1] = begin;
     nodes[3 * (2 * node) + 2] = middle;
     nodes[3 * (2 * node + 1) + 1] = middle;
@@ -899,18 +831,15 @@ BS_OUTLINED S FN(build_tree_nx22_nx22_nx44)(ptrdiff_t tree[BS_LENGTH(2)], const 
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_point_pair_nx10_nx22_nx22_nx44)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
-    const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_,
-    ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+    const S *rows, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves,
+    ptrdiff_t *nodes, S *boxes)
 {
-  (void)rows_count_;
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0) {
       FN(cga3d_landmark_point_pair)(landmarks + 22 * slot, rows + 10 * slot);
     }
   }
-  const S result = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const S result = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
   limits[1] = result;
 }
 
@@ -1010,16 +939,9 @@ BS_OUTLINED void FN(turn_point_pair_10_10_10)(int align, S turned[BS_LENGTH(10)]
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
 BS_OUTLINED void FN(visit_leaf_point_pair_nx10_nx22_nx22)(int align, ptrdiff_t slot, ptrdiff_t begin, ptrdiff_t end,
-    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
-    ptrdiff_t *result2_)
+    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, const S *weights, const S *landmarks,
+    const ptrdiff_t *order, const S *leaves, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)rows_count_;
-  (void)weights_count_;
-  (void)landmarks_count_;
-  (void)order_count_;
-  (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 22 * slot;
   S turned[10];
@@ -1067,15 +989,10 @@ BS_OUTLINED void FN(visit_leaf_point_pair_nx10_nx22_nx22)(int align, ptrdiff_t s
 
 /* The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed. */
 BS_OUTLINED void FN(find_nearest_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot,
-    const S limits[BS_LENGTH(2)], const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_,
-    const ptrdiff_t *slots, ptrdiff_t slots_count_, const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves,
-    ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_,
-    ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
+    const S limits[BS_LENGTH(2)], const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, const ptrdiff_t *slots, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t own_at = 22 * slot;
   const S result = FN(rounding_cost_22)(landmarks + own_at);
   const S enough = result;
@@ -1098,8 +1015,7 @@ BS_OUTLINED void FN(find_nearest_point_pair_nx10_nx22_nx22_nx44)(int align, ptrd
       S result2;
       ptrdiff_t result3;
       FN(visit_leaf_point_pair_nx10_nx22_nx22)(align, slot, nodes[3 * node + 1], nodes[3 * node + 2], enough, nearest,
-          least, slack, rows, rows_count_, weights, weights_count_, landmarks, landmarks_count_, order, order_count_,
-          leaves, leaves_count_, &result1, &result2, &result3);
+          least, slack, rows, weights, landmarks, order, leaves, &result1, &result2, &result3);
       nearest = result1;
       least = result2;
       const ptrdiff_t count = result3;
@@ -1155,19 +1071,15 @@ BS_OUTLINED void FN(find_nearest_point_pair_nx10_nx22_nx22_nx44)(int align, ptrd
 
 /* Note a slot's nearest object; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(look_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot,
-    const S limits[BS_LENGTH(2)], const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const S limits[BS_LENGTH(2)], const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
-  (void)costs_count_;
   ptrdiff_t result;
   S result1;
   ptrdiff_t result2;
-  FN(find_nearest_point_pair_nx10_nx22_nx22_nx44)(align, slot, limits, tree, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves, leaves_count_,
-      nodes, nodes_count_, boxes, boxes_count_, &result, &result1, &result2);
+  FN(find_nearest_point_pair_nx10_nx22_nx22_nx44)(align, slot, limits, tree, rows, weights, landmarks, slots, order,
+      leaves, nodes, boxes, &result, &result1, &result2);
   const ptrdiff_t nearest = result;
   const S cost = result1;
   const ptrdiff_t evaluations = result2;
@@ -1179,18 +1091,15 @@ BS_OUTLINED ptrdiff_t FN(look_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff
 
 /* Nearest objects of those at some places of the new tree; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(find_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff_t begin, ptrdiff_t end,
-    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
   ptrdiff_t evaluations = 0;
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t slot = order[place];
-    const ptrdiff_t result = FN(look_point_pair_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, rows_count_,
-        weights, weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const ptrdiff_t result = FN(look_point_pair_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, weights,
+        landmarks, slots, costs, order, leaves, nodes, boxes);
     const ptrdiff_t count = result;
     evaluations = evaluations + count;
   }
@@ -1199,19 +1108,16 @@ BS_OUTLINED ptrdiff_t FN(find_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff
 
 /* Look for a slot's nearest object, and queue it with that. */
 BS_OUTLINED void FN(look_again_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot,
-    ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_,
-    const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes,
-    ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_)
+    ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, ptrdiff_t *heap, const ptrdiff_t *order, const S *leaves,
+    const ptrdiff_t *nodes, const S *boxes)
 {
-  const ptrdiff_t result = FN(look_point_pair_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, rows_count_,
-      weights, weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const ptrdiff_t result = FN(look_point_pair_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, weights,
+      landmarks, slots, costs, order, leaves, nodes, boxes);
   const ptrdiff_t evaluations = result;
   counts[5] = counts[5] + evaluations;
   if (slots[6 * slot + 3] < 0) {
-    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, heap, slots);
     counts[3] = result1;
     return;
   }
@@ -1220,19 +1126,13 @@ BS_OUTLINED void FN(look_again_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdif
     place = counts[3];
     counts[3] = counts[3] + 1;
   }
-  FN(settle)(place, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  FN(settle)(place, slot, counts[3], costs, heap, slots);
 }
 
 /* Draw the boxes anew from an object's leaf to the root: it has moved (change 0), or gone (-1). */
 BS_OUTLINED void FN(refit_nx22_nx22_nx44)(ptrdiff_t slot, ptrdiff_t change, const S *landmarks,
-    ptrdiff_t landmarks_count_, const ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order,
-    ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t *slots, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes)
 {
-  (void)landmarks_count_;
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t place = slots[6 * slot + 1];
   ptrdiff_t node = slots[6 * slot + 2];
   if (change < 0) {
@@ -1242,8 +1142,7 @@ BS_OUTLINED void FN(refit_nx22_nx22_nx44)(ptrdiff_t slot, ptrdiff_t change, cons
       leaves[22 * place + k] = landmarks[22 * slot + k];
     }
   }
-  FN(fill_box_44_nx22)(boxes + 44 * node, nodes[3 * node + 1], nodes[3 * node + 2], order, order_count_, leaves,
-      leaves_count_);
+  FN(fill_box_44_nx22)(boxes + 44 * node, nodes[3 * node + 1], nodes[3 * node + 2], order, leaves);
   nodes[3 * node] = nodes[3 * node] + change;
   node = bs_quotient(node, 2);
   while (node > 0) {
@@ -1261,14 +1160,10 @@ BS_OUTLINED void FN(refit_nx22_nx22_nx44)(ptrdiff_t slot, ptrdiff_t change, cons
 
 /* Replace an object and its nearest one by their mean. */
 BS_OUTLINED void FN(merge_pair_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot,
-    ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights,
-    ptrdiff_t weights_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_,
-    S *costs, ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order,
-    ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes,
-    ptrdiff_t boxes_count_, S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots,
+    ptrdiff_t slots_count_, S *costs, ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes,
+    S *merge_costs, ptrdiff_t *pairs)
 {
-  (void)merge_costs_count_;
-  (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
   S turned[10];
@@ -1295,43 +1190,34 @@ BS_OUTLINED void FN(merge_pair_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdif
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, heap, slots);
   counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result1 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const S result1 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
     limits[1] = result1;
   } else {
-    FN(refit_nx22_nx22_nx44)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    FN(refit_nx22_nx22_nx44)(kept, 0, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    FN(refit_nx22_nx22_nx44)(gone, -1, landmarks, slots, order, leaves, nodes, boxes);
+    FN(refit_nx22_nx22_nx44)(kept, 0, landmarks, slots, order, leaves, nodes, boxes);
   }
-  FN(look_again_point_pair_nx10_nx22_nx22_nx44)(align, kept, counts, limits, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  FN(look_again_point_pair_nx10_nx22_nx22_nx44)(align, kept, counts, limits, rows, weights, landmarks, slots, costs,
+      heap, order, leaves, nodes, boxes);
 }
 
 /* At most so many merges; fewer were done only if no pair is left. */
 BS_OUTLINED ptrdiff_t FN(step_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff_t most,
-    ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights,
-    ptrdiff_t weights_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_,
-    S *costs, ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order,
-    ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes,
-    ptrdiff_t boxes_count_, S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots,
+    ptrdiff_t slots_count_, S *costs, ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes,
+    S *merge_costs, ptrdiff_t *pairs)
 {
   const ptrdiff_t before = counts[4];
   while (counts[3] > 0 && counts[4] - before < most) {
     const ptrdiff_t slot = heap[0];
     if (slots[6 * slots[6 * slot + 3]] != slots[6 * slot + 4]) {
-      FN(look_again_point_pair_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, rows_count_, weights,
-          weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order,
-          order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+      FN(look_again_point_pair_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, weights, landmarks, slots, costs,
+          heap, order, leaves, nodes, boxes);
     } else {
-      FN(merge_pair_point_pair_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, rows_count_, weights,
-          weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order,
-          order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_, merge_costs, merge_costs_count_,
-          pairs, pairs_count_);
+      FN(merge_pair_point_pair_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, weights, landmarks, slots,
+          slots_count_, costs, heap, order, leaves, nodes, boxes, merge_costs, pairs);
     }
   }
   return counts[4] - before;
@@ -1339,18 +1225,15 @@ BS_OUTLINED ptrdiff_t FN(step_point_pair_nx10_nx22_nx22_nx44)(int align, ptrdiff
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_line_nx6_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
-    const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_,
-    ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+    const S *rows, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves,
+    ptrdiff_t *nodes, S *boxes)
 {
-  (void)rows_count_;
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0) {
       FN(cga3d_landmark_line)(landmarks + 7 * slot, rows + 6 * slot);
     }
   }
-  const S result = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const S result = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
   limits[1] = result;
 }
 
@@ -1369,16 +1252,9 @@ BS_OUTLINED void FN(turn_line_6_6_6)(int align, S turned[BS_LENGTH(6)], const S 
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
 BS_OUTLINED void FN(visit_leaf_line_nx6_nx7_nx7)(int align, ptrdiff_t slot, ptrdiff_t begin, ptrdiff_t end, S enough,
-    ptrdiff_t nearest, S least, S slack, const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
-    ptrdiff_t *result2_)
+    ptrdiff_t nearest, S least, S slack, const S *rows, const S *weights, const S *landmarks, const ptrdiff_t *order,
+    const S *leaves, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)rows_count_;
-  (void)weights_count_;
-  (void)landmarks_count_;
-  (void)order_count_;
-  (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 7 * slot;
   S turned[6];
@@ -1426,15 +1302,10 @@ BS_OUTLINED void FN(visit_leaf_line_nx6_nx7_nx7)(int align, ptrdiff_t slot, ptrd
 
 /* The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed. */
 BS_OUTLINED void FN(find_nearest_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *slots,
-    ptrdiff_t slots_count_, const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_,
-    const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_, ptrdiff_t *result0_,
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, const ptrdiff_t *slots,
+    const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes, ptrdiff_t *result0_,
     S *result1_, ptrdiff_t *result2_)
 {
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t own_at = 7 * slot;
   const S result = FN(rounding_cost_7)(landmarks + own_at);
   const S enough = result;
@@ -1457,8 +1328,7 @@ BS_OUTLINED void FN(find_nearest_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slo
       S result2;
       ptrdiff_t result3;
       FN(visit_leaf_line_nx6_nx7_nx7)(align, slot, nodes[3 * node + 1], nodes[3 * node + 2], enough, nearest, least, slack,
-          rows, rows_count_, weights, weights_count_, landmarks, landmarks_count_, order, order_count_, leaves,
-          leaves_count_, &result1, &result2, &result3);
+          rows, weights, landmarks, order, leaves, &result1, &result2, &result3);
       nearest = result1;
       least = result2;
       const ptrdiff_t count = result3;
@@ -1514,19 +1384,14 @@ BS_OUTLINED void FN(find_nearest_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slo
 
 /* Note a slot's nearest object; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(look_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots,
+    S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  (void)costs_count_;
   ptrdiff_t result;
   S result1;
   ptrdiff_t result2;
-  FN(find_nearest_line_nx6_nx7_nx7_nx14)(align, slot, limits, tree, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves, leaves_count_, nodes,
-      nodes_count_, boxes, boxes_count_, &result, &result1, &result2);
+  FN(find_nearest_line_nx6_nx7_nx7_nx14)(align, slot, limits, tree, rows, weights, landmarks, slots, order, leaves,
+      nodes, boxes, &result, &result1, &result2);
   const ptrdiff_t nearest = result;
   const S cost = result1;
   const ptrdiff_t evaluations = result2;
@@ -1538,18 +1403,15 @@ BS_OUTLINED ptrdiff_t FN(look_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot, 
 
 /* Nearest objects of those at some places of the new tree; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(find_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t begin, ptrdiff_t end,
-    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
   ptrdiff_t evaluations = 0;
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t slot = order[place];
-    const ptrdiff_t result = FN(look_line_nx6_nx7_nx7_nx14)(align, slot, limits, counts, rows, rows_count_, weights,
-        weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-        leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const ptrdiff_t result = FN(look_line_nx6_nx7_nx7_nx14)(align, slot, limits, counts, rows, weights, landmarks, slots,
+        costs, order, leaves, nodes, boxes);
     const ptrdiff_t count = result;
     evaluations = evaluations + count;
   }
@@ -1558,19 +1420,15 @@ BS_OUTLINED ptrdiff_t FN(find_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t begin,
 
 /* Look for a slot's nearest object, and queue it with that. */
 BS_OUTLINED void FN(look_again_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
-    ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const S limits[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots, S *costs,
+    ptrdiff_t *heap, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  const ptrdiff_t result = FN(look_line_nx6_nx7_nx7_nx14)(align, slot, limits, counts, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const ptrdiff_t result = FN(look_line_nx6_nx7_nx7_nx14)(align, slot, limits, counts, rows, weights, landmarks, slots,
+      costs, order, leaves, nodes, boxes);
   const ptrdiff_t evaluations = result;
   counts[5] = counts[5] + evaluations;
   if (slots[6 * slot + 3] < 0) {
-    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, heap, slots);
     counts[3] = result1;
     return;
   }
@@ -1579,19 +1437,14 @@ BS_OUTLINED void FN(look_again_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot,
     place = counts[3];
     counts[3] = counts[3] + 1;
   }
-  FN(settle)(place, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  FN(settle)(place, slot, counts[3], costs, heap, slots);
 }
 
 /* Replace an object and its nearest one by their mean. */
 BS_OUTLINED void FN(merge_pair_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
-  (void)merge_costs_count_;
-  (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
   S turned[6];
@@ -1618,43 +1471,33 @@ BS_OUTLINED void FN(merge_pair_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t slot,
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, heap, slots);
   counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
     limits[1] = result1;
   } else {
-    FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    FN(refit_nx7_nx7_nx14)(kept, 0, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, slots, order, leaves, nodes, boxes);
+    FN(refit_nx7_nx7_nx14)(kept, 0, landmarks, slots, order, leaves, nodes, boxes);
   }
-  FN(look_again_line_nx6_nx7_nx7_nx14)(align, kept, counts, limits, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  FN(look_again_line_nx6_nx7_nx7_nx14)(align, kept, counts, limits, rows, weights, landmarks, slots, costs, heap,
+      order, leaves, nodes, boxes);
 }
 
 /* At most so many merges; fewer were done only if no pair is left. */
 BS_OUTLINED ptrdiff_t FN(step_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t most, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
   const ptrdiff_t before = counts[4];
   while (counts[3] > 0 && counts[4] - before < most) {
     const ptrdiff_t slot = heap[0];
     if (slots[6 * slots[6 * slot + 3]] != slots[6 * slot + 4]) {
-      FN(look_again_line_nx6_nx7_nx7_nx14)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+      FN(look_again_line_nx6_nx7_nx7_nx14)(align, slot, counts, limits, rows, weights, landmarks, slots, costs, heap,
+          order, leaves, nodes, boxes);
     } else {
-      FN(merge_pair_line_nx6_nx7_nx7_nx14)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_, merge_costs, merge_costs_count_, pairs,
-          pairs_count_);
+      FN(merge_pair_line_nx6_nx7_nx7_nx14)(align, slot, counts, limits, rows, weights, landmarks, slots, slots_count_,
+          costs, heap, order, leaves, nodes, boxes, merge_costs, pairs);
     }
   }
   return counts[4] - before;
@@ -1662,18 +1505,15 @@ BS_OUTLINED ptrdiff_t FN(step_line_nx6_nx7_nx7_nx14)(int align, ptrdiff_t most, 
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_circle_nx10_nx22_nx22_nx44)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
-    const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_,
-    ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+    const S *rows, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves,
+    ptrdiff_t *nodes, S *boxes)
 {
-  (void)rows_count_;
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0) {
       FN(cga3d_landmark_circle)(landmarks + 22 * slot, rows + 10 * slot);
     }
   }
-  const S result = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const S result = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
   limits[1] = result;
 }
 
@@ -1692,16 +1532,9 @@ BS_OUTLINED void FN(turn_circle_10_10_10)(int align, S turned[BS_LENGTH(10)], co
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
 BS_OUTLINED void FN(visit_leaf_circle_nx10_nx22_nx22)(int align, ptrdiff_t slot, ptrdiff_t begin, ptrdiff_t end,
-    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
-    ptrdiff_t *result2_)
+    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, const S *weights, const S *landmarks,
+    const ptrdiff_t *order, const S *leaves, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)rows_count_;
-  (void)weights_count_;
-  (void)landmarks_count_;
-  (void)order_count_;
-  (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 22 * slot;
   S turned[10];
@@ -1749,15 +1582,10 @@ BS_OUTLINED void FN(visit_leaf_circle_nx10_nx22_nx22)(int align, ptrdiff_t slot,
 
 /* The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed. */
 BS_OUTLINED void FN(find_nearest_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *slots,
-    ptrdiff_t slots_count_, const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_,
-    const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_, ptrdiff_t *result0_,
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, const ptrdiff_t *slots,
+    const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes, ptrdiff_t *result0_,
     S *result1_, ptrdiff_t *result2_)
 {
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t own_at = 22 * slot;
   const S result = FN(rounding_cost_22)(landmarks + own_at);
   const S enough = result;
@@ -1780,8 +1608,7 @@ BS_OUTLINED void FN(find_nearest_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_
       S result2;
       ptrdiff_t result3;
       FN(visit_leaf_circle_nx10_nx22_nx22)(align, slot, nodes[3 * node + 1], nodes[3 * node + 2], enough, nearest, least,
-          slack, rows, rows_count_, weights, weights_count_, landmarks, landmarks_count_, order, order_count_, leaves,
-          leaves_count_, &result1, &result2, &result3);
+          slack, rows, weights, landmarks, order, leaves, &result1, &result2, &result3);
       nearest = result1;
       least = result2;
       const ptrdiff_t count = result3;
@@ -1837,19 +1664,14 @@ BS_OUTLINED void FN(find_nearest_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_
 
 /* Note a slot's nearest object; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(look_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots,
+    S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  (void)costs_count_;
   ptrdiff_t result;
   S result1;
   ptrdiff_t result2;
-  FN(find_nearest_circle_nx10_nx22_nx22_nx44)(align, slot, limits, tree, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves, leaves_count_, nodes,
-      nodes_count_, boxes, boxes_count_, &result, &result1, &result2);
+  FN(find_nearest_circle_nx10_nx22_nx22_nx44)(align, slot, limits, tree, rows, weights, landmarks, slots, order,
+      leaves, nodes, boxes, &result, &result1, &result2);
   const ptrdiff_t nearest = result;
   const S cost = result1;
   const ptrdiff_t evaluations = result2;
@@ -1861,18 +1683,15 @@ BS_OUTLINED ptrdiff_t FN(look_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t s
 
 /* Nearest objects of those at some places of the new tree; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(find_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t begin, ptrdiff_t end,
-    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
   ptrdiff_t evaluations = 0;
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t slot = order[place];
-    const ptrdiff_t result = FN(look_circle_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, rows_count_, weights,
-        weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-        leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const ptrdiff_t result = FN(look_circle_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, weights, landmarks,
+        slots, costs, order, leaves, nodes, boxes);
     const ptrdiff_t count = result;
     evaluations = evaluations + count;
   }
@@ -1881,19 +1700,15 @@ BS_OUTLINED ptrdiff_t FN(find_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t b
 
 /* Look for a slot's nearest object, and queue it with that. */
 BS_OUTLINED void FN(look_again_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
-    ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const S limits[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots, S *costs,
+    ptrdiff_t *heap, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  const ptrdiff_t result = FN(look_circle_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const ptrdiff_t result = FN(look_circle_nx10_nx22_nx22_nx44)(align, slot, limits, counts, rows, weights, landmarks,
+      slots, costs, order, leaves, nodes, boxes);
   const ptrdiff_t evaluations = result;
   counts[5] = counts[5] + evaluations;
   if (slots[6 * slot + 3] < 0) {
-    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, heap, slots);
     counts[3] = result1;
     return;
   }
@@ -1902,19 +1717,14 @@ BS_OUTLINED void FN(look_again_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t 
     place = counts[3];
     counts[3] = counts[3] + 1;
   }
-  FN(settle)(place, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  FN(settle)(place, slot, counts[3], costs, heap, slots);
 }
 
 /* Replace an object and its nearest one by their mean. */
 BS_OUTLINED void FN(merge_pair_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
-  (void)merge_costs_count_;
-  (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
   S turned[10];
@@ -1941,43 +1751,33 @@ BS_OUTLINED void FN(merge_pair_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t 
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, heap, slots);
   counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result1 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const S result1 = FN(build_tree_nx22_nx22_nx44)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
     limits[1] = result1;
   } else {
-    FN(refit_nx22_nx22_nx44)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    FN(refit_nx22_nx22_nx44)(kept, 0, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    FN(refit_nx22_nx22_nx44)(gone, -1, landmarks, slots, order, leaves, nodes, boxes);
+    FN(refit_nx22_nx22_nx44)(kept, 0, landmarks, slots, order, leaves, nodes, boxes);
   }
-  FN(look_again_circle_nx10_nx22_nx22_nx44)(align, kept, counts, limits, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  FN(look_again_circle_nx10_nx22_nx22_nx44)(align, kept, counts, limits, rows, weights, landmarks, slots, costs, heap,
+      order, leaves, nodes, boxes);
 }
 
 /* At most so many merges; fewer were done only if no pair is left. */
 BS_OUTLINED ptrdiff_t FN(step_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t most, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
   const ptrdiff_t before = counts[4];
   while (counts[3] > 0 && counts[4] - before < most) {
     const ptrdiff_t slot = heap[0];
     if (slots[6 * slots[6 * slot + 3]] != slots[6 * slot + 4]) {
-      FN(look_again_circle_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+      FN(look_again_circle_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, weights, landmarks, slots, costs, heap,
+          order, leaves, nodes, boxes);
     } else {
-      FN(merge_pair_circle_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_, merge_costs, merge_costs_count_, pairs,
-          pairs_count_);
+      FN(merge_pair_circle_nx10_nx22_nx22_nx44)(align, slot, counts, limits, rows, weights, landmarks, slots, slots_count_,
+          costs, heap, order, leaves, nodes, boxes, merge_costs, pairs);
     }
   }
   return counts[4] - before;
@@ -1985,18 +1785,15 @@ BS_OUTLINED ptrdiff_t FN(step_circle_nx10_nx22_nx22_nx44)(int align, ptrdiff_t m
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_plane_nx4_nx7_nx7_nx14)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
-    const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_,
-    ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+    const S *rows, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves,
+    ptrdiff_t *nodes, S *boxes)
 {
-  (void)rows_count_;
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0) {
       FN(cga3d_landmark_plane)(landmarks + 7 * slot, rows + 4 * slot);
     }
   }
-  const S result = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const S result = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
   limits[1] = result;
 }
 
@@ -2015,16 +1812,9 @@ BS_OUTLINED void FN(turn_plane_4_4_4)(int align, S turned[BS_LENGTH(4)], const S
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
 BS_OUTLINED void FN(visit_leaf_plane_nx4_nx7_nx7)(int align, ptrdiff_t slot, ptrdiff_t begin, ptrdiff_t end,
-    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
-    ptrdiff_t *result2_)
+    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, const S *weights, const S *landmarks,
+    const ptrdiff_t *order, const S *leaves, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)rows_count_;
-  (void)weights_count_;
-  (void)landmarks_count_;
-  (void)order_count_;
-  (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 7 * slot;
   S turned[4];
@@ -2072,15 +1862,10 @@ BS_OUTLINED void FN(visit_leaf_plane_nx4_nx7_nx7)(int align, ptrdiff_t slot, ptr
 
 /* The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed. */
 BS_OUTLINED void FN(find_nearest_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *slots,
-    ptrdiff_t slots_count_, const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_,
-    const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_, ptrdiff_t *result0_,
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, const ptrdiff_t *slots,
+    const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes, ptrdiff_t *result0_,
     S *result1_, ptrdiff_t *result2_)
 {
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t own_at = 7 * slot;
   const S result = FN(rounding_cost_7)(landmarks + own_at);
   const S enough = result;
@@ -2103,8 +1888,7 @@ BS_OUTLINED void FN(find_nearest_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t sl
       S result2;
       ptrdiff_t result3;
       FN(visit_leaf_plane_nx4_nx7_nx7)(align, slot, nodes[3 * node + 1], nodes[3 * node + 2], enough, nearest, least,
-          slack, rows, rows_count_, weights, weights_count_, landmarks, landmarks_count_, order, order_count_, leaves,
-          leaves_count_, &result1, &result2, &result3);
+          slack, rows, weights, landmarks, order, leaves, &result1, &result2, &result3);
       nearest = result1;
       least = result2;
       const ptrdiff_t count = result3;
@@ -2160,19 +1944,14 @@ BS_OUTLINED void FN(find_nearest_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t sl
 
 /* Note a slot's nearest object; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(look_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots,
+    S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  (void)costs_count_;
   ptrdiff_t result;
   S result1;
   ptrdiff_t result2;
-  FN(find_nearest_plane_nx4_nx7_nx7_nx14)(align, slot, limits, tree, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves, leaves_count_, nodes,
-      nodes_count_, boxes, boxes_count_, &result, &result1, &result2);
+  FN(find_nearest_plane_nx4_nx7_nx7_nx14)(align, slot, limits, tree, rows, weights, landmarks, slots, order, leaves,
+      nodes, boxes, &result, &result1, &result2);
   const ptrdiff_t nearest = result;
   const S cost = result1;
   const ptrdiff_t evaluations = result2;
@@ -2184,18 +1963,15 @@ BS_OUTLINED ptrdiff_t FN(look_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot,
 
 /* Nearest objects of those at some places of the new tree; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(find_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t begin, ptrdiff_t end,
-    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
   ptrdiff_t evaluations = 0;
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t slot = order[place];
-    const ptrdiff_t result = FN(look_plane_nx4_nx7_nx7_nx14)(align, slot, limits, counts, rows, rows_count_, weights,
-        weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-        leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const ptrdiff_t result = FN(look_plane_nx4_nx7_nx7_nx14)(align, slot, limits, counts, rows, weights, landmarks,
+        slots, costs, order, leaves, nodes, boxes);
     const ptrdiff_t count = result;
     evaluations = evaluations + count;
   }
@@ -2204,19 +1980,15 @@ BS_OUTLINED ptrdiff_t FN(find_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t begin
 
 /* Look for a slot's nearest object, and queue it with that. */
 BS_OUTLINED void FN(look_again_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
-    ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const S limits[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots, S *costs,
+    ptrdiff_t *heap, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  const ptrdiff_t result = FN(look_plane_nx4_nx7_nx7_nx14)(align, slot, limits, counts, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const ptrdiff_t result = FN(look_plane_nx4_nx7_nx7_nx14)(align, slot, limits, counts, rows, weights, landmarks,
+      slots, costs, order, leaves, nodes, boxes);
   const ptrdiff_t evaluations = result;
   counts[5] = counts[5] + evaluations;
   if (slots[6 * slot + 3] < 0) {
-    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, heap, slots);
     counts[3] = result1;
     return;
   }
@@ -2225,19 +1997,14 @@ BS_OUTLINED void FN(look_again_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot
     place = counts[3];
     counts[3] = counts[3] + 1;
   }
-  FN(settle)(place, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  FN(settle)(place, slot, counts[3], costs, heap, slots);
 }
 
 /* Replace an object and its nearest one by their mean. */
 BS_OUTLINED void FN(merge_pair_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
-  (void)merge_costs_count_;
-  (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
   S turned[4];
@@ -2264,43 +2031,33 @@ BS_OUTLINED void FN(merge_pair_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t slot
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, heap, slots);
   counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const S result1 = FN(build_tree_nx7_nx7_nx14)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
     limits[1] = result1;
   } else {
-    FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    FN(refit_nx7_nx7_nx14)(kept, 0, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    FN(refit_nx7_nx7_nx14)(gone, -1, landmarks, slots, order, leaves, nodes, boxes);
+    FN(refit_nx7_nx7_nx14)(kept, 0, landmarks, slots, order, leaves, nodes, boxes);
   }
-  FN(look_again_plane_nx4_nx7_nx7_nx14)(align, kept, counts, limits, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  FN(look_again_plane_nx4_nx7_nx7_nx14)(align, kept, counts, limits, rows, weights, landmarks, slots, costs, heap,
+      order, leaves, nodes, boxes);
 }
 
 /* At most so many merges; fewer were done only if no pair is left. */
 BS_OUTLINED ptrdiff_t FN(step_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t most, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
   const ptrdiff_t before = counts[4];
   while (counts[3] > 0 && counts[4] - before < most) {
     const ptrdiff_t slot = heap[0];
     if (slots[6 * slots[6 * slot + 3]] != slots[6 * slot + 4]) {
-      FN(look_again_plane_nx4_nx7_nx7_nx14)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+      FN(look_again_plane_nx4_nx7_nx7_nx14)(align, slot, counts, limits, rows, weights, landmarks, slots, costs, heap,
+          order, leaves, nodes, boxes);
     } else {
-      FN(merge_pair_plane_nx4_nx7_nx7_nx14)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_, merge_costs, merge_costs_count_, pairs,
-          pairs_count_);
+      FN(merge_pair_plane_nx4_nx7_nx7_nx14)(align, slot, counts, limits, rows, weights, landmarks, slots, slots_count_,
+          costs, heap, order, leaves, nodes, boxes, merge_costs, pairs);
     }
   }
   return counts[4] - before;
@@ -2308,10 +2065,8 @@ BS_OUTLINED ptrdiff_t FN(step_plane_nx4_nx7_nx7_nx14)(int align, ptrdiff_t most,
 
 /* Least and greatest landmark of some places of the tree; of none: infinite and minus infinite. */
 BS_OUTLINED void FN(fill_box_34_nx17)(S box[BS_LENGTH(34)], ptrdiff_t begin, ptrdiff_t end, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_)
+    const S *leaves)
 {
-  (void)order_count_;
-  (void)leaves_count_;
   for (ptrdiff_t i = 0; i < 17; i++) {
     box[i] = K(BS_HUGE_VALUE);
     box[17 + i] = -K(BS_HUGE_VALUE);
@@ -2435,10 +2190,8 @@ BS_OUTLINED ptrdiff_t FN(widest_17_17)(const S least[BS_LENGTH(17)], const S mos
 
 /* Part some places so that what comes before the middle along an axis stands before it (Hoare's FIND). */
 BS_OUTLINED void FN(part_at_nx17)(ptrdiff_t middle, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t axis,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *order, ptrdiff_t order_count_)
+    const S *landmarks, ptrdiff_t *order)
 {
-  (void)landmarks_count_;
-  (void)order_count_;
   ptrdiff_t low = begin;
   ptrdiff_t high = end - 1;
   while (low < high) {
@@ -2475,12 +2228,9 @@ BS_OUTLINED void FN(part_at_nx17)(ptrdiff_t middle, ptrdiff_t begin, ptrdiff_t e
 }
 
 /* The tree over all objects that are left; the rounding of their positions, as a length. */
-BS_OUTLINED S FN(build_tree_nx17_nx17_nx34)(ptrdiff_t tree[BS_LENGTH(2)], const S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_,
-    S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+BS_OUTLINED S FN(build_tree_nx17_nx17_nx34)(ptrdiff_t tree[BS_LENGTH(2)], const S *landmarks, ptrdiff_t *slots,
+    ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes)
 {
-  (void)nodes_count_;
-  (void)boxes_count_;
   ptrdiff_t built = 0;
   S size = K(0.0);
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
@@ -2514,7 +2264,7 @@ BS_OUTLINED S FN(build_tree_nx17_nx17_nx34)(ptrdiff_t tree[BS_LENGTH(2)], const 
         leaves[17 * place + k] = landmarks[17 * order[place] + k];
       }
     }
-    FN(fill_box_34_nx17)(boxes + 34 * node, begin, end, order, order_count_, leaves, leaves_count_);
+    FN(fill_box_34_nx17)(boxes + 34 * node, begin, end, order, leaves);
     nodes[3 * node] = end - begin;
     if (node >= first_leaf) {
       for (ptrdiff_t place = begin; place < end; place++) {
@@ -2529,7 +2279,7 @@ BS_OUTLINED S FN(build_tree_nx17_nx17_nx34)(ptrdiff_t tree[BS_LENGTH(2)], const 
     }
     const ptrdiff_t middle = bs_quotient(built * (2 * (node - first) + 1), 2 * first);
     const ptrdiff_t result = FN(widest_17_17)(boxes + 34 * node, boxes + 34 * node + 17);
-    FN(part_at_nx17)(middle, begin, end, result, landmarks, landmarks_count_, order, order_count_);
+    FN(part_at_nx17)(middle, begin, end, result, landmarks, order);
     nodes[3 * (2 * node) + 1] = begin;
     nodes[3 * (2 * node) + 2] = middle;
     nodes[3 * (2 * node + 1) + 1] = middle;
@@ -2543,18 +2293,15 @@ BS_OUTLINED S FN(build_tree_nx17_nx17_nx34)(ptrdiff_t tree[BS_LENGTH(2)], const 
 
 /* Landmarks of all objects whose version is not negative, and the tree over them. */
 BS_OUTLINED void FN(begin_sphere_nx5_nx17_nx17_nx34)(ptrdiff_t counts[BS_LENGTH(6)], S limits[BS_LENGTH(2)],
-    const S *rows, ptrdiff_t rows_count_, S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_,
-    ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_)
+    const S *rows, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order, S *leaves,
+    ptrdiff_t *nodes, S *boxes)
 {
-  (void)rows_count_;
   for (ptrdiff_t slot = 0; slot < slots_count_; slot++) {
     if (slots[6 * slot] >= 0) {
       FN(cga3d_landmark_sphere)(landmarks + 17 * slot, rows + 5 * slot);
     }
   }
-  const S result = FN(build_tree_nx17_nx17_nx34)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-      order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const S result = FN(build_tree_nx17_nx17_nx34)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
   limits[1] = result;
 }
 
@@ -2653,16 +2400,9 @@ BS_OUTLINED void FN(turn_sphere_5_5_5)(int align, S turned[BS_LENGTH(5)], const 
 
 /* The nearest object when some places of the tree have been looked at, too; its cost, and costs computed. */
 BS_OUTLINED void FN(visit_leaf_sphere_nx5_nx17_nx17)(int align, ptrdiff_t slot, ptrdiff_t begin, ptrdiff_t end,
-    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *order,
-    ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *result0_, S *result1_,
-    ptrdiff_t *result2_)
+    S enough, ptrdiff_t nearest, S least, S slack, const S *rows, const S *weights, const S *landmarks,
+    const ptrdiff_t *order, const S *leaves, ptrdiff_t *result0_, S *result1_, ptrdiff_t *result2_)
 {
-  (void)rows_count_;
-  (void)weights_count_;
-  (void)landmarks_count_;
-  (void)order_count_;
-  (void)leaves_count_;
   ptrdiff_t evaluations = 0;
   const ptrdiff_t own_at = 17 * slot;
   S turned[5];
@@ -2710,15 +2450,10 @@ BS_OUTLINED void FN(visit_leaf_sphere_nx5_nx17_nx17)(int align, ptrdiff_t slot, 
 
 /* The other object of least cost within the threshold, of equal ones that of the lowest slot; costs computed. */
 BS_OUTLINED void FN(find_nearest_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, const ptrdiff_t *slots,
-    ptrdiff_t slots_count_, const ptrdiff_t *order, ptrdiff_t order_count_, const S *leaves, ptrdiff_t leaves_count_,
-    const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes, ptrdiff_t boxes_count_, ptrdiff_t *result0_,
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, const ptrdiff_t *slots,
+    const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes, ptrdiff_t *result0_,
     S *result1_, ptrdiff_t *result2_)
 {
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t own_at = 17 * slot;
   const S result = FN(rounding_cost_17)(landmarks + own_at);
   const S enough = result;
@@ -2741,8 +2476,7 @@ BS_OUTLINED void FN(find_nearest_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t
       S result2;
       ptrdiff_t result3;
       FN(visit_leaf_sphere_nx5_nx17_nx17)(align, slot, nodes[3 * node + 1], nodes[3 * node + 2], enough, nearest, least,
-          slack, rows, rows_count_, weights, weights_count_, landmarks, landmarks_count_, order, order_count_, leaves,
-          leaves_count_, &result1, &result2, &result3);
+          slack, rows, weights, landmarks, order, leaves, &result1, &result2, &result3);
       nearest = result1;
       least = result2;
       const ptrdiff_t count = result3;
@@ -2798,19 +2532,14 @@ BS_OUTLINED void FN(find_nearest_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t
 
 /* Note a slot's nearest object; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(look_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t slot, const S limits[BS_LENGTH(2)],
-    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights,
-    ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t tree[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots,
+    S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  (void)costs_count_;
   ptrdiff_t result;
   S result1;
   ptrdiff_t result2;
-  FN(find_nearest_sphere_nx5_nx17_nx17_nx34)(align, slot, limits, tree, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves, leaves_count_, nodes,
-      nodes_count_, boxes, boxes_count_, &result, &result1, &result2);
+  FN(find_nearest_sphere_nx5_nx17_nx17_nx34)(align, slot, limits, tree, rows, weights, landmarks, slots, order, leaves,
+      nodes, boxes, &result, &result1, &result2);
   const ptrdiff_t nearest = result;
   const S cost = result1;
   const ptrdiff_t evaluations = result2;
@@ -2822,18 +2551,15 @@ BS_OUTLINED ptrdiff_t FN(look_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t sl
 
 /* Nearest objects of those at some places of the new tree; costs that were computed. */
 BS_OUTLINED ptrdiff_t FN(find_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t begin, ptrdiff_t end,
-    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_,
-    const S *weights, ptrdiff_t weights_count_, const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots,
-    ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t counts[BS_LENGTH(6)], const S limits[BS_LENGTH(2)], const S *rows, const S *weights,
+    const S *landmarks, ptrdiff_t *slots, S *costs, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes,
+    const S *boxes)
 {
   ptrdiff_t evaluations = 0;
   for (ptrdiff_t place = begin; place < end; place++) {
     const ptrdiff_t slot = order[place];
-    const ptrdiff_t result = FN(look_sphere_nx5_nx17_nx17_nx34)(align, slot, limits, counts, rows, rows_count_, weights,
-        weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-        leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const ptrdiff_t result = FN(look_sphere_nx5_nx17_nx17_nx34)(align, slot, limits, counts, rows, weights, landmarks,
+        slots, costs, order, leaves, nodes, boxes);
     const ptrdiff_t count = result;
     evaluations = evaluations + count;
   }
@@ -2842,19 +2568,15 @@ BS_OUTLINED ptrdiff_t FN(find_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t be
 
 /* Look for a slot's nearest object, and queue it with that. */
 BS_OUTLINED void FN(look_again_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    const S limits[BS_LENGTH(2)], const S *rows, ptrdiff_t rows_count_, const S *weights, ptrdiff_t weights_count_,
-    const S *landmarks, ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
-    ptrdiff_t costs_count_, ptrdiff_t *heap, ptrdiff_t heap_count_, const ptrdiff_t *order, ptrdiff_t order_count_,
-    const S *leaves, ptrdiff_t leaves_count_, const ptrdiff_t *nodes, ptrdiff_t nodes_count_, const S *boxes,
-    ptrdiff_t boxes_count_)
+    const S limits[BS_LENGTH(2)], const S *rows, const S *weights, const S *landmarks, ptrdiff_t *slots, S *costs,
+    ptrdiff_t *heap, const ptrdiff_t *order, const S *leaves, const ptrdiff_t *nodes, const S *boxes)
 {
-  const ptrdiff_t result = FN(look_sphere_nx5_nx17_nx17_nx34)(align, slot, limits, counts, rows, rows_count_, weights,
-      weights_count_, landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  const ptrdiff_t result = FN(look_sphere_nx5_nx17_nx17_nx34)(align, slot, limits, counts, rows, weights, landmarks,
+      slots, costs, order, leaves, nodes, boxes);
   const ptrdiff_t evaluations = result;
   counts[5] = counts[5] + evaluations;
   if (slots[6 * slot + 3] < 0) {
-    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+    const ptrdiff_t result1 = FN(leave)(slot, counts[3], costs, heap, slots);
     counts[3] = result1;
     return;
   }
@@ -2863,19 +2585,13 @@ BS_OUTLINED void FN(look_again_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t s
     place = counts[3];
     counts[3] = counts[3] + 1;
   }
-  FN(settle)(place, slot, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  FN(settle)(place, slot, counts[3], costs, heap, slots);
 }
 
 /* Draw the boxes anew from an object's leaf to the root: it has moved (change 0), or gone (-1). */
 BS_OUTLINED void FN(refit_nx17_nx17_nx34)(ptrdiff_t slot, ptrdiff_t change, const S *landmarks,
-    ptrdiff_t landmarks_count_, const ptrdiff_t *slots, ptrdiff_t slots_count_, ptrdiff_t *order,
-    ptrdiff_t order_count_, S *leaves, ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes,
-    ptrdiff_t boxes_count_)
+    const ptrdiff_t *slots, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes)
 {
-  (void)landmarks_count_;
-  (void)slots_count_;
-  (void)nodes_count_;
-  (void)boxes_count_;
   const ptrdiff_t place = slots[6 * slot + 1];
   ptrdiff_t node = slots[6 * slot + 2];
   if (change < 0) {
@@ -2885,8 +2601,7 @@ BS_OUTLINED void FN(refit_nx17_nx17_nx34)(ptrdiff_t slot, ptrdiff_t change, cons
       leaves[17 * place + k] = landmarks[17 * slot + k];
     }
   }
-  FN(fill_box_34_nx17)(boxes + 34 * node, nodes[3 * node + 1], nodes[3 * node + 2], order, order_count_, leaves,
-      leaves_count_);
+  FN(fill_box_34_nx17)(boxes + 34 * node, nodes[3 * node + 1], nodes[3 * node + 2], order, leaves);
   nodes[3 * node] = nodes[3 * node] + change;
   node = bs_quotient(node, 2);
   while (node > 0) {
@@ -2904,14 +2619,9 @@ BS_OUTLINED void FN(refit_nx17_nx17_nx34)(ptrdiff_t slot, ptrdiff_t change, cons
 
 /* Replace an object and its nearest one by their mean. */
 BS_OUTLINED void FN(merge_pair_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t slot, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
-  (void)merge_costs_count_;
-  (void)pairs_count_;
   const ptrdiff_t kept = bs_min(slot, slots[6 * slot + 3]);
   const ptrdiff_t gone = bs_max(slot, slots[6 * slot + 3]);
   S turned[5];
@@ -2938,43 +2648,33 @@ BS_OUTLINED void FN(merge_pair_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t s
   pairs[2 * counts[4]] = kept;
   pairs[2 * counts[4] + 1] = gone;
   counts[4] = counts[4] + 1;
-  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, costs_count_, heap, heap_count_, slots, slots_count_);
+  const ptrdiff_t result = FN(leave)(gone, counts[3], costs, heap, slots);
   counts[3] = result;
   if (counts[2] * 4 < counts[0]) {
-    const S result1 = FN(build_tree_nx17_nx17_nx34)(counts, landmarks, landmarks_count_, slots, slots_count_, order,
-        order_count_, leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    const S result1 = FN(build_tree_nx17_nx17_nx34)(counts, landmarks, slots, slots_count_, order, leaves, nodes, boxes);
     limits[1] = result1;
   } else {
-    FN(refit_nx17_nx17_nx34)(gone, -1, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
-    FN(refit_nx17_nx17_nx34)(kept, 0, landmarks, landmarks_count_, slots, slots_count_, order, order_count_, leaves,
-        leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+    FN(refit_nx17_nx17_nx34)(gone, -1, landmarks, slots, order, leaves, nodes, boxes);
+    FN(refit_nx17_nx17_nx34)(kept, 0, landmarks, slots, order, leaves, nodes, boxes);
   }
-  FN(look_again_sphere_nx5_nx17_nx17_nx34)(align, kept, counts, limits, rows, rows_count_, weights, weights_count_,
-      landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-      leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+  FN(look_again_sphere_nx5_nx17_nx17_nx34)(align, kept, counts, limits, rows, weights, landmarks, slots, costs, heap,
+      order, leaves, nodes, boxes);
 }
 
 /* At most so many merges; fewer were done only if no pair is left. */
 BS_OUTLINED ptrdiff_t FN(step_sphere_nx5_nx17_nx17_nx34)(int align, ptrdiff_t most, ptrdiff_t counts[BS_LENGTH(6)],
-    S limits[BS_LENGTH(2)], S *rows, ptrdiff_t rows_count_, S *weights, ptrdiff_t weights_count_, S *landmarks,
-    ptrdiff_t landmarks_count_, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs, ptrdiff_t costs_count_,
-    ptrdiff_t *heap, ptrdiff_t heap_count_, ptrdiff_t *order, ptrdiff_t order_count_, S *leaves,
-    ptrdiff_t leaves_count_, ptrdiff_t *nodes, ptrdiff_t nodes_count_, S *boxes, ptrdiff_t boxes_count_,
-    S *merge_costs, ptrdiff_t merge_costs_count_, ptrdiff_t *pairs, ptrdiff_t pairs_count_)
+    S limits[BS_LENGTH(2)], S *rows, S *weights, S *landmarks, ptrdiff_t *slots, ptrdiff_t slots_count_, S *costs,
+    ptrdiff_t *heap, ptrdiff_t *order, S *leaves, ptrdiff_t *nodes, S *boxes, S *merge_costs, ptrdiff_t *pairs)
 {
   const ptrdiff_t before = counts[4];
   while (counts[3] > 0 && counts[4] - before < most) {
     const ptrdiff_t slot = heap[0];
     if (slots[6 * slots[6 * slot + 3]] != slots[6 * slot + 4]) {
-      FN(look_again_sphere_nx5_nx17_nx17_nx34)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_);
+      FN(look_again_sphere_nx5_nx17_nx17_nx34)(align, slot, counts, limits, rows, weights, landmarks, slots, costs, heap,
+          order, leaves, nodes, boxes);
     } else {
-      FN(merge_pair_sphere_nx5_nx17_nx17_nx34)(align, slot, counts, limits, rows, rows_count_, weights, weights_count_,
-          landmarks, landmarks_count_, slots, slots_count_, costs, costs_count_, heap, heap_count_, order, order_count_,
-          leaves, leaves_count_, nodes, nodes_count_, boxes, boxes_count_, merge_costs, merge_costs_count_, pairs,
-          pairs_count_);
+      FN(merge_pair_sphere_nx5_nx17_nx17_nx34)(align, slot, counts, limits, rows, weights, landmarks, slots, slots_count_,
+          costs, heap, order, leaves, nodes, boxes, merge_costs, pairs);
     }
   }
   return counts[4] - before;

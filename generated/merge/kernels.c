@@ -22,7 +22,7 @@ void bs_begin_point_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(begin_point_nx5_nx7_nx7_nx14)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], counts[2], (S *)arrays[3] + i * strides[3], counts[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+    FN(begin_point_nx5_nx7_nx7_nx14)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8]);
   }
 }
 
@@ -30,7 +30,7 @@ void bs_find_point_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_point_nx5_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (S *)arrays[7] + i * strides[7], counts[7], (ptrdiff_t *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13]);
+    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_point_nx5_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (ptrdiff_t *)arrays[8] + i * strides[8], (S *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13]);
   }
 }
 
@@ -38,7 +38,7 @@ void bs_queue_point_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], counts[2], (ptrdiff_t *)arrays[3] + i * strides[3], counts[3]);
+    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3]);
   }
 }
 
@@ -46,7 +46,7 @@ void bs_step_point_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_point_nx5_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
+    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_point_nx5_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], (ptrdiff_t *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13], (S *)arrays[14] + i * strides[14], (ptrdiff_t *)arrays[15] + i * strides[15]);
   }
 }
 
@@ -58,7 +58,7 @@ void bs_begin_point_pair_f64(void *const *arrays, const ptrdiff_t *strides, cons
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(begin_point_pair_nx10_nx22_nx22_nx44)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], counts[2], (S *)arrays[3] + i * strides[3], counts[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+    FN(begin_point_pair_nx10_nx22_nx22_nx44)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8]);
   }
 }
 
@@ -66,7 +66,7 @@ void bs_find_point_pair_f64(void *const *arrays, const ptrdiff_t *strides, const
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_point_pair_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (S *)arrays[7] + i * strides[7], counts[7], (ptrdiff_t *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13]);
+    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_point_pair_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (ptrdiff_t *)arrays[8] + i * strides[8], (S *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13]);
   }
 }
 
@@ -74,7 +74,7 @@ void bs_queue_point_pair_f64(void *const *arrays, const ptrdiff_t *strides, cons
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], counts[2], (ptrdiff_t *)arrays[3] + i * strides[3], counts[3]);
+    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3]);
   }
 }
 
@@ -82,7 +82,7 @@ void bs_step_point_pair_f64(void *const *arrays, const ptrdiff_t *strides, const
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_point_pair_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
+    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_point_pair_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], (ptrdiff_t *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13], (S *)arrays[14] + i * strides[14], (ptrdiff_t *)arrays[15] + i * strides[15]);
   }
 }
 
@@ -94,7 +94,7 @@ void bs_begin_line_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(begin_line_nx6_nx7_nx7_nx14)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], counts[2], (S *)arrays[3] + i * strides[3], counts[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+    FN(begin_line_nx6_nx7_nx7_nx14)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8]);
   }
 }
 
@@ -102,7 +102,7 @@ void bs_find_line_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdi
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_line_nx6_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (S *)arrays[7] + i * strides[7], counts[7], (ptrdiff_t *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13]);
+    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_line_nx6_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (ptrdiff_t *)arrays[8] + i * strides[8], (S *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13]);
   }
 }
 
@@ -110,7 +110,7 @@ void bs_queue_line_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], counts[2], (ptrdiff_t *)arrays[3] + i * strides[3], counts[3]);
+    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3]);
   }
 }
 
@@ -118,7 +118,7 @@ void bs_step_line_f64(void *const *arrays, const ptrdiff_t *strides, const ptrdi
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_line_nx6_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
+    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_line_nx6_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], (ptrdiff_t *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13], (S *)arrays[14] + i * strides[14], (ptrdiff_t *)arrays[15] + i * strides[15]);
   }
 }
 
@@ -130,7 +130,7 @@ void bs_begin_circle_f64(void *const *arrays, const ptrdiff_t *strides, const pt
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(begin_circle_nx10_nx22_nx22_nx44)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], counts[2], (S *)arrays[3] + i * strides[3], counts[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+    FN(begin_circle_nx10_nx22_nx22_nx44)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8]);
   }
 }
 
@@ -138,7 +138,7 @@ void bs_find_circle_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_circle_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (S *)arrays[7] + i * strides[7], counts[7], (ptrdiff_t *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13]);
+    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_circle_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (ptrdiff_t *)arrays[8] + i * strides[8], (S *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13]);
   }
 }
 
@@ -146,7 +146,7 @@ void bs_queue_circle_f64(void *const *arrays, const ptrdiff_t *strides, const pt
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], counts[2], (ptrdiff_t *)arrays[3] + i * strides[3], counts[3]);
+    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3]);
   }
 }
 
@@ -154,7 +154,7 @@ void bs_step_circle_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_circle_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
+    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_circle_nx10_nx22_nx22_nx44)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], (ptrdiff_t *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13], (S *)arrays[14] + i * strides[14], (ptrdiff_t *)arrays[15] + i * strides[15]);
   }
 }
 
@@ -166,7 +166,7 @@ void bs_begin_plane_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(begin_plane_nx4_nx7_nx7_nx14)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], counts[2], (S *)arrays[3] + i * strides[3], counts[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+    FN(begin_plane_nx4_nx7_nx7_nx14)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8]);
   }
 }
 
@@ -174,7 +174,7 @@ void bs_find_plane_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_plane_nx4_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (S *)arrays[7] + i * strides[7], counts[7], (ptrdiff_t *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13]);
+    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_plane_nx4_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (ptrdiff_t *)arrays[8] + i * strides[8], (S *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13]);
   }
 }
 
@@ -182,7 +182,7 @@ void bs_queue_plane_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], counts[2], (ptrdiff_t *)arrays[3] + i * strides[3], counts[3]);
+    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3]);
   }
 }
 
@@ -190,7 +190,7 @@ void bs_step_plane_f64(void *const *arrays, const ptrdiff_t *strides, const ptrd
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_plane_nx4_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
+    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_plane_nx4_nx7_nx7_nx14)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], (ptrdiff_t *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13], (S *)arrays[14] + i * strides[14], (ptrdiff_t *)arrays[15] + i * strides[15]);
   }
 }
 
@@ -202,7 +202,7 @@ void bs_begin_sphere_f64(void *const *arrays, const ptrdiff_t *strides, const pt
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(begin_sphere_nx5_nx17_nx17_nx34)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], counts[2], (S *)arrays[3] + i * strides[3], counts[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8]);
+    FN(begin_sphere_nx5_nx17_nx17_nx34)((ptrdiff_t *)arrays[0] + i * strides[0], (S *)arrays[1] + i * strides[1], (S *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (ptrdiff_t *)arrays[4] + i * strides[4], counts[4], (ptrdiff_t *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], (S *)arrays[8] + i * strides[8]);
   }
 }
 
@@ -210,7 +210,7 @@ void bs_find_sphere_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_sphere_nx5_nx17_nx17_nx34)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (S *)arrays[7] + i * strides[7], counts[7], (ptrdiff_t *)arrays[8] + i * strides[8], counts[8], (S *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13]);
+    ((ptrdiff_t *)arrays[14])[i * strides[14]] = FN(find_sphere_nx5_nx17_nx17_nx34)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], ((ptrdiff_t *)arrays[2])[i * strides[2]], (ptrdiff_t *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (S *)arrays[7] + i * strides[7], (ptrdiff_t *)arrays[8] + i * strides[8], (S *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13]);
   }
 }
 
@@ -218,7 +218,7 @@ void bs_queue_sphere_f64(void *const *arrays, const ptrdiff_t *strides, const pt
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], counts[2], (ptrdiff_t *)arrays[3] + i * strides[3], counts[3]);
+    FN(queue)((ptrdiff_t *)arrays[0] + i * strides[0], (ptrdiff_t *)arrays[1] + i * strides[1], counts[1], (S *)arrays[2] + i * strides[2], (ptrdiff_t *)arrays[3] + i * strides[3]);
   }
 }
 
@@ -226,7 +226,7 @@ void bs_step_sphere_f64(void *const *arrays, const ptrdiff_t *strides, const ptr
 {
   (void)counts;
   for (ptrdiff_t i = begin; i < end; i++) {
-    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_sphere_nx5_nx17_nx17_nx34)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], counts[4], (S *)arrays[5] + i * strides[5], counts[5], (S *)arrays[6] + i * strides[6], counts[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], counts[8], (ptrdiff_t *)arrays[9] + i * strides[9], counts[9], (ptrdiff_t *)arrays[10] + i * strides[10], counts[10], (S *)arrays[11] + i * strides[11], counts[11], (ptrdiff_t *)arrays[12] + i * strides[12], counts[12], (S *)arrays[13] + i * strides[13], counts[13], (S *)arrays[14] + i * strides[14], counts[14], (ptrdiff_t *)arrays[15] + i * strides[15], counts[15]);
+    ((ptrdiff_t *)arrays[16])[i * strides[16]] = FN(step_sphere_nx5_nx17_nx17_nx34)(((ptrdiff_t *)arrays[0])[i * strides[0]], ((ptrdiff_t *)arrays[1])[i * strides[1]], (ptrdiff_t *)arrays[2] + i * strides[2], (S *)arrays[3] + i * strides[3], (S *)arrays[4] + i * strides[4], (S *)arrays[5] + i * strides[5], (S *)arrays[6] + i * strides[6], (ptrdiff_t *)arrays[7] + i * strides[7], counts[7], (S *)arrays[8] + i * strides[8], (ptrdiff_t *)arrays[9] + i * strides[9], (ptrdiff_t *)arrays[10] + i * strides[10], (S *)arrays[11] + i * strides[11], (ptrdiff_t *)arrays[12] + i * strides[12], (S *)arrays[13] + i * strides[13], (S *)arrays[14] + i * strides[14], (ptrdiff_t *)arrays[15] + i * strides[15]);
   }
 }
 
