@@ -19,7 +19,7 @@ from .algebra.algebra import Algebra
 from .algebra.kind_checks import check_kind
 from .algebra.loader import STOCK, algebra_from_data, data_from_algebra
 from .build.flags import unit_file
-from .build.formula_digest import formula_digest
+from .build.formula_digest import file_digest, formula_digest
 from .build.kernel_cache import INDEX
 from .build.stamps import STAMPS, Stamps, generated_files, module_stamp, printers_stamp, read_stamps
 from .compiler import optimise_kernel, print_source, print_unit, trace_kernel
@@ -156,9 +156,10 @@ def _changed_modules(folder: Path, stamps: Mapping[str, str]) -> list[str]:
 
 
 def _digest_or_none(formula: str) -> str:
+    """Of a formula, ``module.function``, or of a file with algorithms."""
     try:
-        return formula_digest(formula)
-    except SpecError:  # it has gone
+        return file_digest(formula) if formula.endswith(".py") else formula_digest(formula)
+    except (SpecError, OSError, SyntaxError):  # it has gone
         return ""
 
 
@@ -233,7 +234,7 @@ def generate_programs(anew: bool = True) -> dict[str, dict[str, str]]:
     Kernels are made ``anew``, or taken from what the package carries while their sources are the same.
     """
     from .programs.kernel_spec import without_kernel_cache
-    from .programs.merging import merge_program
+    from .programs.merging.program import merge_program
     from .programs.registration.registration import KINDS, reform_program
     from .programs.tracer.scene import EVERYTHING, scene_program
 
@@ -246,5 +247,6 @@ def generate_programs(anew: bool = True) -> dict[str, dict[str, str]]:
         made = {name: {**program.files, INDEX: program.index()} for name, program in programs.items()}
     for name, program in programs.items():
         digests = {formula: formula_digest(formula) for formula in sorted(program.formulas())}
+        digests |= {file: file_digest(file) for file in program.algorithms}
         made[name][STAMPS] = Stamps(digests).text(made[name])
     return {**made, "general": general_files()}

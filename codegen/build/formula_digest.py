@@ -63,6 +63,11 @@ def machinery_digest(*files: str) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:_DIGITS]
 
 
+def file_digest(name: str) -> str:
+    """Digest of a file of this package, without comments and layout."""
+    return hashlib.sha256(ast.dump(ast.parse(text_of(name))).encode()).hexdigest()[:_DIGITS]
+
+
 def _reachable_texts(module: str, name: str) -> dict[tuple[str, str], str]:
     """Texts by module and name. What stands outside of definitions counts for every module that is reached."""
     found: dict[tuple[str, str], str] = {}

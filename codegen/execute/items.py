@@ -172,12 +172,14 @@ class CLoop(Loop):
         With ``ffi`` and ``lib``.
     tag : str
         Of its instance, such as "f64".
+    name : str
+        Of the loop.
     """
 
-    def __init__(self, library: Any, tag: str) -> None:
+    def __init__(self, library: Any, tag: str, name: str = "bs_loop") -> None:
         ffi = library.ffi
         self.hold, self._new, self._pointers = ffi.from_buffer, ffi.new, ffi.typeof("void *[]")
-        self._run = getattr(library.lib, f"bs_loop_{tag}")
+        self._run = getattr(library.lib, f"{name}_{tag}")
 
     def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
         return partial(self._run, self._new(self._pointers, arrays), strides, counts)
@@ -186,7 +188,21 @@ class CLoop(Loop):
         return self._new("ptrdiff_t[]", list(values))
 
 
-class NumbaLoop(Loop):
+class CompiledLoop(Loop):
+    """A loop that numba has compiled."""
+
+    def __init__(self, compiled: Callable[..., None]) -> None:
+        self.hold, self._run = _flat, compiled
+
+    def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
+        run = self._run
+        return lambda begin, end: run(begin, end, strides, counts, *arrays)
+
+    def integers(self, values: Sequence[int]) -> Any:
+        return np.array(values, np.int64)
+
+
+class NumbaLoop(CompiledLoop):
     """The loop of a printed Python text, compiled by numba, from the cache where it was compiled before.
 
     Parameters
@@ -198,22 +214,20 @@ class NumbaLoop(Loop):
 
     def __init__(self, name: str, text: str, function: Function) -> None:
         from .numba_cache import CachedModule
-        from .numba_jit import numba
 
-        types = numba().types
-        of = {REAL: types.float64, INT: types.int64, BOOL: types.int64}
         scalars = [p.type.scalar if isinstance(p.type, ArrayType) else p.type for p in function.parameters]
-        arrays = [types.Array(of[s], 1, "C") for s in (*scalars, *function.results)]  # type: ignore[index]
-        row = types.Array(types.int64, 1, "C")
-        module = CachedModule(name, text, {"loop_over_items_": types.void(types.intp, types.intp, row, row, *arrays)})
-        self.hold, self._run = _flat, module["loop_over_items_"]
+        signature = numba_signature([str(s) for s in (*scalars, *function.results)])
+        super().__init__(CachedModule(name, text, {"loop_over_items_": signature})["loop_over_items_"])
 
-    def bind(self, arrays: Sequence[Any], strides: Any, counts: Any) -> Run:
-        run = self._run
-        return lambda begin, end: run(begin, end, strides, counts, *arrays)
 
-    def integers(self, values: Sequence[int]) -> Any:
-        return np.array(values, np.int64)
+def numba_signature(scalars: Sequence[str]) -> Any:
+    """Types of a loop over flat arrays of such numbers: "Real", "Int", "Bool"."""
+    from .numba_jit import numba
+
+    types = numba().types
+    of = {"Real": types.float64, "Int": types.int64, "Bool": types.int64}
+    row = types.Array(types.int64, 1, "C")
+    return types.void(types.intp, types.intp, row, row, *(types.Array(of[s], 1, "C") for s in scalars))
 
 
 def _flat(array: Array) -> Array:

@@ -14,7 +14,7 @@ from ..targets.c.source import ExtensionSource, Unit
 from ..targets.templates import included_headers, render, template_text
 from .kernel_spec import KernelSpec, cga3d, print_spec, print_specs, stock_algebra, trace_spec
 
-__all__ = ["KernelSpec", "Part", "Program", "cga3d", "program", "stock_algebra", "trace_spec"]
+__all__ = ["KernelSpec", "Part", "Program", "cga3d", "kernels_header", "program", "stock_algebra", "trace_spec"]
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Part:
 
     def unit(self) -> Unit:
         """The same, ready to compile into the cache."""
-        kernels = _kernels_header(print_specs(self.specs))
+        kernels = kernels_header(print_specs(self.specs))
         headers = {"kernels.h": kernels, **included_headers([self.source], ["kernels.h"])}
         return Unit(self.name, self.source, headers, self.options)
 
@@ -64,6 +64,8 @@ class Program:
         leaves it out under `PARTS_OPTION`.
     driver : tuple of KernelSpec
         The kernels of the rest.
+    algorithms : tuple of str
+        Files with the algorithms that it is made of, from the package's folder.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Program:
     options: tuple[str, ...] = ()
     parts: tuple[Part, ...] = ()
     driver: tuple[KernelSpec, ...] = ()
+    algorithms: tuple[str, ...] = ()
 
     def formulas(self) -> set[str]:
         """The formulas of its kernels, as ``module.function``."""
@@ -102,10 +105,10 @@ class Program:
 
     def extension(self) -> ExtensionSource:
         """The same, ready to compile into the cache."""
-        headers = {**self._headers(), "kernels.h": self.files["kernels.h"]}
+        headers = {**self._headers(), **{name: text for name, text in self.files.items() if name.endswith(".h")}}
         options = self.options
         if self.parts:
-            headers["kernels.h"] = _kernels_header(print_specs(self.driver))
+            headers["kernels.h"] = kernels_header(print_specs(self.driver))
             options = (*options, PARTS_OPTION)
         units = tuple(part.unit() for part in self.parts)
         return ExtensionSource(self.name, self.files["kernels.cdef"], self.files["kernels.c"], headers, options, units)
@@ -115,7 +118,8 @@ class Program:
 PARTS_OPTION = "-DBS_SCENE_APART=1"
 
 
-def _kernels_header(texts: Mapping[str, str]) -> str:
+def kernels_header(texts: Mapping[str, str]) -> str:
+    """Text of a header of printed kernels."""
     return render("kernels.h.j2", functions=[]) + "".join(texts.values())
 
 
@@ -136,7 +140,7 @@ def program(
     texts = print_specs([*specs, *(d for part in parts for d in part.specs)])
     files = {
         "kernels.c": render(template, **values),
-        "kernels.h": _kernels_header(texts),
+        "kernels.h": kernels_header(texts),
         "kernels.cdef": template_text(cdef) + declarations,
     }
     return Program(name, tuple(texts), files, options, parts, tuple(specs))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any
 
 from .. import compiler
 from ..build import source_digest
@@ -15,7 +16,7 @@ from ..targets.c.lanes import Lanes
 from ..targets.c.loops import CLoopPrinter, c_function_name, c_functions, needs_elementary
 from ..targets.c.printer import ELEMENTARY
 from ..targets.c.source import ExtensionSource
-from ..targets.loops import in_calling_order
+from ..targets.loops import counted, in_calling_order
 from ..targets.numba.loops import elementary_functions, frame, numba_functions, numba_name
 from ..targets.numba.rows import row_function
 from ..targets.templates import render
@@ -23,13 +24,13 @@ from . import FUNCTIONS, extension_of
 
 _MAIN = "algorithm.c.j2"
 #: What texts that import it depend on, from the package's folder.
-_ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
+ELEMENTARY_SOURCES = tuple(f"../templates/numba/{name}.py" for name in ("elementary", "elementary_constants", "rows"))
 
 
 _C_TYPES = {REAL: "S", INT: "ptrdiff_t", BOOL: "ptrdiff_t"}
 
 
-def _c_item(function: Function) -> list[str]:
+def c_item(function: Function) -> list[str]:
     """Statements that compute item i: arrays are parameters in their order, then returned numbers."""
     arguments, lines, after = [], [], []
     for k, p in enumerate(function.parameters):
@@ -38,7 +39,7 @@ def _c_item(function: Function) -> list[str]:
         assert isinstance(scalar, Scalar)
         base = f"({_C_TYPES[scalar]} *)arrays[{k}]"
         arguments.append(f"{base} + i * strides[{k}]" if is_array else f"({base})[i * strides[{k}]]")
-        if isinstance(p.type, ArrayType) and p.type.is_open:
+        if p.name in counted(function):
             arguments.append(f"counts[{k}]")
     first = len(function.parameters)
     results = [f"(({_C_TYPES[t]} *)arrays[{k}])[i * strides[{k}]]" for k, t in enumerate(function.results, first)]
@@ -58,7 +59,7 @@ def _numba_item(function: Function) -> tuple[list[str], str]:
         name = f"{p.name}_items_"
         names.append(name)
         if isinstance(p.type, ArrayType):
-            arguments += [name, f"i * strides[{k}]", *([f"counts[{k}]"] if p.type.is_open else [])]
+            arguments += [name, f"i * strides[{k}]", *([f"counts[{k}]"] if p.name in counted(function) else [])]
         else:
             arguments.append(f"{name}[i * strides[{k}]]" + (" != 0" if p.type == BOOL else ""))
     first = len(names)
@@ -69,17 +70,31 @@ def _numba_item(function: Function) -> tuple[list[str], str]:
     return [*names, *results], f"{targets}{' = ' if results else ''}{numba_name(function.name)}({', '.join(arguments)})"
 
 
-def kernel_variants(function: Function) -> list[Variant]:
-    """Variants of all kernels of an algorithm and of those that it calls, and of their callees, callees first."""
+def kernel_variants(functions: Iterable[Function]) -> list[Variant]:
+    """Variants of all kernels of algorithms and of those that they call, and of their callees, callees first."""
     from ..targets.c.extension import in_dependency_order
 
-    _, kernels = in_calling_order([function])
+    _, kernels = in_calling_order(functions)
     return in_dependency_order([_variant(k) for k in kernels])
 
 
 def _variant(signature: KernelSignature) -> Variant:
     variant: Variant = signature.kernel.variant
     return variant
+
+
+def uses_elementary(functions: Sequence[Function]) -> bool:
+    """Whether elementary.h is to be included."""
+    nodes = (n for v in kernel_variants(functions) for n in reachable(v.roots))
+    return needs_elementary(functions) or any(n.op in ELEMENTARY for n in nodes)
+
+
+def loop_declarations(names: Iterable[str]) -> str:
+    """Declarations of loops over items, for cffi."""
+    arguments = (
+        "(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end);"
+    )
+    return "".join(f"void {name}{arguments}\n" for name in names)
 
 
 def algorithm_extension(
@@ -109,13 +124,10 @@ def algorithm_files(
 ) -> dict[str, str]:
     """Texts of the C program: the driver, the functions that it includes, and declarations for cffi."""
     printer: Callable[[Function], CLoopPrinter]
-    variants = kernel_variants(function)
-    elementary = needs_elementary([function]) or any(n.op in ELEMENTARY for v in variants for n in reachable(v.roots))
+    variants = kernel_variants([function])
+    elementary = uses_elementary([function])
     kernels = "".join(compiler.print_function(v) for v in variants)
-    arguments = (
-        "(void *const *arrays, const ptrdiff_t *strides, const ptrdiff_t *counts, ptrdiff_t begin, ptrdiff_t end);"
-    )
-    arrays, item, printer = None, _c_item(function), CLoopPrinter
+    arrays, item, printer = None, c_item(function), CLoopPrinter
     if shared is not None:
         lanes = Lanes(function, shared)
         arrays, item = lanes.item()
@@ -124,7 +136,7 @@ def algorithm_files(
     return {
         "kernels.c": render(_MAIN, function=function, **values),
         FUNCTIONS: kernels + "\n" + c_functions([function], printer),
-        "kernels.cdef": "\n".join(f"void bs_loop_{i.tag}{arguments}" for i in instances) + "\n",
+        "kernels.cdef": loop_declarations(f"bs_loop_{i.tag}" for i in instances),
     }
 
 
@@ -135,21 +147,25 @@ def algorithm_text(function: Function) -> str:
 
 def algorithm_numba(function: Function) -> str:
     """Python text of an algorithm and its loop over items, for numba."""
-    kernels = [row_function(v) for v in kernel_variants(function)]
-    arrays, call = _numba_item(function)
-    used = sorted({*elementary_functions([function]), *_row_elementary(function)})
+    return numba_text(function.name, {"loop_over_items_": function})
+
+
+def numba_text(title: str, functions: Mapping[str, Function]) -> str:
+    """Python text of algorithms, what they call, and their loops over items by name."""
+    variants = kernel_variants(functions.values())
+    in_kernels = {n.op for v in variants for n in reachable(v.roots) if n.op in ELEMENTARY}
+    used = sorted({*elementary_functions(functions.values()), *in_kernels})
     return render(
         "algorithm.py.j2",
-        function=function,
-        kernels=kernels,
-        text=numba_functions([function]),
-        arrays=arrays,
-        call=call,
-        work=frame(function),
+        title=title,
+        kernels=[row_function(v) for v in variants],
+        text=numba_functions(functions.values()),
+        loops=[_numba_loop(name, function) for name, function in functions.items()],
         elementary=used,
-        digest=source_digest.digest(_ELEMENTARY_SOURCES) if used else "",
+        digest=source_digest.digest(ELEMENTARY_SOURCES) if used else "",
     )
 
 
-def _row_elementary(function: Function) -> Sequence[str]:
-    return [n.op for v in kernel_variants(function) for n in reachable(v.roots) if n.op in ELEMENTARY]
+def _numba_loop(name: str, function: Function) -> dict[str, Any]:
+    arrays, call = _numba_item(function)
+    return {"name": name, "arrays": arrays, "call": call, "work": frame(function)}

@@ -55,6 +55,7 @@ NUMBA = Target(
         "table products": "large batches, float64",
         "all pairs": "written out in blocks",
         "registration": "float64, without Algorithm 1",
+        "merging": "float64",
         "chains": "float64",
     },
 )  # fmt: skip

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
+from functools import cache
 
 from ..errors import AlgorithmError
 from ..ir.loops.nodes import (
     Array,
     Binary,
+    Call,
     Constant,
     Count,
     Expression,
@@ -22,6 +24,9 @@ from ..ir.loops.nodes import (
     Select,
     Unary,
     Variable,
+    View,
+    expressions,
+    parts,
 )  # fmt: skip
 from ..ir.loops.types import INT
 
@@ -58,6 +63,30 @@ def in_calling_order(roots: Iterable[Function]) -> tuple[list[Function], list[Ke
                 f"two algorithms of one program have the name {function.name}", remedy="Rename one of them."
             )
     return list(functions), list(kernels)
+
+
+@cache
+def counted(function: Function) -> frozenset[str]:
+    """Open arrays whose number of rows a function asks for, or one that it calls with them: others pass none."""
+    found: set[str] = set()
+    for statement in function.walk():
+        asked = expressions(statement)
+        if isinstance(statement, Call) and isinstance(statement.callee, Function):
+            pairs = zip(statement.arguments, statement.callee.parameters, strict=True)
+            asked = tuple(e for each, p in pairs for e in _asked(each, p.name in counted(statement.callee)))
+        found |= {part.array.name for e in asked for part in parts(e) if isinstance(part, Count)}
+    return frozenset(found)
+
+
+def takes_count(callee: Function | KernelSignature, k: int) -> bool:
+    """Whether a number of rows follows an argument."""
+    return isinstance(callee, Function) and callee.parameters[k].name in counted(callee)
+
+
+def _asked(argument: Expression | View, is_counted: bool) -> tuple[Expression, ...]:
+    if not isinstance(argument, View):
+        return (argument,)
+    return (argument.offset, argument.rows) if is_counted and argument.rows is not None else (argument.offset,)
 
 
 class LoopPrinter(ABC):

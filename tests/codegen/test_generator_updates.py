@@ -107,6 +107,11 @@ def test_outdated_files_are_named_by_folder_and_module(edited: Edited) -> None:
     assert not [name for name in stale if name.startswith(("pga3d", "scene"))]
 
 
+def test_algorithms_of_programs_count(edited: Edited) -> None:
+    edited.replace("algorithms/cost_queue.py", "beside = min(below + 1, size - 1)", "beside = below")
+    assert outdated_modules(GENERATED) == ["merge/algorithms/cost_queue.py"]
+
+
 def test_check_names_outdated_modules_and_traces_nothing(
     edited: Edited, traced: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:

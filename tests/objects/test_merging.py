@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,10 +13,17 @@ from hypothesis import strategies as st
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
+from bladesmith.codegen import algorithm
+from bladesmith.codegen.algorithms import merging_bounds
+from bladesmith.codegen.algorithms.merging_layout import EVALUATIONS, SLACK
 from bladesmith.codegen.build.extension import compiler
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.formulas.objects import costs
-from bladesmith.codegen.programs.merging import KINDS, merge_program
+from bladesmith.codegen.ir.loops.language import number_type
+from bladesmith.codegen.programs.merging import greedy
+from bladesmith.codegen.programs.merging.kinds import KINDS as KERNELS
+from bladesmith.codegen.programs.merging.program import merge_program
+from bladesmith.dispatch import stock_algorithms
 from bladesmith.errors import GradeError, InputError, ShapeError, SingularError
 from bladesmith.objects.clustering import agglomerative
 from bladesmith.objects.clustering.agglomerative import merge_similar
@@ -24,6 +33,7 @@ from ..support.clusters import same_partition
 from ..support.formulas import Traced, stock
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no compiler")
+KINDS = tuple(KERNELS)
 WORLD = (0.0, 0.0, 0.0)
 
 
@@ -58,6 +68,16 @@ def clustered(kind, clusters, each, seed, noise=0.01, scale=1.0):
         rng.uniform(0.5, 2.0, clusters)[label] * np.exp(noise * rng.normal(size=n)),
     )
     return made, label
+
+
+least_cost = algorithm(merging_bounds.least_cost.function)
+
+
+def bounds_of(kind, x):
+    """Least costs that landmarks leave possible, of all pairs, (n, n)."""
+    state = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)._state
+    marks = state["landmarks"]
+    return least_cost(marks[:, None], marks[None], marks[None], state["limits"][SLACK])
 
 
 def mixed(kind, n, seed, scale=1.0):
@@ -167,8 +187,7 @@ def test_and_of_flats_among_rounds(kind, seed):
     found = merge_similar(x, 0.1, origin=WORLD)
     np.testing.assert_array_equal(found.pairs, pairs)
     np.testing.assert_allclose(found.merge_costs, spent, rtol=1e-6, atol=1e-12)
-    greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
-    bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+    bound = bounds_of(kind, x)
     least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
     assert len(spent) > 10 and not (bound > least + 1e-20).any()
 
@@ -224,8 +243,7 @@ def test_landmarks_never_promise_more_than_the_cost(kind, scale):
     near, far = clustered(kind, 12, 4, 1, 1e-3, scale)[0], clustered(kind, 48, 1, 2, 0.0, scale)[0]
     for x in (near, far):
         least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
-        greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
-        bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+        bound = bounds_of(kind, x)
         assert np.isfinite(least).mean() > 0.9 and not (bound > least + 1e-20).any()
         np.testing.assert_allclose(bound, bound.T, rtol=1e-9, atol=1e-12)
 
@@ -234,8 +252,7 @@ def test_landmarks_never_promise_more_than_the_cost(kind, scale):
 def test_they_are_tight_for_flats_and_points(kind):
     x = clustered(kind, 10, 6, 4, 1e-3)[0]
     cost = table_of(costs.aligned_cost, x)
-    greedy = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)
-    bound = np.array([[greedy.bound(i, j) for j in range(len(x))] for i in range(len(x))])
+    bound = bounds_of(kind, x)
     near = (cost < 1e-3) & (cost > 1e-9)
     assert near.sum() > 50 and (bound[near] > 0.98 * cost[near]).all()
 
@@ -249,6 +266,21 @@ def test_the_cost_of_lines_is_what_the_bound_is_proved_from(angle, distance, shi
     cost = float(cost_of(costs.pair_cost, "line", first.values[None], second.values[None])[0])
     turn = 4 * np.sin(angle / 4) ** 2 + 3 * distance**2 * np.sin(angle / 2) ** 2
     assert cost == pytest.approx(turn + 0.75 * shift**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_so_they_do_with_fifty_digits(kind):
+    """The bound without rounding: the text on numbers of mpmath, against the formula on them."""
+    context = mpmath.mp.clone()
+    context.dps = 50
+    x = clustered(kind, 3, 2, 8, noise=0.3)[0]
+    kernels = KERNELS[kind]
+    with number_type(context):
+        marks = [kernels.landmark(row) for row in x.values]
+        for i, j in itertools.combinations(range(len(x)), 2):
+            bound = merging_bounds.least_cost(marks[i], marks[j], marks[j], context.mpf(0))
+            cost = kernels.cost(x.values[i], kernels.align(x.values[j], x.values[i]))
+            assert 0 <= bound <= cost or context.isnan(cost)
 
 
 # -- growth: costs are counted, not seconds --------------------------------------------------------------------
@@ -356,6 +388,56 @@ def test_threads_and_steps_change_nothing():
     other.step(10**6)
     for a, b in zip(greedy.history, other.history, strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+@pytest.mark.parametrize("kind", ["line", "circle"])
+def test_numba_has_the_bits_of_c(kind, monkeypatch):
+    """Merges, means, and everything that is noted on the way, through several builds of the tree."""
+    x = clustered(kind, 60, 5, 7, 0.05)[0]
+
+    def merged():
+        greedy = Greedy(kind, x.values, np.ones(len(x)), 0.3, True)
+        greedy.find(2)
+        while greedy.step(7):
+            pass
+        return greedy
+
+    compiled = merged()
+    monkeypatch.setattr(stock_algorithms, "_c_loop", lambda *_: None)
+    stock_algorithms.stock_algorithm.cache_clear()
+    by_numba = merged()
+    stock_algorithms.stock_algorithm.cache_clear()
+    assert len(compiled.history[0]) > 200 and compiled.evaluations == by_numba.evaluations
+    for a, b in zip((*compiled.history, compiled.rows), (*by_numba.history, by_numba.rows), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("kind", ["point", "line", "sphere"])
+def test_the_text_run_as_python_merges_the_same(kind):
+    x = clustered(kind, 5, 4, 2, 0.03)[0]
+    compiled, by_text = (Greedy(kind, x.values, np.ones(len(x)), 0.2, True) for _ in range(2))
+    compiled.find(1)
+    compiled.step()
+
+    def run(name, **numbers):
+        text = getattr(greedy, name)
+        state = {"kind": kind, **by_text._state, **numbers}
+        return text.function(*(state[p.name] for p in text.text.parameters))
+
+    by_text._state["slots"][:, 1:] = -1
+    by_text._state["landmarks"][:] = np.nan
+    with number_type(np.float64):
+        run("begin")
+        by_text._counts[EVALUATIONS] += run("find", begin=0, end=len(x))
+        run("queue")
+        run("step", most=len(x))
+    for a, b in zip(compiled.history[1:], by_text.history[1:], strict=True):
+        np.testing.assert_array_equal(a, b)
+    np.testing.assert_allclose(by_text.history[0], compiled.history[0], rtol=1e-7, atol=1e-15)
+    np.testing.assert_allclose(by_text.rows, compiled.rows, rtol=1e-9, atol=1e-12)
+    assert len(compiled.history[0]) >= 10
 
 
 def test_precision_shape_and_progress(capsys, monkeypatch):

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.sanitizers
 SCRIPT = CHECKOUT / "tests" / "support" / "sanitized.py"
 #: Conversions of numbers that do not fit are not among the undefined ones of gcc.
 FLAGS = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
-PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points", "a_registration")
+PARTS = ("a_tree_of_everything", "several_rays_at_once", "all_points", "a_registration", "some_chains")
 PATIENCE = 600.0  # seconds, on a busy machine
 
 
@@ -54,7 +54,7 @@ def test_sanitizers_find_what_is_wrong(run):
     assert "AddressSanitizer" in done.stderr or "runtime error" in done.stderr, done.stderr
 
 
-def test_scenes_of_every_kind_are_clean(run):
+def test_programs_of_every_kind_are_clean(run):
     done = run(*PARTS)
     assert done.stdout.split("\n")[:-1] == [f"done {part}" for part in PARTS], done.stderr[-4000:]
     assert done.returncode == 0, done.stderr[-4000:]

@@ -19,6 +19,7 @@ from bladesmith.codegen.declarations import plain_spec
 from bladesmith.codegen.generator import generate
 from bladesmith.codegen.language import Real, Reals
 from bladesmith.codegen.targets.capabilities import PROGRAMS, compiled_only, markdown_table
+from bladesmith.dispatch import stock_algorithms
 from bladesmith.dispatch.installed import bundled_folder, headers, installed_program
 from bladesmith.errors import CompilerMissingError
 from bladesmith.kinematics.serial import driver
@@ -155,6 +156,41 @@ def test_what_does_not_need_one_gives_the_same(name, no_compiler, monkeypatch):
     expected = SERVES[name]()
     is_array = isinstance(found, np.ndarray)
     assert np.shape(found) == np.shape(expected) and np.array_equal(found, expected, equal_nan=is_array)
+
+
+@pytest.fixture
+def nothing_installed(monkeypatch):
+    """No program is installed, and what this process compiled of algorithms does not count."""
+    monkeypatch.setattr(stock_algorithms, "installed_program", lambda _: None)
+    caches = [stock_algorithms.stock_algorithm, stock_algorithms._compiled_part, stock_algorithms._numba_module]
+    for each in caches:
+        each.cache_clear()
+    yield
+    for each in caches:
+        each.cache_clear()
+
+
+@pytest.mark.compiles
+@pytest.mark.peers
+def test_merging_runs_by_numba(no_compiler, nothing_installed, monkeypatch, caplog):
+    pytest.importorskip("numba")
+    found = objects.merge_similar(LINES, 2.0)
+    assert [r for r in caplog.records if r.getMessage() == f"merge_line runs by numba: {no_compiler}."]
+    monkeypatch.undo()
+    stock_algorithms.stock_algorithm.cache_clear()
+    expected = objects.merge_similar(LINES, 2.0)
+    assert len(found.merge_costs) > 2
+    assert np.array_equal(found.objects.values, expected.objects.values)
+    assert np.array_equal(found.merge_costs, expected.merge_costs) and np.array_equal(found.pairs, expected.pairs)
+
+
+def test_without_numba_merging_says_what_it_needs(no_compiler, nothing_installed, monkeypatch):
+    monkeypatch.setattr(stock_algorithms, "find_spec", lambda _: None)
+    with pytest.raises(CompilerMissingError) as caught:
+        objects.merge_similar(LINES, 0.5)
+    message = str(caught.value)
+    assert message.startswith(no_compiler) and "merging is compiled at its first use" in message
+    assert "Install gcc or clang" in message and "or numba" in message
 
 
 CHAIN = {

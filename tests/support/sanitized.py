@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from bladesmith import cga3d, curves, tracer
+from bladesmith import cga3d, curves, kinematics, tracer
 from bladesmith.codegen.build.extension import load
 from bladesmith.codegen.programs.registration.registration import KINDS
 from bladesmith.codegen.programs.tracer.scene import needs
@@ -174,6 +174,22 @@ def stages(scene, kinds, counts, chosen, motors, random):
         scene.direct(motor, (numbers[one, 0], first, second, partners, np.ones(len(first))), 9, 1e-13)
 
 
+def some_chains(random):
+    """Numbers of joints that fill the room for them and less, all numbers of poses that lanes may be left with."""
+    for count in (1, 6, 16, 17):
+        positions, directions = random.normal(size=(2, count, 3))
+        chain = kinematics.Chain(kinematics.revolute_axis(positions, directions))
+        for n in (1, 2, 3, 4, 9):
+            q = random.normal(size=(n, count))
+            q[::2] = random.choice([*BOUNDED, np.nan], q[::2].shape)
+            for every in (False, True):
+                chain.forward(q, every)
+                chain.acceleration(q, q, q, every)
+            chain.jacobian(q)
+            chain.jacobian(q, "tool", random.normal(size=(n, 3)))
+        chain.inverse(chain.forward(q), attempts=2, iterations=9)
+
+
 def a_mistake(random):
     """What must be found, or nothing would be."""
     text = "int wrong(int n) { int numbers[4] = {1, 2, 3, 4}; return numbers[n]; }"
@@ -181,7 +197,8 @@ def a_mistake(random):
 
 
 PARTS = {
-    part.__name__: part for part in (a_tree_of_everything, several_rays_at_once, all_points, a_registration, a_mistake)
+    part.__name__: part
+    for part in (a_tree_of_everything, several_rays_at_once, all_points, a_registration, some_chains, a_mistake)
 }
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Means and landmarks for merging similar objects (thesis 3.12.2); costs are in `costs`.
 
 A landmark is a few plain numbers of an object by which far ones are left out without their cost; which cost they
-promise is said, and proved, in templates/c/programs/merging/merge_tree.h.
+promise is said, and proved, in `algorithms.merging_bounds`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from ...trace.outputs import Result, row
 from ..products.outcome import where_or_nan
 from .blades import Checked, norm_squared, project_sum, written_size
 from .conformal import infinity, origin
-from .costs import align
+from .costs import magnitude
 from .euclidean import coordinates, euclidean_part, space
 from .local import anchor, curvature
 
@@ -22,16 +22,12 @@ def mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivect
     return project_sum(a + b, written_size(a, b))
 
 
-def aligned_mean_of_two(x1: Multivector, x2: Multivector, w1: Multivector, w2: Multivector) -> Checked:
-    """`mean_of_two` of x1 and whichever of x2 and -x2 is turned the same way; a point is never turned."""
-    return mean_of_two(x1, align(x2, x1), w1, w2)
-
-
 def landmark(x: Multivector) -> Result:
-    """Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds its inverse's (3 and 1) too.
+    """Position (3), direction (3) and curvature (1) of a unit object; of kinds of rounds more.
 
     Rounds: center, zeros, 1/radius. Flats: the point nearest the origin, the unit direction of a line or normal of
-    a plane (zeros for flat points), zero. Points: themselves, zeros, zero. The inverse is that in the unit sphere.
+    a plane (zeros for flat points), zero. Points: themselves, zeros, zero. Kinds of rounds have behind them position
+    and curvature of the inverse in the unit sphere, the operator's norm, and the coefficients on the orthonormal basis.
     """
     nothing = [x.constant(0)] * 3
     if x.grades == (1,):
@@ -45,7 +41,21 @@ def landmark(x: Multivector) -> Result:
     position = coordinates(select(is_round, center, foot))
     along = [select(is_round, x.constant(0), d) for d in direction]
     inverse_position = coordinates(select(inverse_curved > 0, inverse_center, x.new({})))
-    return row([*position, *along, curved, *inverse_position, inverse_curved])
+    on_orthonormal = [
+        sqrt(magnitude(x.new({blade: x.constant(1).terms[0]}))) * x.new({0: c}) for blade, c in x.terms.items()
+    ]
+    return row(
+        [*position, *along, curved, *inverse_position, inverse_curved, _operator_norm(on_orthonormal), *on_orthonormal]
+    )
+
+
+def _operator_norm(coefficients: list[Multivector]) -> Multivector:
+    """N of a unit blade: N^2 = |X|^2 + sqrt(|X|^4 - 1)."""
+    square = coefficients[0] * coefficients[0]
+    for c in coefficients[1:]:
+        square = square + c * c
+    excess = square * square - 1
+    return sqrt(square + select(excess > 0, sqrt(excess), square.constant(0)))
 
 
 def _center(x: Multivector, n: Multivector) -> tuple[Multivector, Multivector]:

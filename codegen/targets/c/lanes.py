@@ -27,7 +27,7 @@ from ...ir.loops.nodes import (
     parts,
 )  # fmt: skip
 from ...ir.loops.types import REAL, ArrayType, Parameter, Scalar
-from ..loops import in_calling_order
+from ..loops import counted, in_calling_order
 from .loops import CLoopPrinter, c_function_name
 
 #: Functions of vectors: their results are vectors, whatever they are given.
@@ -136,7 +136,7 @@ class Lanes:
                 arguments.append(own if is_array else f"{own}[0]")
             else:
                 arguments.append(given if is_array else f"*({given})")
-            if isinstance(p.type, ArrayType) and p.type.is_open:
+            if p.name in counted(self.root):
                 arguments.append(f"counts[{k}]")
         first, count = len(self.root.parameters), len(self.root.results)
         for k in range(count):

@@ -18,7 +18,6 @@ from ...ir.loops.nodes import (
     Call,
     Constant,
     Continue,
-    Count,
     Expression,
     For,
     Function,
@@ -37,7 +36,7 @@ from ...ir.loops.nodes import (
     walk,
 )  # fmt: skip
 from ...ir.loops.types import BOOL, INT, REAL, ArrayType, Parameter, Scalar
-from ..loops import LoopPrinter, in_calling_order
+from ..loops import LoopPrinter, counted, in_calling_order, takes_count
 from ..printer import comment_text
 from ..templates import template_text
 
@@ -163,7 +162,6 @@ class CLoopPrinter(LoopPrinter):
             parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
         head = _wrapped(f"BS_OUTLINED {result} FN({c_function_name(function.name)})(", parameters or ["void"], ")")
         unused = [f"(void){c_name(p.name)};" for p in function.parameters if not self._is_used(p)]
-        unused += [f"(void){c_name(name)}_count_;" for name in self._uncounted()]
         return [f"/* {note} */", *head, "{", *_indent([*unused, *self._body()]), "}"]
 
     def _parameter(self, parameter: Parameter) -> list[str]:
@@ -174,7 +172,8 @@ class CLoopPrinter(LoopPrinter):
         const = "const " if parameter.access == "in" else ""
         type = self.type_of(parameter.name, parameter.type.scalar)
         if parameter.type.is_open:
-            return [f"{const}{type} *{name}", f"ptrdiff_t {name}_count_"]
+            count = [f"ptrdiff_t {name}_count_"] if parameter.name in counted(self.function) else []
+            return [f"{const}{type} *{name}", *count]
         return [f"{const}{type} {name}[BS_LENGTH({parameter.type.size})]"]
 
     def _is_used(self, parameter: Parameter) -> bool:
@@ -192,13 +191,6 @@ class CLoopPrinter(LoopPrinter):
                 if parameter.name in _names(expression):
                     return True
         return False
-
-    def _uncounted(self) -> list[str]:
-        """Open arrays whose number of rows nothing asks for."""
-        found = [p for s in self.function.walk() for e in expressions(s) for p in parts(e)]
-        counted = {p.array.name for p in found if isinstance(p, Count)}
-        open_ones = [p for p in self.function.parameters if isinstance(p.type, ArrayType) and p.type.is_open]
-        return [p.name for p in open_ones if p.name not in counted]
 
     def _body(self) -> list[str]:
         names = {p.name for p in self.function.parameters}
@@ -272,7 +264,7 @@ class CLoopPrinter(LoopPrinter):
         before: list[str] = []
         for k, each in enumerate(call.arguments):
             arguments.append(self.argument(call, k, before))
-            if isinstance(each, View) and each.rows is not None and each.type.is_open:
+            if isinstance(each, View) and each.rows is not None and takes_count(call.callee, k):
                 arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
             return [*before, *_wrapped(f"FN({call.callee.symbol})(", arguments, ");")]

@@ -33,7 +33,7 @@ from ...ir.loops.nodes import (
     plus,
 )  # fmt: skip
 from ...ir.loops.types import INT, REAL, ArrayType
-from ..loops import LoopPrinter, in_calling_order
+from ..loops import LoopPrinter, counted, in_calling_order, takes_count
 from ..printer import comment_text
 from .printer import wrap
 
@@ -132,11 +132,10 @@ class NumbaLoopPrinter(LoopPrinter):
         return f"{_FUNCTIONS[name]}({joined})"
 
     def view(self, view: View) -> list[str]:
-        """The flat array and an offset, and the number of rows of an open one."""
+        """The flat array and an offset."""
         element = self.load(view.array, view.offset)
         name, _, at = element.partition("[")
-        rows = [self.text(view.rows)] if view.rows is not None and view.type.is_open else []
-        return [name, at.removesuffix("]"), *rows]
+        return [name, at.removesuffix("]")]
 
     # -- functions ---------------------------------------------------------------------------------------------------
 
@@ -146,7 +145,7 @@ class NumbaLoopPrinter(LoopPrinter):
             name = self.variable(p.name)
             names.append(name)
             if isinstance(p.type, ArrayType):
-                names += [f"{name}_at_", *([f"{name}_count_"] if p.type.is_open else [])]
+                names += [f"{name}_at_", *([f"{name}_count_"] if p.name in counted(self.function) else [])]
         for work, size in frame(self.function).items():
             if size:
                 names += [work, f"at_{work}"]
@@ -196,8 +195,10 @@ class NumbaLoopPrinter(LoopPrinter):
 
     def _call(self, call: Call) -> list[str]:
         arguments: list[str] = []
-        for each in call.arguments:
+        for k, each in enumerate(call.arguments):
             arguments += self.view(each) if isinstance(each, View) else [self.text(each)]
+            if isinstance(each, View) and each.rows is not None and takes_count(call.callee, k):
+                arguments.append(self.text(each.rows))
         if isinstance(call.callee, KernelSignature):
             return f"{call.callee.symbol}({wrap(arguments, 1)})".splitlines()
         for work, size in frame(call.callee).items():

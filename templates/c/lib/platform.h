@@ -23,7 +23,7 @@ typedef unsigned long long uint64_t;
 
 /* BS_VECTORS: GNU vector extensions are there. BS_UNROLL: before a loop of constant length.
  * BS_COLD: a function of the rare path, never inlined. BS_PURE: its result depends on its arguments alone, so that
- * two calls are one. BS_TABLE: constants for it. */
+ * two calls are one. BS_TABLE: constants for it. BS_UNUSED: not every program needs it. */
 #if defined(__CUDACC__)
 #define BS_VECTORS 0
 #define RESTRICT __restrict__
@@ -39,6 +39,7 @@ typedef unsigned long long uint64_t;
 #define BS_COLD static __attribute__((noinline, cold, unused))
 #define BS_PURE __attribute__((const))
 #define BS_TABLE static const
+#define BS_UNUSED __attribute__((unused))
 #if defined(__clang__)
 #define BS_UNROLL _Pragma("clang loop unroll(full)")
 #else
@@ -60,6 +61,9 @@ typedef unsigned long long uint64_t;
 #define BS_PURE
 #define BS_TABLE static const
 #define BS_UNROLL
+#endif
+#ifndef BS_UNUSED
+#define BS_UNUSED
 #endif
 
 /* Vector bytes that every machine of this target has. */

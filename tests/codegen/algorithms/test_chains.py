@@ -205,6 +205,7 @@ def test_the_derivative_of_poses_is_the_jacobian(algebra):
         assert np.abs((twist.as_kind("twist", check=False) - expected).values).max() < 1e-13
 
 
+@pytest.mark.compiles
 @pytest.mark.parametrize("tag", ["f64_scalar", "f64_base", *(["f64_v3"] if has_wide_vectors() else [])])
 def test_every_instance_gives_the_same_bits(case, tag):
     _, chain, p = case

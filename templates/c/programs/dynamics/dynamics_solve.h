@@ -134,7 +134,7 @@ static void FN(factor)(FN(system) *s, const double *weights, double tolerance, i
 
 /* The least change, by energy, of a motion x (twists) that gives the rows the values asked for; the change by itself
    goes to change, times the roots of the metric: the rows of the force behind it are that times the roots again. */
-static void FN(solve)(FN(system) *s, const double *weights, const double *wanted, double *x, double *change)
+static BS_UNUSED void FN(solve)(FN(system) *s, const double *weights, const double *wanted, double *x, double *change)
 {
   double *const y = s->solution;
   for (int k = 0; k < s->rank; k++) {
