@@ -14,7 +14,8 @@ from bladesmith.codegen import algorithm
 from bladesmith.codegen.formulas.products import versors
 from bladesmith.codegen.language import InOut, Int, Matrix, Real, Reals, Vector
 from bladesmith.codegen.programs.kernel_spec import KernelSpec
-from tests.support.algorithms import needs_compiler, references
+
+from ...support.targets.algorithms import needs_compiler, references
 
 cga = bs.cga3d
 rng = np.random.default_rng(5)

@@ -39,7 +39,8 @@ from bladesmith.codegen.language import (
     zeros,
 )  # fmt: skip
 from bladesmith.codegen.programs.algorithms import algorithm_extension
-from tests.support.algorithms import needs_compiler, references, same
+
+from ...support.targets.algorithms import needs_compiler, references, same
 
 SCALE = 3
 WEIGHTS = (0.5, 0.25)
