@@ -34,7 +34,7 @@ def lazy_names(package: str, file: str, more: tuple[str, ...] = ()) -> tuple[Cal
     def find(name: str) -> Any:
         if name == "__all__":
             value: Any = names()
-        elif name.startswith("__") or name not in names() or name not in homes:
+        elif name not in names() or name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         else:
             module, original = homes[name]
