@@ -235,13 +235,13 @@ def generate_programs(anew: bool = True) -> dict[str, dict[str, str]]:
     """
     from .programs.kernel_spec import without_kernel_cache
     from .programs.merging.program import merge_program
-    from .programs.registration.registration import KINDS, reform_program
+    from .programs.registration.program import reform_program
     from .programs.tracer.scene import EVERYTHING, scene_program
 
     with without_kernel_cache() if anew else nullcontext():
         programs = {
             "merge": merge_program.__wrapped__(),
-            "reform": reform_program.__wrapped__(KINDS),
+            "reform": reform_program.__wrapped__(),
             "scene": scene_program(EVERYTHING),
         }
         made = {name: {**program.files, INDEX: program.index()} for name, program in programs.items()}

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .items import Loop, numba_signature
+from .arrays import Array
+from .items import Loop, Run, numba_signature
 
-_DTYPES = {"Real": np.float64, "Int": np.int64, "Bool": np.int64}
+#: Of numbers by their types.
+DTYPES = {"Real": np.float64, "Int": np.int64, "Bool": np.int64}
+#: Strides and counts that an algorithm keeps.
+_LAYOUTS = 64
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,22 @@ def read_entries(text: str) -> dict[str, Entry]:
     return found
 
 
+@dataclass(frozen=True)
+class Kept:
+    """An array that stays, as a loop holds it: an argument of many calls, which all items share."""
+
+    held: Any
+    rows: int
+
+
+class Bound(NamedTuple):
+    """A loop over items, arrays for what it returns, and what must live as long: its arguments."""
+
+    run: Run
+    returned: list[Array]
+    held: list[Any]
+
+
 class InPlace:
     """An algorithm of a compiled program.
 
@@ -58,18 +79,63 @@ class InPlace:
 
     def __init__(self, entry: Entry, loop: Loop) -> None:
         self.entry, self.loop = entry, loop
+        self._integers = lru_cache(_LAYOUTS)(loop.integers)
 
     def __call__(self, arguments: Mapping[str, Any]) -> Any:
         """Run on arguments by name, arrays in double precision or 64-bit integers, contiguous; what it returns."""
-        taken, counts = [], []
-        for name, type, is_array in self.entry.parameters:
-            given = arguments[name]
-            taken.append(given.reshape(-1) if is_array else np.array([given], _DTYPES[type]))
-            counts.append(len(given) if is_array else 0)
-        returned = [np.empty(1, _DTYPES[type]) for type in self.entry.results]
-        taken += returned
-        counts += [0] * len(returned)
-        loop, held = self.loop, [self.loop.hold(a) for a in taken]
-        loop.bind(held, loop.integers([0] * len(taken)), loop.integers(counts))(0, 1)
-        results = tuple(r[0].item() for r in returned)
+        bound = self.over(1, {}, arguments)
+        bound.run(0, 1)
+        results = tuple(r[0].item() for r in bound.returned)
         return results[0] if len(results) == 1 else results
+
+    def over(self, n: int, each: Mapping[str, Any], shared: Mapping[str, Any]) -> Bound:
+        """The loop over n items of some arguments.
+
+        Parameters
+        ----------
+        n : int
+            At least 1.
+        each, shared : mapping of str to array or number
+            Arguments as in a call: those that items have of their own, along a first axis, and those that all share.
+        """
+        hold = self.loop.hold
+        held, strides, counts = arrange(self.entry, n, each, shared, hold, self.loop.number)
+        returned = [np.empty(n, DTYPES[type]) for type in self.entry.results]
+        for array in returned:
+            held.append(hold(array))
+            strides.append(1)
+            counts.append(0)
+        run = self.loop.bind(held, self._integers(tuple(strides)), self._integers(tuple(counts)))
+        return Bound(run, returned, held)
+
+
+def arrange(
+    entry: Entry,
+    n: int,
+    each: Mapping[str, Any],
+    shared: Mapping[str, Any],
+    hold: Callable[[Array], Any],
+    number: Callable[[Any, str], Any],
+) -> tuple[list[Any], list[int], list[int]]:
+    """Arguments as they are held, numbers from item to item, and rows of arrays; see `InPlace.over`."""
+    held: list[Any] = []
+    strides, counts = [], []
+    for name, type, is_array in entry.parameters:
+        if name in each:
+            own = each[name]
+            held.append(hold(own))
+            strides.append(own.size // n)
+            counts.append(own.shape[1] if is_array else 0)
+            continue
+        given = shared[name]
+        strides.append(0)
+        if isinstance(given, Kept):
+            held.append(given.held)
+            counts.append(given.rows)
+        elif is_array:
+            held.append(hold(given))
+            counts.append(len(given))
+        else:
+            held.append(number(given, type))
+            counts.append(0)
+    return held, strides, counts

@@ -42,6 +42,10 @@ class Loop(ABC):
     def integers(self, values: Sequence[int]) -> Any:
         """Strides or counts, for any number of calls."""
 
+    def number(self, value: Any, type: str) -> Any:
+        """Hold one number, "Real" or an integer, as an array of one."""
+        return self.hold(np.array((value,), np.float64 if type == "Real" else np.int64))
+
 
 class ItemFunction:
     """An algorithm for one choice of sizes, on one target and precision.
@@ -186,6 +190,9 @@ class CLoop(Loop):
 
     def integers(self, values: Sequence[int]) -> Any:
         return self._new("ptrdiff_t[]", list(values))
+
+    def number(self, value: Any, type: str) -> Any:
+        return self._new("double *", value) if type == "Real" else self._new("ptrdiff_t *", int(value))
 
 
 class CompiledLoop(Loop):

@@ -67,11 +67,16 @@ def stock_numba(name: str, functions: Callable[[], Mapping[str, Function]], sour
     sources : sequence of str
         Files that they are made of, from the package's folder; what these import counts too.
     """
+    return kept_text(f"{name}_numba", lambda: numba_text(name, functions()), sources)
+
+
+def kept_text(name: str, make: Callable[[], str], sources: Sequence[str]) -> str:
+    """A text of a stock program: made once for each state of the sources, and kept in the cache; see `stock_numba`."""
     digest = source_digest.digest((*sources, *_TEXT_SOURCES))
-    group, file = digest and f"{name}_numba_{digest[:_DIGITS]}", f"{name}.py"
+    group, file = digest and f"{name}_{digest[:_DIGITS]}", f"{name}.txt"
     text = text_cache.read(group, file) if group else None
     if text is None:
-        text = numba_text(name, functions())
+        text = make()
         if group:
             text_cache.write(group, {file: text})
     elif group:

@@ -17,8 +17,10 @@ from bladesmith.codegen.build.extension import load
 from bladesmith.codegen.programs.registration.registration import KINDS
 from bladesmith.codegen.programs.tracer.scene import needs
 from bladesmith.codegen.targets.c.source import ExtensionSource
-from bladesmith.registration.backends import c as reform_engine
+from bladesmith.registration.backends import algorithms as reform_algorithms
 from bladesmith.registration.backends import model_rows as reform_sides
+from bladesmith.registration.backends.driver import Driver
+from bladesmith.registration.backends.scene import Scene
 from bladesmith.tracer.rendering.driver import BoundScene
 from bladesmith.tracer.rendering.hits import first_hits
 from bladesmith.tracer.rendering.program import engine_for
@@ -109,14 +111,14 @@ def all_points(random):
 
 def a_registration(random):
     """Lines, circles and spheres: none of a kind, one, many; with coefficients such as no object has."""
-    reform_engine.installed_program = lambda name: None  # that one was made without sanitizers
+    reform_algorithms.installed_program = lambda name: None  # that one was made without sanitizers
     kinds = ("line", "circle", "sphere")
     numbers = np.array([KINDS.index(kind) for kind in kinds])
     for counts in ((0, 1, 9), (1, 0, 1), (30, 30, 30)):
         for others in ((9, 0, 1), (30, 30, 30)):
             sides = [registered(kinds, n, random) for n in (counts, others)]
             rows = np.concatenate([np.arange(n) for n in counts])
-            scene = reform_engine.Scene(*sides, np.repeat(numbers, counts), rows, 2)
+            scene = Scene(*sides, np.repeat(numbers, counts), rows, 2)
             motors = np.concatenate([np.eye(8)[:1], random.normal(size=(4, 8)), random.choice(EXTREME, (9, 8))])
             for weights, limit, least in (((0.75, 0.25, 0.75), 0.1, 0.1), ((0.0, 1e300, 1.0), np.inf, 0.0)):
                 scene.set_criterion(reform_sides.MatchCriterion(weights, limit, least))
@@ -126,7 +128,7 @@ def a_registration(random):
                 if len(common):
                     stages(scene, kinds, np.array([counts, others]), random.choice(common, (40, 3)), motors, random)
 
-    frames(reform_engine.Driver(kinds, 2), kinds, random)
+    frames(Driver(kinds, 2), kinds, random)
 
 
 def frames(driver, kinds, random):
@@ -137,11 +139,11 @@ def frames(driver, kinds, random):
         spoilt = random.choice(EXTREME, elements.shape)
         for given in (elements, spoilt, np.zeros_like(elements), np.full_like(elements, np.nan)):
             for place in (0, len(given) // 2, len(given) - 1):
-                rule = reform_engine.CenterRule(8, place, 3.0, 1e-12, 1e-6)
+                rule = reform_sides.CenterRule(8, place, 3.0, 1e-12, 1e-6)
                 origin = driver.robust_center(np.repeat([KINDS.index(kind) for kind in kinds], n), given, rule)
         for kind, rows in side.rows.items():
             driver.to_frame(kind, rows, origin)
-            near = reform_engine.MatchCriterion((1.0, 1.0, 1.0), 1.0)
+            near = reform_sides.MatchCriterion((1.0, 1.0, 1.0), 1.0)
             driver.squared_distances(kind, side.elements[kind][:, None], side.elements[kind], near)
         driver.motors_to_world(random.choice(EXTREME, (n, 8)), origin, origin)
         driver.twists_to_world(random.choice(EXTREME, (n, 6)), origin)
@@ -155,7 +157,7 @@ def registered(kinds, counts, random):
         made = {"line": (places, along), "circle": (places, along, np.ones(n)), "sphere": (places, np.ones(n))}[kind]
         rows[kind] = np.array(getattr(cga3d, kind)(*made)._data)
         rows[kind][1::2] = random.choice(BOUNDED, rows[kind][1::2].shape)
-    driver = reform_engine.Driver(kinds, 1)
+    driver = Driver(kinds, 1)
     return reform_sides.ModelData(rows, {kind: driver.elements(kind, x) for kind, x in rows.items()})
 
 

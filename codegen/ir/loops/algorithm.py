@@ -38,6 +38,8 @@ class Algorithm:
     ----------
     function : callable
         With annotated parameters.
+    is_inline : bool
+        C puts it where it is called: for what is called in the innermost loops.
 
     Raises
     ------
@@ -48,8 +50,8 @@ class Algorithm:
 
     is_callable_in_algorithms = True
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.function = function
+    def __init__(self, function: Callable[..., Any], is_inline: bool = False) -> None:
+        self.function, self.is_inline = function, is_inline
         self.text = AlgorithmText(function)
         self.name = self.text.name
         self.__name__ = self.name
@@ -104,7 +106,7 @@ class Algorithm:
         name = "_".join([self.name, *suffix])
         if len(name) > _LONGEST_NAME:
             name = f"{name[:_LONGEST_NAME]}_{_digest(name)}"
-        function = Function(name, self.text.note, tuple(parameters), reader.results or (), body)
+        function = Function(name, self.text.note, tuple(parameters), reader.results or (), body, self.is_inline)
         if function.local_size > _MOST_LOCAL:
             self.text.refuse(
                 self.text.tree,
@@ -176,6 +178,11 @@ class Algorithm:
     def in_python(self, arguments: Sequence[Any]) -> Any:
         """The text as Python on arrays that it may change; rows have the fields that the parameters declare."""
         return self.function(*(_with_fields(p.type, a) for p, a in zip(self.text.parameters, arguments, strict=True)))
+
+
+def inlined(function: Callable[..., Any]) -> Algorithm:
+    """An algorithm that C puts where it is called."""
+    return Algorithm(function, is_inline=True)
 
 
 def _with_fields(type: Any, array: Any) -> Any:

@@ -209,6 +209,8 @@ class Function:
     results : tuple of Scalar
         What it returns.
     body : tuple of statements
+    is_inline : bool
+        C puts it where it is called.
     """
 
     name: str
@@ -216,6 +218,7 @@ class Function:
     parameters: tuple[Parameter, ...]
     results: tuple[Scalar, ...]
     body: tuple[Statement, ...] = field(repr=False)
+    is_inline: bool = False
 
     def walk(self) -> Iterator[Statement]:
         """All statements, in the order of the text."""

@@ -95,7 +95,7 @@ class Record(Annotation):
         return f"/* {self.name} */\nenum {{ {', '.join([*entries, f'{prefix}_SIZE = {self.size}'])} }};\n"
 
 
-def record(name: str, **fields: Annotation) -> Record:
+def record(name: str, **fields: Any) -> Record:
     """Declare a record.
 
     Parameters

@@ -1,108 +1,111 @@
-"""The registration driver: for each kind of object that both models have, how it moves and what a pair of it says."""
+"""Kinds of objects that are registered: how each moves, and what a pair of it says."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cache
-from itertools import combinations_with_replacement
+from collections.abc import Iterable
+from itertools import combinations, combinations_with_replacement
+from typing import NamedTuple
 
 from ...errors import InputError
 from ...formulas.registration import estimation, registration
-from .. import KernelSpec, Program, cga3d, program
+from .. import KernelSpec, cga3d
 
-#: Kinds of object, in the order that drivers number them.
+#: Kinds of object, in the order that algorithms number them.
 KINDS = ("point", "point_pair", "line", "circle", "plane", "sphere")
 #: Those that point somewhere.
 DIRECTED = frozenset(("point_pair", "line", "circle", "plane"))
 #: How far points are off flats; off other kinds it is the distance of their positions.
 _OFF = {"line": registration.off_line, "plane": registration.off_plane}
+#: The name of the set of all kinds.
+ALL = "all"
 
 
-@dataclass(frozen=True)
-class RegisteredKind:
-    """A kind of object as the driver's template sees it."""
+class RegisteredKind(NamedTuple):
+    """A kind of object as algorithms see it: its number, coefficients of a row, whether it is directed, its kernels."""
 
-    name: str
     number: int
-    size: int
+    length: int
     directed: bool
-    off: str
+    element: KernelSpec
+    in_frame: KernelSpec
+    moved: KernelSpec
+    form: KernelSpec
+    rates: KernelSpec
+    off: KernelSpec
+    half_step: KernelSpec
+    half_step_of_two: KernelSpec
+
+
+class PairOfKinds(NamedTuple):
+    """Two kinds, in order, and the kernel of the invariants of a pair of them."""
+
+    first: RegisteredKind
+    second: RegisteredKind
+    invariants: KernelSpec
 
 
 def _registered_kind(kind: str) -> RegisteredKind:
-    off = _OFF.get(kind, registration.off_position).__name__
-    return RegisteredKind(kind, KINDS.index(kind), cga3d().kind(kind).size, kind in DIRECTED, off)
-
-
-def _kernel_specs(kind: str) -> list[KernelSpec]:
-    return [
+    return RegisteredKind(
+        KINDS.index(kind),
+        cga3d().kind(kind).size,
+        kind in DIRECTED,
         KernelSpec(registration.element, (kind,), f"element_{kind}"),
         KernelSpec(registration.coefficients_at, (kind, "position"), f"seen_{kind}"),
-        KernelSpec(registration.moved_rates, ("motor", kind, kind), f"rates_{kind}"),
         KernelSpec(registration.moved_element, ("motor", kind), f"moved_{kind}"),
         KernelSpec(registration.motor_form, (kind, kind, "number"), f"form_{kind}"),
-    ]
+        KernelSpec(registration.moved_rates, ("motor", kind, kind), f"rates_{kind}"),
+        KernelSpec(_OFF.get(kind, registration.off_position), ("position", "numbers7")),
+        KernelSpec(estimation.half_step, ("motor", kind, kind, "number"), f"half_{kind}"),
+        KernelSpec(estimation.half_step_of_two, ("motor", kind, kind, kind, kind), f"half_two_{kind}"),
+    )
 
 
-def _half_step_specs(kinds: tuple[str, ...]) -> list[KernelSpec]:
-    """Kernels of Algorithm 1, which only the compiled driver has."""
-    steps = [KernelSpec(estimation.change, ("motor", "motor"), "change")]
-    for kind in kinds:
-        steps.append(KernelSpec(estimation.half_step, ("motor", kind, kind, "number"), f"half_{kind}"))
-        if kind not in DIRECTED:
-            steps.append(KernelSpec(estimation.half_step_of_two, ("motor", kind, kind, kind, kind), f"half_two_{kind}"))
-    return steps
+def _subsets() -> dict[str, tuple[str, ...]]:
+    """Sets of kinds by their names."""
+    sets = (each for n in range(1, len(KINDS)) for each in combinations(KINDS, n))
+    return {ALL: KINDS, **{"_".join(each): each for each in sets}}
 
 
-@dataclass(frozen=True)
-class DriverSpec:
-    """Kernels of a driver, and the values that its template is filled with."""
-
-    specs: tuple[KernelSpec, ...]
-    values: Mapping[str, object]
+_SUBSETS = _subsets()
 
 
-def driver_spec(wanted: tuple[str, ...]) -> DriverSpec:
-    """The kernels that every driver of some kinds, in order, needs, and what its template says of them."""
-    blades = cga3d().kind("motor").blades
-    pairs = list(combinations_with_replacement(wanted, 2))
-    values: dict[str, object] = {
-        "title": f"Registration of models of {', '.join(wanted)}",
-        "kinds": [_registered_kind(kind) for kind in wanted],
-        "motor_order": [blades.index(b) for b in registration.motor_blades(cga3d())],
-        "pairs": [(KINDS.index(a), KINDS.index(b), a, b) for a, b in pairs],
-    }
-    specs = [KernelSpec(registration.near_motor, ("layout motor",), "near_motor")]
-    specs.append(KernelSpec(registration.step_motor, ("motor", "twist"), "stepped"))
-    specs.append(KernelSpec(registration.apart, ("numbers7", "numbers7", "numbers3", "number", "number"), "apart"))
-    specs.append(KernelSpec(registration.unseen, ("motor", "position", "position"), "unseen"))
-    specs.append(KernelSpec(registration.unseen_twist, ("twist", "position"), "unseen_twist"))
-    offs = dict.fromkeys(_OFF.get(kind, registration.off_position) for kind in wanted)
-    specs += [KernelSpec(formula, ("position", "numbers7")) for formula in offs]
-    specs += [d for kind in wanted for d in _kernel_specs(kind)]
-    specs += [KernelSpec(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}") for pair in pairs]
-    return DriverSpec(tuple(specs), values)
+class _KindSets(dict[str, tuple[RegisteredKind, ...]]):
+    """Kinds of a set by its name, made when they are needed."""
+
+    def __missing__(self, name: str) -> tuple[RegisteredKind, ...]:
+        return self.setdefault(name, tuple(map(_registered_kind, _SUBSETS[name])))
 
 
-@cache
-def reform_program(kinds: tuple[str, ...] = KINDS) -> Program:
-    """The program that registers models of these kinds, and has nothing for others.
+class _PairSets(dict[str, tuple[PairOfKinds, ...]]):
+    """Pairs of kinds of a set by its name, made when they are needed."""
+
+    def __missing__(self, name: str) -> tuple[PairOfKinds, ...]:
+        kinds = dict(zip(_SUBSETS[name], KIND_SETS[name], strict=True))
+        found = []
+        for pair in combinations_with_replacement(kinds, 2):
+            kernel = KernelSpec(registration.pair_invariants, pair, f"invariants_{'_'.join(pair)}")
+            found.append(PairOfKinds(kinds[pair[0]], kinds[pair[1]], kernel))
+        return self.setdefault(name, tuple(found))
+
+
+KIND_SETS = _KindSets()
+PAIR_SETS = _PairSets()
+
+
+def set_name(kinds: Iterable[str]) -> str:
+    """Name of a set of kinds in programs."""
+    wanted = in_order(kinds)
+    return ALL if wanted == KINDS else "_".join(wanted)
+
+
+def in_order(kinds: Iterable[str]) -> tuple[str, ...]:
+    """Each kind once, in the order of `KINDS`.
 
     Raises
     ------
     InputError
         If there is no such kind, or none at all.
     """
-    wanted = in_order(kinds)
-    made = driver_spec(wanted)
-    name = "reform" if wanted == KINDS else "reform_" + "_".join(wanted)
-    specs = (*made.specs, *_half_step_specs(wanted))
-    return program(name, specs, "reform.c.j2", "reform_types.h", made.values)
-
-
-def in_order(kinds: Iterable[str]) -> tuple[str, ...]:
-    """Each kind once, in the order of `KINDS`."""
     names = set(kinds)
     if unknown := sorted(names - set(KINDS)):
         raise InputError(f"{unknown[0]} is not a kind of object for registration; there are: {', '.join(KINDS)}.")

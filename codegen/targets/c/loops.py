@@ -160,7 +160,9 @@ class CLoopPrinter(LoopPrinter):
         parameters = [text for p in function.parameters for text in self._parameter(p)]
         if len(function.results) > 1:
             parameters += [f"{self.result_type(k)} *result{k}_" for k in range(len(function.results))]
-        head = _wrapped(f"BS_OUTLINED {result} FN({c_function_name(function.name)})(", parameters or ["void"], ")")
+        storage = "BS_INLINE" if function.is_inline else "BS_OUTLINED"
+        name = c_function_name(function.name)
+        head = _wrapped(f"{storage} {result} FN({name})(", parameters or ["void"], ")")
         unused = [f"(void){c_name(p.name)};" for p in function.parameters if not self._is_used(p)]
         return [f"/* {note} */", *head, "{", *_indent([*unused, *self._body()]), "}"]
 

@@ -6,6 +6,7 @@ compiled or made self-contained.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 
@@ -60,15 +61,18 @@ def scene_source(files: Mapping[str, str]) -> dict[str, str]:
     return _with_launchers(files, "scene.cu.j2", driver=driver, tags=tags)
 
 
-def reform_source(files: Mapping[str, str]) -> dict[str, str]:
-    """A registration's compiled program as CUDA text: the same driver, with a launcher for each stage.
+def algorithms_source(files: Mapping[str, str]) -> dict[str, str]:
+    """The algorithms of a stock program as CUDA text: the loops of C, with a launcher for each.
 
     Parameters
     ----------
     files : mapping
-        File name to text, as in ``reform_program(...).files``. Compile the result with `DRIVER_OPTIONS`.
+        File name to text, as `programs.algorithms.stock_program` makes them. Compile the result with `DRIVER_OPTIONS`.
     """
-    return _with_launchers(files, "reform.cu.j2", driver=_device_part(files))
+    entries = json.loads(files["algorithms.json"])
+    most = max(len(entry["parameters"]) + len(entry["results"]) for entry in entries.values())
+    headers = {name: text for name, text in files.items() if name.endswith(".h")}
+    return {MAIN: render("algorithm.cu.j2", driver=files["kernels.c"], names=list(entries), most=most), **headers}
 
 
 def _device_part(files: Mapping[str, str]) -> str:

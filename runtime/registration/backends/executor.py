@@ -14,7 +14,7 @@ from ...common import parallel
 from ...common.executors import Calls, Payload, check_executor, workers
 from ..search.hypotheses import HypothesisBatch, SampleBatch, TableSelection
 from .model_rows import MatchCriterion, ModelData
-from .stages import MIN_SQUARED_CHANGE
+from .scene import MIN_SQUARED_CHANGE
 from .worker import EVALUATE, RegistrationTask, run_stage
 
 Array = NDArray[Any]
@@ -30,7 +30,7 @@ BATCHES_AHEAD = 2
 
 @dataclass
 class SharedScene:
-    """A scene (see `c.Scene`) whose samples and refinements are shared over an executor.
+    """A scene (see `scene.Scene`) whose samples and refinements are shared over an executor.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class SharedScene:
             self._evaluations, self._hypotheses = None, {}
 
     def samples(self, kinds: Array, query: Array, reference: Array, signs: Array, residual: float) -> Any:
-        """See `c.Scene`."""
+        """See `scene.Scene`."""
         return self._run_in_pieces("samples", (kinds, query, reference, signs), (residual,), SAMPLES_PER_CALL)
 
     @property
@@ -94,7 +94,7 @@ class SharedScene:
         return HypothesisBatch.concatenate([self._hypotheses.pop(index) for index in indices])
 
     def refine(self, motors: Array, rounds: int, min_change: float = MIN_SQUARED_CHANGE) -> Any:
-        """See `c.Scene`."""
+        """See `scene.Scene`."""
         grain = max(1, OBJECTS_PER_CALL // max(self.n_selected * max(rounds, 1), 1))
         return self._run_in_pieces("refine", (motors,), (rounds, min_change), grain)
 

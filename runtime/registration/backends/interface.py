@@ -1,46 +1,31 @@
-"""Backends of a registration: compiled C, numba, or CUDA, with the same stages and bit for bit the same results."""
+"""Backends of a registration: compiled C, numba, or CUDA, with the same algorithms and bit for bit the same results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from ...codegen.errors import InputError
 from ...common.validation import short_repr
-from .c import Driver, Scene
+from .algorithms import c_algorithms, numba_algorithms
 
 
-@dataclass(frozen=True)
-class Backend:
-    """Constructors with the interfaces of `c.Driver` and `c.Scene`."""
+def _cuda(kinds: tuple[str, ...]) -> Any:
+    from .cuda import CudaAlgorithms
 
-    driver: Callable[..., Any]
-    scene: Callable[..., Any]
+    return CudaAlgorithms(kinds)
 
 
-def _c() -> Backend:
-    return Backend(Driver, Scene)
+#: Algorithms of some kinds, in order, by the backend's name; see `algorithms.Algorithms`.
+BACKENDS: dict[str, Callable[[tuple[str, ...]], Any]] = {
+    "c": lambda kinds: c_algorithms(kinds),
+    "numba": lambda kinds: numba_algorithms(kinds),
+    "cuda": _cuda,
+}
 
 
-def _numba() -> Backend:
-    from .numba import NumbaDriver, NumbaScene
-
-    return Backend(NumbaDriver, NumbaScene)
-
-
-def _cuda() -> Backend:
-    from .cuda import CudaDriver, CudaScene
-
-    return Backend(CudaDriver, CudaScene)
-
-
-#: Backends by name; their modules are imported at first use.
-BACKENDS: dict[str, Callable[[], Backend]] = {"c": _c, "numba": _numba, "cuda": _cuda}
-
-
-def backend_of(name: str) -> Backend:
-    """The backend of this name.
+def check_backend(name: str) -> str:
+    """The name of a backend.
 
     Raises
     ------
@@ -49,4 +34,15 @@ def backend_of(name: str) -> Backend:
     """
     if not isinstance(name, str) or name not in BACKENDS:
         raise InputError(f"backend is {short_repr(name)}; there are: {', '.join(BACKENDS)}.")
-    return BACKENDS[name]()
+    return name
+
+
+def algorithms_of(backend: str, kinds: tuple[str, ...]) -> Any:
+    """The algorithms of these kinds, in order, on a backend.
+
+    Raises
+    ------
+    InputError
+        If there is no such backend.
+    """
+    return BACKENDS[check_backend(backend)](kinds)

@@ -1,18 +1,18 @@
-"""Arguments of the drivers of all backends: models as arrays, the rule of a model's center, and the match criterion."""
+"""Arguments of all backends: models as arrays, the rule of a model's center, and the match criterion."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.algorithms.registration_layout import Settings
+
 Array = NDArray[Any]
-#: Size of an element: position, direction, radius.
-ELEMENT = 7
-#: Size of a position.
-POSITION = 3
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class ModelData:
 
 
 class CenterRule(NamedTuple):
-    """Rule of a model's robust center.
+    """Rule of a model's robust center, by the names of the algorithm's parameters.
 
     Attributes
     ----------
-    max_rounds : int
+    rounds : int
         Largest number of rounds of trimming outliers.
     rank : int
         Rank (in sorted distances) of the object whose distance defines the typical distance.
@@ -44,15 +44,15 @@ class CenterRule(NamedTuple):
         Objects beyond this many typical distances are outliers.
     rounding : float
         Distances below this, relative to the largest coordinate, are rounding.
-    min_information : float
+    rank_tolerance : float
         Directions with less information than this, relative to the most, do not determine the center.
     """
 
-    max_rounds: int
+    rounds: int
     rank: int
     outlier_factor: float
     rounding: float
-    min_information: float
+    rank_tolerance: float
 
 
 @dataclass(frozen=True)
@@ -75,3 +75,25 @@ class MatchCriterion:
     limit: float
     early_exit_fraction: float = 0.0
     align: bool = True
+
+
+@lru_cache(64)
+def settings_of(criterion: MatchCriterion) -> Array:
+    """A criterion as algorithms read it; angle^2 = 2 (1 - cos), nearly."""
+    settings = Settings.zeros()
+    position, direction, radius = criterion.weights
+    settings.weights = (position, 2 * direction, radius)
+    settings.limit, settings.least = criterion.limit, criterion.early_exit_fraction
+    settings.other = -1.0 if criterion.align else 1.0
+    found: Array = settings.view(np.ndarray)
+    return found
+
+
+def integers(array: Array) -> Array:
+    """Array as algorithms read indices."""
+    return np.ascontiguousarray(array, np.int64)
+
+
+def reals(array: Array) -> Array:
+    """Array as algorithms read numbers."""
+    return np.ascontiguousarray(array, np.float64)

@@ -8,11 +8,13 @@ from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 
-from ...codegen.programs.registration.registration import in_order, reform_program
+from ...codegen.programs.registration.registration import in_order
 from ...common.executors import Task
 from ..search.hypotheses import HypothesisGenerator, TableSelection
-from .interface import backend_of
+from .algorithms import program_of
+from .driver import Driver
 from .model_rows import MatchCriterion, ModelData
+from .scene import Scene
 
 Array = NDArray[Any]
 #: Name of the stage of `HypothesisGenerator`; other stages are those of scenes.
@@ -51,22 +53,22 @@ class RegistrationTask(Task):
 
     def source(self) -> str:
         """Text of the formulas of an installation."""
-        return reform_program(in_order(tuple(self.query.rows))).source
+        return program_of(in_order(self.query.rows)).source
 
 
 class CachedTask:
     """A task with its scene and its generator of hypotheses."""
 
     def __init__(self, task: RegistrationTask) -> None:
-        self._task, self._backend = task, backend_of(task.backend)
-        self.scene = self._backend.scene(task.query, task.reference, task.kinds, task.rows, task.threads)
+        self._task = task
+        self.scene = Scene(task.query, task.reference, task.kinds, task.rows, task.threads, task.backend)
 
     @cached_property
     def hypotheses(self) -> HypothesisGenerator:
         """Generator of hypotheses for a search."""
         task = self._task
         assert task.selection is not None
-        driver = self._backend.driver(tuple(task.query.rows), task.threads)
+        driver = Driver(tuple(task.query.rows), task.threads, task.backend)
         return HypothesisGenerator(self.scene, driver, task.query.rows, task.reference.rows, task.selection)
 
 

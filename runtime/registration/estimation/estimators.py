@@ -15,8 +15,9 @@ from ...codegen.errors import InputError
 from ...codegen.programs.registration.registration import DIRECTED, KINDS
 from ...core.multivector import Algebra, Multivector
 from ...dispatch.formulas import evaluate
-from ..backends.c import Driver, Scene
+from ..backends.driver import Driver
 from ..backends.model_rows import ModelData
+from ..backends.scene import Scene
 from ..matching.matching import center_of, squares
 from ..model.model import Model
 from ..model.normalization import NormalizedModel, normalize_pair, scale_coefficients
@@ -87,7 +88,7 @@ class ModelPair:
     ----------
     query, reference : NormalizedModel
     driver, scene
-        Compiled stages (see `backends.c`).
+        Compiled stages (see `backends.scene`).
     """
 
     def __init__(self, query: Model, reference: Model, length: float = 1.0, threads: int | None = None) -> None:

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.algorithms.registration_layout import MOTOR, RATES, TWIST
 from ...codegen.programs.registration.registration import KINDS
-from ..backends.c import Driver, Scene
+from ..backends.driver import Driver
 from ..backends.model_rows import ModelData
-from ..backends.stages import MOTOR, RATES, TWIST
+from ..backends.scene import Scene
 from .confidence import hotelling_inflation
 from .gauge_freedom import FREE
 

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import objects
+from ...codegen.algorithms.registration_layout import ELEMENT, MOTOR
 from ...codegen.programs.registration.registration import KINDS
 from ...common.validation import as_bool, as_choice, positive_float
 from ...core.multivector import Multivector
-from ..backends.c import Driver, Scene
-from ..backends.model_rows import ELEMENT, MatchCriterion, ModelData
-from ..backends.stages import MOTOR
+from ..backends.driver import Driver
+from ..backends.model_rows import MatchCriterion, ModelData
+from ..backends.scene import Scene
 from ..model.arguments import as_length, model_pair
 from ..model.model import Model
 from ..model.normalization import criterion_within, model_size, robust_center

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...codegen.formulas.objects.subspaces import length_powers
 from ...codegen.programs.registration.registration import KINDS
 from ...core.multivector import Algebra, Multivector
-from ..backends.c import Driver
+from ..backends.driver import Driver
 from ..backends.model_rows import CenterRule, MatchCriterion, ModelData
 
 Array = NDArray[Any]

@@ -100,7 +100,7 @@ class HypothesisGenerator:
     Parameters
     ----------
     scene, driver
-        Compiled stages (see `backends.c`).
+        Compiled stages (see `backends.scene`).
     query, reference : mapping of kind to array (n, k)
         Coefficients of unit objects.
     selection : TableSelection

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...codegen.programs.registration.registration import DIRECTED
-from ..backends.c import Driver
+from ..backends.driver import Driver
 
 Array = NDArray[Any]
 #: Largest number of pairs of a reference, over all kinds; of larger models some objects are left out of the tables.

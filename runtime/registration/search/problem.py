@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ...codegen.programs.registration.registration import KINDS
 from ...core.multivector import Algebra, Multivector
+from ..backends.driver import Driver
 from ..backends.executor import SharedScene, share_over_executor
-from ..backends.interface import backend_of
+from ..backends.scene import Scene
 from ..model.normalization import criterion_within, normalize_pair
 from ..result import Step
 from ..verification.ranking import CandidateRanking
@@ -44,7 +45,7 @@ class RegistrationProblem:
     kinds, rows : int32 arrays (n,)
         Number of the kind, and row, of each query object that takes part.
     scene, driver
-        Compiled stages (see `backends.c`).
+        Compiled stages (see `backends.scene`).
     history : list of Step
     best : SearchState
         Best state so far: the result of an interrupted search.
@@ -57,8 +58,7 @@ class RegistrationProblem:
         threads: int | None = None, backend: str = "c", executor: Any = None, align: bool = True, length: float = 1.0,
     ) -> None:  # fmt: skip
         common = [k for k in KINDS if k in query and k in reference]
-        implementation = backend_of(backend)
-        self.driver = implementation.driver(tuple(common), threads)
+        self.driver = Driver(tuple(common), threads, backend)
         self.query, self.reference = normalize_pair(
             self.driver, {k: query[k] for k in common}, {k: reference[k] for k in common}
         )
@@ -69,7 +69,7 @@ class RegistrationProblem:
         self.rows = np.concatenate([np.arange(n, dtype=np.int32) for n in counts])
         self._subset = self.random.permutation(len(self.rows))[:N_VERIFIED]
         models, selected = (self.query.data, self.reference.data), (self.kinds[self._subset], self.rows[self._subset])
-        self.scene = implementation.scene(*models, *selected, threads)
+        self.scene: Any = Scene(*models, *selected, threads, backend)
         if executor is not None:
             self.scene = share_over_executor(executor, self.scene, backend, models, selected, threads)
         self.history: list[Step] = []

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..backends.stages import MOTOR
+from ...codegen.algorithms.registration_layout import MOTOR
 from ..result import Step
 from ..search.global_search import ROUNDING_RESIDUAL, TOLERANCES, GlobalSearch
 from ..search.problem import RegistrationProblem

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..backends.c import Scene
+from ..backends.scene import Scene
 from ..model.normalization import criterion_within
 from .significance import MIN_DISTANCE, BackgroundModel, log_gap_probability, log_nfas
 

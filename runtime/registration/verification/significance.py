@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.multivector import Algebra
-from ..backends.c import Scene
+from ..backends.scene import Scene
 from ..model.normalization import criterion_within
 
 Array = NDArray[Any]

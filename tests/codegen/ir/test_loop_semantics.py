@@ -136,13 +136,13 @@ def numbers(x: InOut[Reals], order: InOut[Ints], rows: Rows[2], unused: Ints) ->
 
 
 @algorithm
-def parts(x: InOut[Reals], rows: InOut[Rows[2]], fixed: Vector[5], at: IntVector[2], out: Out[Vector[4]]) -> Real:
+def parts(x: InOut[Reals], work: InOut[Rows[2]], fixed: Vector[5], integers: IntVector[2], out: Out[Vector[4]]) -> Real:
     """Parts of arrays that begin where a number says, of any array or of one of fixed length."""
-    k = at[1]
-    out[1:4] = x[at[0] : at[0] + 3]
+    k = integers[1]
+    out[1:4] = x[integers[0] : integers[0] + 3]
     x[k : k + 3] = x[:3]
     out[0:2] = fixed[2 * k : 2 * k + 2]
-    some = rows[k : k + 2]
+    some = work[k : k + 2]
     some[1, 0] += some[0][1]
     return out[0] + sqrt(some[1, 0] * some[1, 0])
 

@@ -10,8 +10,9 @@ from bladesmith.codegen.build.extension import compiler
 from bladesmith.codegen.formulas.registration import registration
 from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
 from bladesmith.dispatch.formulas import ArrayOperand, evaluate
-from bladesmith.registration.backends.c import Driver, Scene
+from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.backends.model_rows import MatchCriterion, ModelData
+from bladesmith.registration.backends.scene import Scene
 from bladesmith.registration.search.invariant_tables import Tables
 
 from ...oracles.registration import ALGEBRA, PAIRS
@@ -147,13 +148,13 @@ def test_driver_elements_invariants_and_steps(world):
 @needs_compiler
 def test_a_scene_keeps_nothing_of_what_was_asked_before(world):
     scene, half = world.scene, slice(None, None, 2)
-    before = len(scene._models)
+    before = len(scene._shared)
     try:
         for _ in range(3):
             scene.select_objects(world.kinds[half], world.rows[half])
             found = scene.match(world.motor)
             np.testing.assert_array_equal(found[0], world.nearest(world.motor)[0][half])
-        assert len(scene._models) == before
+        assert len(scene._shared) == before
     finally:
         scene.select_objects(world.kinds, world.rows)
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
 from itertools import combinations_with_replacement
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -23,30 +25,30 @@ from bladesmith.codegen.errors import DeviceError, InputError, MissingExtraError
 from bladesmith.codegen.execute import numba_cache, numba_jit
 from bladesmith.codegen.execute.cuda_compiler import compile_source
 from bladesmith.codegen.execute.cuda_driver import Device, unavailable
-from bladesmith.codegen.programs.registration.registration import KINDS, reform_program
-from bladesmith.codegen.programs.registration.registration_numba import reform_numba
-from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, reform_source, self_contained
+from bladesmith.codegen.execute.items import CompiledLoop
+from bladesmith.codegen.programs.registration.program import ALGORITHMS, reform_numba
+from bladesmith.codegen.programs.registration.registration import KINDS, set_name
+from bladesmith.codegen.targets.cuda.printer import DRIVER_OPTIONS, algorithms_source, self_contained
 from bladesmith.dispatch import installed
-from bladesmith.registration.backends import c, cuda, numba
-from bladesmith.registration.backends.interface import Backend, backend_of
+from bladesmith.registration.backends import algorithms, cuda, interface
+from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.backends.model_rows import CenterRule, MatchCriterion, ModelData
+from bladesmith.registration.backends.scene import Scene
 
 from ...support import cuda as cuda_support
 
 COUNT = 40
-#: Arguments of the launchers after the range of items.
-LAUNCHERS = {
-    "elements": ("int", "double *", "double *"),
-    "to_frame": ("int", "double *", "double *", "double *"),
-    "robust_center": ("bs_center",),
-    "motors_to_world": ("double *", "double *", "double *", "double *"),
-    "twists_to_world": ("double *", "double *", "double *"),
-    "invariants": ("int", "double *", "int32_t *", "int", "double *", "int32_t *", "double *"),
-    "step": ("double *", "double *", "double *"),
-    **{stage: ("bs_reform", f"bs_{job}") for stage, job in (
-        ("rates", "rates"), ("samples", "samples"), ("stiffness", "sets"), ("refine", "refined"), ("match", "matching"),
-    )},
-}  # fmt: skip
+
+
+class Backend(NamedTuple):
+    """Constructors of what computes on a backend."""
+
+    driver: Callable[..., Driver]
+    scene: Callable[..., Scene]
+
+
+def backend_of(name: str) -> Backend:
+    return Backend(partial(Driver, backend=name), partial(Scene, backend=name))
 
 
 def objects_of(kind: str, count: int, rng: np.random.Generator) -> bs.Multivector:
@@ -120,6 +122,12 @@ def stages(backend: Backend, kinds: tuple[str, ...], threads: int = 1, samples: 
     found["refine"] = list(scene.refine(starts, 10))
     found["match"] = list(scene.match(np.eye(8)[0]))
     found["rates"] = [scene.rates(k, motor, *pairs % COUNT) for k in kinds]
+    matches, others = np.stack([asked_kinds, asked_rows]), rng.integers(-1, COUNT, len(asked_kinds))
+    partners = np.where(others < 0, -1, others + COUNT * (np.arange(len(others)) // COUNT))
+    start, turned = np.eye(8)[0], rng.choice([-1.0, 1.0], len(others))
+    for rounds in (0, 4):
+        moved, changes, skipped = scene.direct(start, (*matches, matches[1], partners, turned), rounds, 0.0)
+        found[f"{rounds} rounds of Algorithm 1"] = [moved, changes, np.array(skipped)]
     scene.select_objects(asked_kinds[::-2], asked_rows[::-2])
     scene.set_criterion(MatchCriterion((0.75, 0.5, 0.25), 0.3**2, 0.0, align=False))
     found["match others"] = list(scene.match(motor))
@@ -151,11 +159,13 @@ def test_stages_have_something_to_do() -> None:
     assert (found["match"][0] >= 0).any() and (found["match"][0] < 0).any() and (found["match"][2] < 0).any()
     assert (found["refine"][3] > 1).any() and (found["stiffness"][0] > 0).any() and (found["stiffness"][0] == 0).any()
     assert np.isnan(found[f"elements of {KINDS[0]}"][0][3]).any()
+    moved, changes, skipped = found["4 rounds of Algorithm 1"]
+    assert np.isfinite(moved).all() and len(changes) == 4 and 0 < skipped < COUNT * len(KINDS)
 
 
 def test_an_unknown_backend_is_refused() -> None:
     with pytest.raises(InputError, match="'opencl'.*c, numba, cuda"):
-        backend_of("opencl")
+        Driver(KINDS, backend="opencl")
 
 
 # -- the program that is installed ---------------------------------------------------------------------
@@ -163,14 +173,16 @@ def test_an_unknown_backend_is_refused() -> None:
 
 @pytest.mark.compiles
 def test_the_installed_driver_is_taken_where_it_is_fresh(monkeypatch: pytest.MonkeyPatch) -> None:
-    carried = object()
-    c.driver.cache_clear()
-    monkeypatch.setattr(c, "installed_program", lambda name: carried if name == "reform" else None)
-    assert c.driver(("line",)) is carried
-    c.driver.cache_clear()
-    monkeypatch.setattr(c, "installed_program", lambda name: None)
-    assert hasattr(c.driver(("line",)).lib, "bs_reform_samples")
-    c.driver.cache_clear()
+    carried, made = SimpleNamespace(ffi=SimpleNamespace(from_buffer=None)), []
+    monkeypatch.setattr(algorithms, "load", made.append)
+    for module, compiled in ((carried, 0), (None, 1)):
+        algorithms.c_algorithms.cache_clear()
+        monkeypatch.setattr(algorithms, "installed_program", lambda name, m=module: m if name == "reform" else None)
+        with suppress(AttributeError):  # what `load` gives here has no functions
+            algorithms.c_algorithms(("line",))
+        assert len(made) == compiled
+    assert "bs_samples_line_f64" in made[0].cdef
+    algorithms.c_algorithms.cache_clear()
 
 
 def test_programs_older_than_their_sources_are_left(tmp_path: Path) -> None:
@@ -207,7 +219,11 @@ def test_the_python_text_computes_the_bits_of_c_for_all_kinds(monkeypatch: pytes
     """Run as it is, without numba: that takes 30 s to compile for all kinds."""
     names: dict[str, Any] = {}
     exec(reform_numba(KINDS), names)
-    monkeypatch.setattr(numba, "numba_driver", lambda kinds: names)
+    entries = algorithms.entries_of(KINDS)
+    text = algorithms.Algorithms(
+        set_name(KINDS), entries, lambda entry: CompiledLoop(names[f"bs_{entry.name}"]), np.ravel
+    )
+    monkeypatch.setitem(interface.BACKENDS, "numba", lambda kinds: text)
     with np.errstate(all="ignore"):
         mine = stages(backend_of("numba"), KINDS, samples=20)
     assert_same_bits(mine, stages(backend_of("c"), KINDS, samples=20))
@@ -237,10 +253,24 @@ def test_without_numba_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     def absent() -> None:
         raise MissingExtraError("numba", "This")
 
-    monkeypatch.setattr(numba, "numba", absent)
-    numba.numba_driver.cache_clear()
+    monkeypatch.setattr(numba_cache, "numba", absent)
+    algorithms.numba_algorithms.cache_clear()
     with pytest.raises(MissingExtraError, match=r"bladesmith\[numba\]"):
         registration.register(*models(("plane",)), backend="numba")
+
+
+@pytest.mark.peers
+def test_without_a_compiler_numba_registers(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    reference, query = models(("line",), 12)
+    expected = registration.register(query, reference, seed=2), registration.estimate_rotor(reference, reference)
+    monkeypatch.setattr(algorithms, "installed_program", lambda name: None)
+    monkeypatch.setattr(algorithms, "compiler", lambda: None)
+    algorithms.c_algorithms.cache_clear()
+    found = registration.register(query, reference, seed=2), registration.estimate_rotor(reference, reference)
+    algorithms.c_algorithms.cache_clear()
+    assert "registration runs by numba" in caplog.text
+    assert np.array_equal(found[0].motor.values, expected[0].motor.values)
+    assert np.array_equal(found[1].values, expected[1].values)
 
 
 # -- CUDA ----------------------------------------------------------------------------------------------
@@ -249,10 +279,11 @@ def test_without_numba_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.slow
 @pytest.mark.parametrize("kinds", [("line",), KINDS], ids=["lines", "all kinds"])
 def test_the_driver_compiles_for_a_gpu_without_a_warning(kinds: tuple[str, ...]) -> None:
-    compiled = compile_source(reform_source(reform_program(kinds).files), options=DRIVER_OPTIONS)
+    compiled = compile_source(algorithms_source(algorithms.program_of(kinds).files), options=DRIVER_OPTIONS)
     assert compiled.log == ""
     ptx = compiled.image.decode()
-    assert set(re.findall(r"\.entry (\w+)\(", ptx)) == {f"reform_{stage}" for stage in LAUNCHERS}
+    launchers = {f"launch_{each.name}_{set_name(kinds)}" for each in ALGORITHMS}
+    assert set(re.findall(r"\.entry (\w+)\(", ptx)) == launchers
     assert not re.search(r"\bfma\.|\.approx|\.ftz", re.sub(r"//.*", "", ptx))
 
 
@@ -265,8 +296,8 @@ def test_without_a_gpu_the_error_says_what_to_do() -> None:
 
 def stand_in(kinds: tuple[str, ...]) -> str:
     """Path of a library that looks like the GPU's driver and runs the launchers thread by thread."""
-    text = self_contained(reform_source(reform_program(kinds).files))
-    launchers = {f"reform_{stage}": ("long long", "long long", *types) for stage, types in LAUNCHERS.items()}
+    text = self_contained(algorithms_source(algorithms.program_of(kinds).files))
+    launchers = {f"launch_{name}": ("long long", "long long", "bs_items") for name in algorithms.entries_of(kinds)}
     return cuda_support.stand_in("reform_stand_in", text, launchers)
 
 
@@ -276,13 +307,13 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[tuple[str, ...
 
     def placed(kinds: tuple[str, ...]) -> Device:
         made = Device(driver=stand_in(kinds))
-        cuda.cuda_driver.cache_clear()
+        cuda.cuda_module.cache_clear()
         monkeypatch.setattr(cuda, "gpu", lambda: made)
         monkeypatch.setattr(cuda, "compile_cached", lambda *_: b"no image")
         return made
 
     yield placed
-    cuda.cuda_driver.cache_clear()
+    cuda.cuda_module.cache_clear()
 
 
 @pytest.mark.compiles

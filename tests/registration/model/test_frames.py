@@ -9,7 +9,7 @@ from bladesmith import cga3d
 from bladesmith.codegen.build.extension import compiler
 from bladesmith.codegen.programs.registration.registration import DIRECTED, KINDS
 from bladesmith.dispatch.formulas import ArrayOperand, evaluate
-from bladesmith.registration.backends.c import Driver
+from bladesmith.registration.backends.driver import Driver
 from bladesmith.registration.model.normalization import (
     OUTLIER_FACTOR,
     SIZE_QUANTILE,
