@@ -17,7 +17,6 @@ from .kernel_spec import KernelSpec, print_specs
 #: What callers read: the parameters of each algorithm.
 ENTRIES = "algorithms.json"
 _TEXT_SOURCES = ("programs/stock.py", "../templates/numba/algorithm.py.j2", *ELEMENTARY_SOURCES)
-_DIGITS = 24
 
 
 def stock_program(
@@ -72,16 +71,7 @@ def stock_numba(name: str, functions: Callable[[], Mapping[str, Function]], sour
 
 def kept_text(name: str, make: Callable[[], str], sources: Sequence[str]) -> str:
     """A text of a stock program: made once for each state of the sources, and kept in the cache; see `stock_numba`."""
-    digest = source_digest.digest((*sources, *_TEXT_SOURCES))
-    group, file = digest and f"{name}_{digest[:_DIGITS]}", f"{name}.txt"
-    text = text_cache.read(group, file) if group else None
-    if text is None:
-        text = make()
-        if group:
-            text_cache.write(group, {file: text})
-    elif group:
-        text_cache.touch(group)
-    return text
+    return text_cache.made_once(name, (*sources, *_TEXT_SOURCES), f"{name}.txt", make)
 
 
 def _entries(parts: Mapping[str, Mapping[str, Function]]) -> str:

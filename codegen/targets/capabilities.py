@@ -54,7 +54,7 @@ NUMBA = Target(
         "algorithms": "float64",
         "table products": "large batches, float64",
         "all pairs": "written out in blocks",
-        "registration": "float64, without Algorithm 1",
+        "registration": "float64",
         "merging": "float64",
         "chains": "float64",
     },
@@ -69,7 +69,7 @@ CUDA = Target(
         **dict.fromkeys(PROGRAMS, NO),
         "kernels": YES,
         "scenes": "source, compiled but not launched from here",
-        "registration": "float64, without Algorithm 1",
+        "registration": "float64",
     },
 )  # fmt: skip
 

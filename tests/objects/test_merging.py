@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import subprocess
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,15 +11,12 @@ from hypothesis import strategies as st
 
 import bladesmith as bs
 from bladesmith import cga3d as cga
-from bladesmith.codegen import algorithm
-from bladesmith.codegen.algorithms import merging_bounds
-from bladesmith.codegen.algorithms.merging_layout import EVALUATIONS, SLACK
+from bladesmith.codegen.algorithms.merging_layout import EVALUATIONS
 from bladesmith.codegen.build.extension import compiler
 from bladesmith.codegen.build.flags import C_FLAGS, WARNING_FLAGS
 from bladesmith.codegen.formulas.objects import costs
 from bladesmith.codegen.ir.loops.language import number_type
 from bladesmith.codegen.programs.merging import greedy
-from bladesmith.codegen.programs.merging.kinds import KINDS as KERNELS
 from bladesmith.codegen.programs.merging.program import merge_program
 from bladesmith.dispatch import stock_algorithms
 from bladesmith.errors import GradeError, InputError, ShapeError, SingularError
@@ -30,106 +25,10 @@ from bladesmith.objects.clustering.agglomerative import merge_similar
 from bladesmith.objects.clustering.agglomerative_driver import Greedy
 
 from ..support.clusters import same_partition
-from ..support.formulas import Traced, stock
+from ..support.objects.merging import KINDS, all_pairs, bounds_of, clustered, mixed, table_of
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no compiler")
-KINDS = tuple(KERNELS)
 WORLD = (0.0, 0.0, 0.0)
-
-
-def objects(kind, centers, axes, radii):
-    """One object of a kind for each row of parameters."""
-    if kind == "point":
-        return cga.point(centers)
-    if kind == "point_pair":
-        half = axes * (radii / np.linalg.norm(axes, axis=1))[:, None]
-        return cga.point_pair(centers - half, centers + half)
-    if kind == "line":
-        return cga.line(centers, axes)
-    if kind == "circle":
-        return cga.circle(centers, axes, radii)
-    if kind == "plane":
-        return cga.plane(axes, np.einsum("ij,ij->i", axes, centers))
-    return cga.sphere(centers, radii)
-
-
-def clustered(kind, clusters, each, seed, noise=0.01, scale=1.0):
-    """``each`` noisy copies of some random objects, shuffled and turned at random, and whose copies they are."""
-    rng = np.random.default_rng(seed)
-    label = rng.permutation(np.repeat(np.arange(clusters), each))
-    n = len(label)
-    axes = rng.normal(size=(clusters, 3))
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    turned = rng.choice([-1.0, 1.0], n)[:, None] if kind != "point_pair" else np.ones((n, 1))
-    made = objects(
-        kind,
-        (scale * rng.normal(size=(clusters, 3)))[label] + noise * rng.normal(size=(n, 3)),
-        turned * (axes[label] + noise * rng.normal(size=(n, 3))),
-        rng.uniform(0.5, 2.0, clusters)[label] * np.exp(noise * rng.normal(size=n)),
-    )
-    return made, label
-
-
-least_cost = algorithm(merging_bounds.least_cost.function)
-
-
-def bounds_of(kind, x):
-    """Least costs that landmarks leave possible, of all pairs, (n, n)."""
-    state = Greedy(kind, x.values, np.ones(len(x)), 1.0, True)._state
-    marks = state["landmarks"]
-    return least_cost(marks[:, None], marks[None], marks[None], state["limits"][SLACK])
-
-
-def mixed(kind, n, seed, scale=1.0):
-    """Some pairs that are near each other among many that are not."""
-    return clustered(kind, n // 3, 3, seed, noise=0.15, scale=scale)[0]
-
-
-def cost_of(formula, kind, rows, others):
-    """The formula itself on NumPy: no compiled code."""
-    with np.errstate(all="ignore"):
-        return Traced(stock("cga3d"), formula, kind, kind)(rows, others)
-
-
-def table_of(formula, x):
-    """Costs of all pairs, (n, n)."""
-    i, j = np.indices((len(x), len(x))).reshape(2, -1)
-    return cost_of(formula, x.kind.name, x.values[i], x.values[j]).reshape(len(x), len(x))
-
-
-def all_pairs(x, threshold, align, weights=None):
-    """The least of all costs, again and again: costs, pairs and means."""
-    formula = costs.aligned_cost if align else costs.pair_cost
-
-    def known(cost):
-        return np.where(np.isnan(cost), np.inf, cost)
-
-    rows = x.values.copy()
-    weight = np.ones(len(x)) if weights is None else np.array(weights, float)
-    alive = np.ones(len(x), bool)
-    table = known(table_of(formula, x))
-    spent, pairs = [], []
-    while True:
-        left = np.triu(np.outer(alive, alive), 1)
-        a, b = np.unravel_index(np.argmin(np.where(left, table, np.inf)), table.shape)
-        if not left[a, b] or table[a, b] > threshold:
-            break
-        spent.append(table[a, b])
-        pairs.append((a, b))
-        made = mean(x._make(x._type, rows[[a, b]], (2,)), weight[[a, b]], align)
-        rows[a], alive[b] = made.values, False
-        weight[a] += weight[b]
-        table[a] = table[:, a] = known(cost_of(formula, x.kind.name, np.tile(made.values, (len(rows), 1)), rows))
-    return np.array(spent), np.array(pairs).reshape(-1, 2), rows[alive]
-
-
-def mean(pair, weight, align):
-    """u x + v y on the blade manifold, y turned like x."""
-    if pair.kind.name == "point":
-        return cga.point(weight @ pair.parameters().xyz / weight.sum())
-    x, y = pair
-    sign = np.sign(float((x * y)["1"]) * float((x * x)["1"])) if align else 1.0
-    return bs.objects.project_to_blade(weight[0] * x + weight[1] * sign * y).as_kind(x.kind)
 
 
 # -- the same as the loop over all pairs -----------------------------------------------------------------------
@@ -232,85 +131,6 @@ def test_afterwards_no_pair_is_within_the_threshold(seed, kind, threshold):
         found.objects
     )
     np.testing.assert_array_equal(np.bincount(found.groups), found.counts)
-
-
-# -- what the tree leaves out ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("scale", [0.1, 1.0, 30.0])
-@pytest.mark.parametrize("kind", KINDS)
-def test_landmarks_never_promise_more_than_the_cost(kind, scale):
-    near, far = clustered(kind, 12, 4, 1, 1e-3, scale)[0], clustered(kind, 48, 1, 2, 0.0, scale)[0]
-    for x in (near, far):
-        least = np.fmin(table_of(costs.pair_cost, x), table_of(costs.aligned_cost, x))
-        bound = bounds_of(kind, x)
-        assert np.isfinite(least).mean() > 0.9 and not (bound > least + 1e-20).any()
-        np.testing.assert_allclose(bound, bound.T, rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize("kind", ["line", "plane", "point"])
-def test_they_are_tight_for_flats_and_points(kind):
-    x = clustered(kind, 10, 6, 4, 1e-3)[0]
-    cost = table_of(costs.aligned_cost, x)
-    bound = bounds_of(kind, x)
-    near = (cost < 1e-3) & (cost > 1e-9)
-    assert near.sum() > 50 and (bound[near] > 0.98 * cost[near]).all()
-
-
-@given(st.floats(0.001, 1.5), st.floats(0, 5), st.floats(0, 5))
-def test_the_cost_of_lines_is_what_the_bound_is_proved_from(angle, distance, shift):
-    """4 sin^2(t/4) + 3 (q^2 sin^2(t/2) + d^2/4): a screw about an axis along e3 at the distance q."""
-    foot = np.array([distance, 0.0, 0.0])
-    first = cga.line(foot, (1.0, 0.0, 0.0))
-    second = cga.line(foot + (0, 0, shift), (np.cos(angle), np.sin(angle), 0.0))
-    cost = float(cost_of(costs.pair_cost, "line", first.values[None], second.values[None])[0])
-    turn = 4 * np.sin(angle / 4) ** 2 + 3 * distance**2 * np.sin(angle / 2) ** 2
-    assert cost == pytest.approx(turn + 0.75 * shift**2, rel=1e-9)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_so_they_do_with_fifty_digits(kind):
-    """The bound without rounding: the text on numbers of mpmath, against the formula on them."""
-    context = mpmath.mp.clone()
-    context.dps = 50
-    x = clustered(kind, 3, 2, 8, noise=0.3)[0]
-    kernels = KERNELS[kind]
-    with number_type(context):
-        marks = [kernels.landmark(row) for row in x.values]
-        for i, j in itertools.combinations(range(len(x)), 2):
-            bound = merging_bounds.least_cost(marks[i], marks[j], marks[j], context.mpf(0))
-            cost = kernels.cost(x.values[i], kernels.align(x.values[j], x.values[i]))
-            assert 0 <= bound <= cost or context.isnan(cost)
-
-
-# -- growth: costs are counted, not seconds --------------------------------------------------------------------
-
-
-def evaluations(x, threshold):
-    return merge_similar(x, threshold).evaluations / len(x)
-
-
-@pytest.mark.parametrize("threshold", [1e-6, 0.1])
-def test_costs_per_line_hardly_grow(threshold):
-    """Among random lines: none within the threshold of each other, or all of them merged again and again."""
-    rng = np.random.default_rng(0)
-    few, many = (
-        evaluations(cga.line(rng.normal(size=(n, 3)), rng.normal(size=(n, 3))), threshold) for n in (500, 8000)
-    )
-    assert many < 12 and many < 4 * few + 2  # all pairs would be 4000 per line, and 16 times as many
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_dense_clusters_do_not_cost_all_pairs(kind):
-    few, many = (evaluations(clustered(kind, 20, each, 1)[0], 1e-2) for each in (20, 160))
-    assert many < 60 and many < 4 * few  # all pairs: 8 times as many
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_copies_do_not_either(kind):
-    x = clustered(kind, 2, 1500, 0, noise=0.0)[0]
-    found = merge_similar(x, 1e-6)
-    assert found.evaluations < 20 * len(x) and found.counts.tolist() == [1500, 1500]
 
 
 # -- results ---------------------------------------------------------------------------------------------------
